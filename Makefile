@@ -122,8 +122,8 @@ lock: $(VENV)/.dev
 	  --output-file requirements-$(extra).txt &&) true
 
 # Both ends of what pyproject.toml allows, each in an environment of its own, on tests that take a few minutes.
-SLICE := tests/engine tests/experiment tests/statistics tests/evolution tests/exchange \
-  tests/test_console.py tests/test_netcdf.py tests/test_outputs.py tests/test_cli.py
+SLICE := tests/engine tests/experiment tests/analysis/statistics tests/evolution tests/api/export \
+  tests/core/test_console.py tests/core/test_netcdf.py tests/core/test_output_paths.py tests/cli/test_cli.py
 oldest: RESOLUTION := lowest-direct
 newest: RESOLUTION := highest
 oldest newest: $(VENV)/.dev

@@ -12,21 +12,20 @@ import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from baldwinlab.version import __version__
+from baldwinlab._version import __version__
 
 if TYPE_CHECKING:
-    from baldwinlab.api.environments import parallel_env, single_env, vector_env
+    from baldwinlab.api.checks import check_part
     from baldwinlab.api.gallery import compare_papers, reproduce_all
-    from baldwinlab.api.installed import load
-    from baldwinlab.api.problem import make_problem
+    from baldwinlab.api.integrations.gymnasium import parallel_env, single_env, vector_env
+    from baldwinlab.api.integrations.optimizers import make_problem
+    from baldwinlab.api.load import load
     from baldwinlab.api.records import read_experiment
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
     from baldwinlab.api.study import Study, open_study
     from baldwinlab.api.sweep import sweep
-    from baldwinlab.assays import open_assay
-    from baldwinlab.check import check_part
-    from baldwinlab.errors import (
+    from baldwinlab.core.errors import (
         ArgumentError,
         BaldwinLabError,
         InterruptedStudyError,
@@ -34,12 +33,13 @@ if TYPE_CHECKING:
         RefusedError,
     )
     from baldwinlab.experiment import Experiment, ExperimentError
-    from baldwinlab.papers.files import PaperError
-    from baldwinlab.runs.replay import replay
-    from baldwinlab.runs.simulate import simulate
+    from baldwinlab.papers.loading import PaperError
+    from baldwinlab.simulation.replay import replay
+    from baldwinlab.simulation.simulate import simulate
+    from baldwinlab.studies.assays.run import open_assay
+    from baldwinlab.studies.open import open_runs
     from baldwinlab.studies.records import DamagedRecordError, StudyError
-    from baldwinlab.studies.study import open_runs
-    from baldwinlab.sweeps.design import open_sweep
+    from baldwinlab.studies.sweeps.design import open_sweep
 
 __all__ = [
     "ArgumentError",
@@ -77,35 +77,35 @@ __all__ = [
 # The module of each public name. It is imported at first use, because Numba, xarray and SciPy take a
 # second to load.
 _HOME = {
-    "ArgumentError": "errors",
-    "BaldwinLabError": "errors",
+    "ArgumentError": "core.errors",
+    "BaldwinLabError": "core.errors",
     "DamagedRecordError": "studies.records",
     "Experiment": "experiment",
     "ExperimentError": "experiment",
-    "InterruptedStudyError": "errors",
-    "PaperError": "papers.files",
-    "PartError": "errors",
-    "RefusedError": "errors",
+    "InterruptedStudyError": "core.errors",
+    "PaperError": "papers.loading",
+    "PartError": "core.errors",
+    "RefusedError": "core.errors",
     "Study": "api.study",
     "StudyError": "studies.records",
-    "check_part": "check",
+    "check_part": "api.checks",
     "compare_papers": "api.gallery",
-    "load": "api.installed",
-    "make_problem": "api.problem",
-    "open_assay": "assays",
-    "open_runs": "studies.study",
+    "load": "api.load",
+    "make_problem": "api.integrations.optimizers",
+    "open_assay": "studies.assays.run",
+    "open_runs": "studies.open",
     "open_study": "api.study",
-    "open_sweep": "sweeps.design",
-    "parallel_env": "api.environments",
+    "open_sweep": "studies.sweeps.design",
+    "parallel_env": "api.integrations.gymnasium",
     "read_experiment": "api.records",
-    "replay": "runs.replay",
+    "replay": "simulation.replay",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
     "run": "api.run",
-    "simulate": "runs.simulate",
-    "single_env": "api.environments",
+    "simulate": "simulation.simulate",
+    "single_env": "api.integrations.gymnasium",
     "sweep": "api.sweep",
-    "vector_env": "api.environments",
+    "vector_env": "api.integrations.gymnasium",
 }
 
 # Old names that still work in this release.
@@ -142,7 +142,7 @@ def _in_a_notebook() -> None:
         formatter.for_type_by_name(
             "xarray.core.dataset",
             "Dataset",
-            lambda dataset: import_module("baldwinlab.lab.inline").html(dataset),
+            lambda dataset: import_module("baldwinlab.lab.notebook_player").html(dataset),
         )
 
 

@@ -24,14 +24,14 @@ from unittest.mock import patch
 import psutil
 from distributed import Client, get_worker
 
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.presets import load, paper
-from baldwinlab.runs.simulate import simulate_batch
-from baldwinlab.runs.warm_up import warm_up
-from baldwinlab.studies.executors import THREADS, Executor, choose, cluster
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.papers.presets import load, paper
+from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.simulate import simulate_batch
+from baldwinlab.studies.executors import THREADS, Executor, choose, dask
 from baldwinlab.studies.records import encode
+from baldwinlab.studies.run import MOST_TASKS, Evolve, missing_runs, plan
 from baldwinlab.studies.store import create
-from baldwinlab.studies.study import MOST_TASKS, Evolve, missing_runs, plan
 from benchmarks.machine import provenance
 from benchmarks.tables import table
 
@@ -219,14 +219,14 @@ def of_the_scheduler() -> Costs:
     ):
         study = create(Path(folder), paper(), seed=0)
         tasks = [Evolve(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
-        orders = cluster._orders(study, tasks, CPU, "benchmark")
+        orders = dask._orders(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
             client.run(warm_up, paper())
             begin = mean(worker.cpu() for worker in started)
             settle(process)
             before, own, began = process.cpu(), time.process_time(), time.perf_counter()
             with (
-                patch.object(cluster, "_work", nothing),
+                patch.object(dask, "_work", nothing),
                 closing(choose(f"dask:{address}").do(study, tasks, 2, CPU)) as amounts,
             ):
                 assert sum(amounts) == sum(task.agent_steps for task in tasks)
@@ -237,7 +237,7 @@ def of_the_scheduler() -> Costs:
             settle(process)
             event = (process.cpu() - scheduled) / EVENTS
         empty = process.mib()
-        waiting = client.map(nothing, orders, pure=False, batch_size=cluster.BATCH)
+        waiting = client.map(nothing, orders, pure=False, batch_size=dask.BATCH)
         settle(process)
         wait = (process.mib() - empty) * 2**20 / len(waiting)
     count = len(tasks)
@@ -294,7 +294,7 @@ def planned(run: Run, costs: Costs) -> str:
     cores, files, rate = RUNS * cost / 3600, RUNS / wall, RUNS * run.size / wall / 1e9
     split, events = (
         f"{batches} batches of {CPU.worlds}",
-        100 * cluster.EVENTS_A_SECOND * costs.event,
+        100 * dask.EVENTS_A_SECOND * costs.event,
     )
     rows = [
         [
@@ -316,7 +316,7 @@ def planned(run: Run, costs: Costs) -> str:
         ],
         [
             "its load by events",
-            f"{cluster.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time",
+            f"{dask.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time",
         ],
         [
             "had every batch been a task",

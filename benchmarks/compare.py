@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from baldwinlab.presets import paper
+from baldwinlab.papers.presets import paper
 from benchmarks.machine import installed_mib, provenance
 from benchmarks.race import Entry, Record, race
 from benchmarks.scenarios import SCENARIOS, scenario

@@ -19,12 +19,12 @@ import numpy as np
 import uvicorn
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from baldwinlab.console import progress
+from baldwinlab.core.console import progress
 from baldwinlab.lab.access import Access
 from baldwinlab.lab.server import make_app
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
+from baldwinlab.studies.run import missing_runs, run_study
 from baldwinlab.studies.store import create
-from baldwinlab.studies.study import missing_runs, run_study
 
 CONDITION = "evo%2Bself-taught/A"
 STEPS = 3000

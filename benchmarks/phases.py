@@ -15,19 +15,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from baldwinlab.engine.jit import entry, kept
-from baldwinlab.engine.lanes import WIDTH, bundle, get, put
 from baldwinlab.engine.reference import by_reference
+from baldwinlab.engine.simd import WIDTH, bundle, get, put
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.models.miniworld.cpu import Batch
+from baldwinlab.models.miniworld.allocation import hooks_of
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.items import eat
-from baldwinlab.models.miniworld.make import hooks_of
-from baldwinlab.models.miniworld.recall import think
-from baldwinlab.models.miniworld.senses import broad_phase, perceive, wake
-from baldwinlab.models.miniworld.world import travel
-from baldwinlab.parts.kinds import choose_action, learn
-from baldwinlab.presets import load
+from baldwinlab.models.miniworld.lookup import think
+from baldwinlab.models.miniworld.map import travel
+from baldwinlab.models.miniworld.senses.sight import broad_phase, perceive, wake
+from baldwinlab.papers.presets import load
+from baldwinlab.parts.agent_parts import choose_action, learn
 
 ROUNDS, REPETITIONS = 2000, 9
 SIGMOID = 22

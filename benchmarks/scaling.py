@@ -21,10 +21,10 @@ from matplotlib import pyplot as plt
 
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.models.miniworld.cpu import Batch
-from baldwinlab.presets import load
-from baldwinlab.studies.study import available_cores
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.papers.presets import load
+from baldwinlab.studies.run import available_cores
 from benchmarks.compare import OUT
 from benchmarks.machine import provenance
 from benchmarks.tables import save, table

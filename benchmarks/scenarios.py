@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate_batch
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.simulate import simulate_batch
 from benchmarks.setting import Genomes, Setting, from_experiment
 
 SCENARIOS = ("evo+self-taught/A", "evo/A", "evo+self-taught/B")

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from baldwinlab.experiment import Experiment
 
 Genomes = list[list[list[list[float]]]]
-"""[world][agent][module][weight], weights in the order of `baldwinlab.variables.WEIGHT_ORDER`."""
+"""[world][agent][module][weight], weights in the order of `baldwinlab.core.variables.WEIGHT_ORDER`."""
 
 Live = Callable[[int], Any]
 """Live the lives once, with random numbers of this seed. Returns the items eaten, [world][agent], where there are any."""

@@ -15,7 +15,7 @@ from importlib import import_module
 from itertools import chain
 from typing import Any
 
-from baldwinlab.resources import peak_memory
+from baldwinlab.core.resources import peak_memory
 
 
 def main() -> None:

@@ -6,7 +6,13 @@ A test holds what ships to what it was made of, so this is to be run after every
 import json
 import platform
 
-from baldwinlab.models.miniworld.modules import MARKS, SHIPPED, built_in, compiled, mark_of
+from baldwinlab.models.miniworld.backends.wasm_modules import (
+    MARKS,
+    SHIPPED,
+    built_in,
+    compiled,
+    mark_of,
+)
 
 
 def main() -> None:

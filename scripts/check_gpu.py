@@ -18,11 +18,11 @@ import numpy as np
 from numba import cuda as numba_cuda
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld import cpu, cuda
-from baldwinlab.models.miniworld.backend import Batch
-from baldwinlab.models.miniworld.make import named_arrays
+from baldwinlab.models.miniworld.allocation import named_arrays
+from baldwinlab.models.miniworld.backends import cpu, cuda
+from baldwinlab.models.miniworld.backends.choice import Batch
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
-from baldwinlab.presets import load
 
 WORLDS = (1, 30, 180, 528, 1056, 2640, 5280, 10560, 21120)
 PARTS = Path(__file__).parents[1] / "examples" / "parts"

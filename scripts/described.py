@@ -8,8 +8,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+from baldwinlab.core.variables import Variable
 from baldwinlab.lab.schema import schema_of
-from baldwinlab.variables import Variable
 
 TYPES: Final = {
     "integer": "whole number",

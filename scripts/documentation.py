@@ -20,12 +20,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.errors import BaldwinLabError, RefusedError
+from baldwinlab._version import __version__
+from baldwinlab.core.errors import BaldwinLabError, RefusedError
+from baldwinlab.core.extras import missing_extra
 from baldwinlab.experiment import Experiment
-from baldwinlab.extras import missing_extra
 from baldwinlab.lab.export import live_page
-from baldwinlab.presets import load
-from baldwinlab.version import __version__
+from baldwinlab.papers.presets import load
 from scripts import reference
 
 ROOT: Final = Path(__file__).parents[1]

@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from baldwinlab.lab import Lab, lives
+from baldwinlab.lab import Lab, life_query
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.pages import STATIC
 from baldwinlab.lab.recording import record
+from baldwinlab.lab.single_page import STATIC
 
 LIFE = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
-STEPS = lives.Span(0, 1000)
+STEPS = life_query.Span(0, 1000)
 PLACE = STATIC / "first_life.bald"
 
 
 def first_life() -> bytes:
-    return record(lives.find(Lab(Path(), Live()), LIFE), STEPS, LIFE)
+    return record(life_query.find(Lab(Path(), Live()), LIFE), STEPS, LIFE)
 
 
 if __name__ == "__main__":

@@ -18,10 +18,11 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import baldwinlab as bl
-from baldwinlab import figures, papers
+from baldwinlab import papers
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.claims import compared
+from baldwinlab.analysis.report import content
 from baldwinlab.papers.paper import CARD
-from baldwinlab.papers.verdicts import compared
-from baldwinlab.report import content
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 WIDTH, HEIGHT = 640, 320  # pixels of a card

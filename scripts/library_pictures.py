@@ -8,9 +8,10 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 import baldwinlab as bl
-from baldwinlab import figures, papers
-from baldwinlab.models.miniworld.look import look
-from baldwinlab.papers.verdicts import evaluate
+from baldwinlab import papers
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.claims import evaluate
+from baldwinlab.models.miniworld.appearance import look
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 BREEDING: Final = (

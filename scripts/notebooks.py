@@ -20,7 +20,7 @@ from nbconvert import HTMLExporter
 from pygments.formatters import HtmlFormatter
 from traitlets.config import Config
 
-from baldwinlab import palette
+from baldwinlab.analysis.figures import palette
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
 LONGEST: Final = 600  # seconds that a cell may take

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import parts
-from baldwinlab.check import naive, signatures
+from baldwinlab.api.checks import reference, signatures
 from baldwinlab.engine import rng
 from baldwinlab.engine.phases import Array
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.classes import choosing_fields
+from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.models.miniworld import state
-from baldwinlab.parts.kinds import Part, hook_names
+from baldwinlab.parts.agent_parts import Part, hook_names
 from scripts.described import (
     capitalized,
     described_attributes,
@@ -375,8 +375,8 @@ def oracles() -> str:
         for key, contract in signatures.ORACLES.items()
     ]
     methods = "".join(
-        f"\n### naive.{name}\n\n{format_function(getattr(naive.Naive, name), name)}"
-        for name, value in vars(naive.Naive).items()
+        f"\n### naive.{name}\n\n{format_function(getattr(reference.Naive, name), name)}"
+        for name, value in vars(reference.Naive).items()
         if inspect.isfunction(value) and not name.startswith("_")
     )
     return f"""# Oracles
@@ -387,23 +387,23 @@ An oracle computes the same as a hook, independently and in plain Python.
 {table(("kind or hook", "signature", "result", "verified hooks"), rows)}
 `naive`, `agent` and `items` are objects of the classes below.
 
-{_text(naive)}
+{_text(reference)}
 
 ## Agent
 
-{_text(naive.Agent)}
+{_text(reference.Agent)}
 
-{table(("field", "meaning"), _attribute_rows(naive.Agent))}
+{table(("field", "meaning"), _attribute_rows(reference.Agent))}
 ## Item
 
-{_text(naive.Item)}
+{_text(reference.Item)}
 
-{table(("field", "meaning"), _attribute_rows(naive.Item))}
+{table(("field", "meaning"), _attribute_rows(reference.Item))}
 ## Naive
 
-{_text(naive.Naive)}
+{_text(reference.Naive)}
 
-{table(("field", "meaning"), _attribute_rows(naive.Naive))}{methods}"""
+{table(("field", "meaning"), _attribute_rows(reference.Naive))}{methods}"""
 
 
 def helpers() -> str:

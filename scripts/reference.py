@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, Final, get_args
 
 import baldwinlab
-from baldwinlab import papers, variables
-from baldwinlab.cli.common import app
-from baldwinlab.experiment import Experiment, choices
-from baldwinlab.experiment.classes import choosing_fields
+from baldwinlab import papers
+from baldwinlab.cli.options import app
+from baldwinlab.core import variables
+from baldwinlab.experiment import Experiment, registry
+from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.papers.claims import OF_ALL, RULES
 from baldwinlab.papers.paper import CARD, KINDS, Paper
-from baldwinlab.papers.words import Assay, Figure
+from baldwinlab.papers.texts import Assay, Figure
 from scripts import part_reference
 from scripts.described import (
     capitalized,
@@ -106,13 +107,13 @@ def insert_tables(text: str) -> str:
 def parts_of_kind(kind: str) -> str:
     """Return the built-in parts of a kind as Markdown: a table, and the settings of each part."""
     paths = {kind: path for path, kind, _ in choosing_fields(Experiment)}
-    parts = {name: choices.find(kind, name) for name in choices.packaged(kind)}
+    parts = {name: registry.find(kind, name) for name in registry.packaged(kind)}
     rows = [(f"`{name}`", *_effect_and_source(part)) for name, part in sorted(parts.items())]
     text = f"Setting: `{paths[kind]}`.\n\n{table((kind, 'effect', 'source'), rows)}"
     fields = [
         field
         for name, part in sorted(parts.items())
-        for field in fields_of(part, f"{paths[kind].rpartition('.')[0]}.{choices.key_of(name)}")
+        for field in fields_of(part, f"{paths[kind].rpartition('.')[0]}.{registry.key_of(name)}")
     ]
     return f"{text}\nSettings of these parts:\n\n{table_of_fields(fields)}" if fields else text
 
@@ -136,16 +137,16 @@ A model defines what a lifetime is.
 The setting `model` chooses it; the default is `miniworld`, the foragers that the page [Settings](settings.md) describes.
 The [papers](papers.md) have presets of all models.
 """
-    for name in choices.packaged("model"):
+    for name in registry.packaged("model"):
         if name != "miniworld":
             text += _model(name)
     return text
 
 
 def _model(name: str) -> str:
-    model = choices.find("model", name)
+    model = registry.find("model", name)
     text = f"\n## {name}\n\n{prose(model.__doc__)}\n\n"
-    text += table_of_fields(fields_of(model, choices.key_of(name)))
+    text += table_of_fields(fields_of(model, registry.key_of(name)))
     defaults = [
         f"`{section}.{field} = {json.dumps(value)}`"
         for section, fields in model.defaults.items()

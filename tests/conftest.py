@@ -17,7 +17,7 @@ os.environ.setdefault(
     "BALDWINLAB_POISON", "1"
 )  # before the package reads it, and for the processes that tests start
 
-from baldwinlab.experiment import choices
+from baldwinlab.experiment import registry
 from tests.commands import Command, Outcome
 
 if TYPE_CHECKING:
@@ -105,7 +105,9 @@ def command(
 @pytest.fixture
 def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Lives whose combination of parts is not compiled, which would take longer than they do."""
-    from tests.library.plain import compile_nothing  # here, because most tests need none of it
+    from tests.models.miniworld.plain import (
+        compile_nothing,  # here, because most tests need none of it
+    )
 
     compile_nothing(monkeypatch)
     with np.errstate(all="ignore"):
@@ -127,7 +129,7 @@ def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(autouse=True)
 def _parts_of_a_test_are_its_own() -> Iterator[None]:
     """A part that a test loads is not there in the next one, whose sentences list what may be chosen."""
-    before = choices.foreign()
+    before = registry.foreign()
     yield
-    for kind, name in choices.foreign().keys() - before.keys():
-        choices.forget(kind, name)
+    for kind, name in registry.foreign().keys() - before.keys():
+        registry.forget(kind, name)

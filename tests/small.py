@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.presets import factors, load, paper
+from baldwinlab.papers.presets import factors, load, paper
+from baldwinlab.studies.run import missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
-from baldwinlab.studies.study import missing_runs, run_study
 
 SMALL = {"evolution": {"generations": 3}, "lifetime": {"steps": 300}}
 

@@ -46,7 +46,7 @@ FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict
 
 
 def name_of(path: Path) -> str:
-    """The module in a file, below the package: report.words, or assays of assays/__init__.py."""
+    """The module in a file, below the package: report.words, or assays of studies/assays/__init__.py."""
     return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__")
 
 

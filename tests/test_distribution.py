@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import mannwhitneyu
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.simulate import simulate_batch
+from baldwinlab.simulation.simulate import simulate_batch
 from tests import naive
 from tests.worlds import small
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.version import __version__
+from baldwinlab._version import __version__
 
 ROOT = Path(__file__).parent.parent
 

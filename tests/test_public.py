@@ -49,8 +49,8 @@ def test_every_public_name_is_there_and_listed() -> None:
     for name in baldwinlab.__all__:
         assert getattr(baldwinlab, name) is not None
     assert dir(baldwinlab) == sorted(baldwinlab.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'simulation'"):
-        getattr(baldwinlab, "simulation")  # noqa: B009
+    with pytest.raises(AttributeError, match="no attribute 'simulator'"):
+        getattr(baldwinlab, "simulator")  # noqa: B009
 
 
 @pytest.mark.parametrize(

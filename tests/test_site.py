@@ -13,11 +13,12 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 import baldwinlab
-from baldwinlab import papers, parts, variables
+from baldwinlab import papers, parts
 from baldwinlab.cli import COMMANDS
-from baldwinlab.errors import RefusedError
-from baldwinlab.experiment import Experiment, choices, validate
-from baldwinlab.experiment.classes import choosing_fields
+from baldwinlab.core import variables
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.experiment import Experiment, registry, validate
+from baldwinlab.experiment.class_builder import choosing_fields
 from scripts import documentation, part_reference, reference
 from tests.lab.conftest import offline
 
@@ -167,18 +168,18 @@ def test_every_setting_is_on_its_page(site: Path) -> None:
     for setting, kind, _ in choosing_fields(Experiment):
         page = part_reference.PAGES_OF_BUILT_IN_PARTS[kind].replace(".md", ".html")
         text = text_of(site, f"docs/reference/{page}")
-        for name in choices.packaged(kind):
+        for name in registry.packaged(kind):
             assert name in text, name
-            for field in choices.find(kind, name).model_fields:
-                path = f"{setting.rpartition('.')[0]}.{choices.key_of(name)}.{field}"
+            for field in registry.find(kind, name).model_fields:
+                path = f"{setting.rpartition('.')[0]}.{registry.key_of(name)}.{field}"
                 assert path in text, path
 
 
 def test_every_setting_of_a_model_is_on_its_page(site: Path) -> None:
     text = text_of(site, "docs/reference/models.html")
-    for name in choices.packaged("model"):
+    for name in registry.packaged("model"):
         if name != "miniworld":
-            key = choices.key_of(name)
+            key = registry.key_of(name)
             settings = validate({"name": "x", "model": name}).model_dump()[key]
             for path in leaves(settings):
                 assert f"{key}.{path}" in text, (name, path)

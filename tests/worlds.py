@@ -8,8 +8,8 @@ from typing import Any
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.presets import load
-from baldwinlab.runs.replay import replay
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.replay import replay
 
 
 def point(x: float, y: float, count: int = 1, energy: float = 1.0) -> dict[str, Any]:

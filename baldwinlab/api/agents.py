@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.errors import ArgumentError, RefusedError
+from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.suggestions import list_names
+from baldwinlab.core.variables import RUN, TRACE
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.kinds import forward
-from baldwinlab.runs.reevaluate import born, stored_genome
+from baldwinlab.parts.agent_parts import forward
+from baldwinlab.simulation.reevaluation import born, stored_genome
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.suggestions import list_names
-from baldwinlab.variables import RUN, TRACE
 
 NETWORKS = ("action", "reinforcement")  # the modules of a genome that are networks
 

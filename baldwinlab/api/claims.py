@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from baldwinlab import console
+from baldwinlab.analysis.claims import Claiming, ClaimResult, describe_claims_too_few, evaluate
 from baldwinlab.api.tables import claims_table
-from baldwinlab.errors import RefusedError, require_positive
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import PaperError, load, of_study
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.paper import require_known
-from baldwinlab.papers.verdicts import Claiming, ClaimResult, describe_claims_too_few, evaluate
+from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study import open_conditions
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from baldwinlab import console, papers
-from baldwinlab.api.installed import load_installed
+from baldwinlab import papers
+from baldwinlab.api.load import load_installed
+from baldwinlab.api.publish.gallery import PAGE, lead, left_out, publish
 from baldwinlab.api.reproduce import are_foragers, reproduce
-from baldwinlab.errors import require_positive
-from baldwinlab.gallery.publish import PAGE, lead, left_out, publish
-from baldwinlab.outputs import REPORT, require_writable
+from baldwinlab.core import console
+from baldwinlab.core.errors import require_positive
+from baldwinlab.core.output_paths import REPORT, require_writable
 
 ALL = "all"  # the word for every paper, where one could be named
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import xarray as xr
 
-from baldwinlab.api.installed import load_installed
-from baldwinlab.errors import RefusedError
+from baldwinlab.api.load import load_installed
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.suggestions import list_names
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.suggestions import list_names
 
 
 def read_experiment(record: xr.Dataset, condition: str | None = None) -> Experiment:

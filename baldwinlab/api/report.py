@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from baldwinlab import console, results
+from baldwinlab.analysis.claims import describe_claims_too_few
+from baldwinlab.analysis.multiverse.section import combinations, verdict
+from baldwinlab.api.publish import lab_results
+from baldwinlab.api.publish.multiverse import publish as publish_multiverse
+from baldwinlab.api.publish.study import Published, need, publish
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, show_contrasts, variants_table
-from baldwinlab.errors import RefusedError, require_positive
-from baldwinlab.factors import CONDITIONS, MULTIVERSE
-from baldwinlab.files import is_local, require_place
-from baldwinlab.multiverse.publish import publish as publish_multiverse
-from baldwinlab.multiverse.section import combinations, verdict
-from baldwinlab.outputs import REPORT, require_writable
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.files import is_local, require_place
+from baldwinlab.core.output_paths import REPORT, require_writable
+from baldwinlab.core.resources import require
+from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper
-from baldwinlab.papers.verdicts import describe_claims_too_few
-from baldwinlab.publish import Published, need, publish
-from baldwinlab.resources import require
-from baldwinlab.studies.claims import CLAIMS
+from baldwinlab.studies.claims_file import CLAIMS
 from baldwinlab.studies.store import StudyStore
 
 
@@ -62,7 +63,7 @@ def report(
         baseline or no claims.
     """
     require_positive("last", last)
-    results.require_baseline(study, baseline)
+    lab_results.require_baseline(study, baseline)
     if baseline and study.kind == MULTIVERSE:
         raise RefusedError(
             f"--baseline {baseline}: {study.directory} is a multiverse, whose report compares no conditions"
@@ -80,7 +81,7 @@ def report(
     require(f"the report of {study.directory}", need(study), force=force)
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.info)
-        results.keep(study)
+        lab_results.keep(study)
         console.console.print(variants_table(multiverse))
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
             console.info(f"- {sentence}")

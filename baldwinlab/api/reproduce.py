@@ -7,25 +7,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab import console, papers
-from baldwinlab.api.bring import How, assay, bring
-from baldwinlab.api.installed import load_installed
+from baldwinlab import papers
+from baldwinlab.analysis.assays.analysis import planned_designs
+from baldwinlab.analysis.claims import planned_claim_designs
+from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.api.load import load_installed
+from baldwinlab.api.publish.study import of_emergence
 from baldwinlab.api.report import report
 from baldwinlab.api.run import assignments_of
+from baldwinlab.api.run_study import How, assay, bring
 from baldwinlab.api.study import Study
-from baldwinlab.assays import missing_assays
-from baldwinlab.assays.estimate import Planned
-from baldwinlab.errors import RefusedError, require_positive
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.files import location
+from baldwinlab.core.resources import Need
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
-from baldwinlab.experiment.idle import require_effect
-from baldwinlab.files import location
+from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.paper import STANDARD
-from baldwinlab.papers.verdicts import planned_claim_designs
-from baldwinlab.publish import of_emergence
-from baldwinlab.resources import Need
-from baldwinlab.runs import estimate
-from baldwinlab.runs.warm_up import available_cores
-from baldwinlab.statistics.sample_sizes import describe_too_few
+from baldwinlab.simulation import memory
+from baldwinlab.simulation.compilation import available_cores
+from baldwinlab.studies.assays.memory import Planned
+from baldwinlab.studies.assays.run import missing_assays
 
 LONGEST_NAME: Final = 120  # of a folder, in characters
 SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
@@ -150,7 +152,9 @@ def too_few_runs(
     names = [experiment.name for experiment in experiments]
     if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
         yield f"Claims: {claims}"
-    if effect := describe_too_few(_planned(experiments, paper).designs(runs, paper.about.assays)):
+    planned = _planned(experiments, paper)
+    assays = planned.fitting(paper.about.assays)
+    if effect := describe_too_few(planned_designs(planned.experiments, assays, runs)):
         yield f"Baldwin effect: {effect}"
 
 
@@ -170,7 +174,7 @@ def _afterwards(
         runs, workers or available_cores(), paper.about.assays
     )
     shown = by_name.get(paper.about.emergence, experiments[0])
-    return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(
+    return assays.then(memory.of_tables([(one, runs) for one in experiments])).then(
         of_emergence(shown)
     )
 

@@ -8,17 +8,17 @@ from typing import Any
 
 import tomlkit
 
-from baldwinlab import console
-from baldwinlab.api.bring import How, bring
-from baldwinlab.api.installed import load_installed
+from baldwinlab.api.load import load_installed
+from baldwinlab.api.run_study import How, bring
 from baldwinlab.api.study import Study
-from baldwinlab.errors import RefusedError
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import location
+from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
-from baldwinlab.experiment.idle import require_effect
-from baldwinlab.factors import Factors
-from baldwinlab.files import location
-from baldwinlab.presets import Loaded, factors, load_with_origin
-from baldwinlab.suggestions import suggest
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.unused_settings import require_effect
+from baldwinlab.papers.presets import Loaded, factors, load_with_origin
 
 
 def run(
@@ -119,10 +119,10 @@ def run_loaded(
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
-    from baldwinlab.statistics.contrasts import (
-        planned_designs,
-    )  # here, because SciPy's statistics take a while to load
-    from baldwinlab.statistics.sample_sizes import describe_too_few
+    from baldwinlab.analysis.statistics.contrasts import (
+        planned_designs,  # here, because SciPy's statistics take a while to load
+    )
+    from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     known = factors()
     return describe_too_few(

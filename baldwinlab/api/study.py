@@ -15,24 +15,24 @@ import xarray as xr
 
 from baldwinlab import papers
 from baldwinlab.api.agents import AgentNetwork, make_network, only_condition, read_genomes
-from baldwinlab.api.bring import How, assay
-from baldwinlab.api.installed import load_installed
-from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
-from baldwinlab.errors import require_positive
-from baldwinlab.exchange import frames, written
-from baldwinlab.exchange.crate import write_crate
-from baldwinlab.exchange.stores import write_zarr
-from baldwinlab.exchange.table import Table
+from baldwinlab.api.export import files, frames
+from baldwinlab.api.export.ro_crate import write_crate
+from baldwinlab.api.export.table import Table
+from baldwinlab.api.export.zarr import write_zarr
+from baldwinlab.api.load import load_installed
+from baldwinlab.api.run_study import How, assay
+from baldwinlab.core.errors import require_positive
+from baldwinlab.core.files import location
+from baldwinlab.core.resources import require
 from baldwinlab.experiment import Experiment
-from baldwinlab.factors import SWEEP
-from baldwinlab.files import location
-from baldwinlab.resources import require
-from baldwinlab.runs.estimate import of_tables
-from baldwinlab.runs.replay import replay
+from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.simulation.memory import of_tables
+from baldwinlab.simulation.replay import replay
 from baldwinlab.studies import store
+from baldwinlab.studies.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
+from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.study import open_runs
-from baldwinlab.sweeps.design import open_sweep
+from baldwinlab.studies.sweeps.design import open_sweep
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,7 +88,7 @@ class Study:
     ) -> xr.Dataset:
         """What an assay measures of a condition, or of all along the dim `condition`; what is not stored yet is measured first.
 
-        The variables are `baldwinlab.variables.ASSAYS[name]`. Raises StudyError for an assay that there is not, and where
+        The variables are `baldwinlab.core.variables.ASSAYS[name]`. Raises StudyError for an assay that there is not, and where
         it has nothing to measure; and RefusedError, unless forced, for more memory or disk than is free.
         """
         if any(missing_assays(self._stored, [name]).values()):
@@ -159,11 +159,13 @@ class Study:
         """
         import pandas as pd
 
-        from baldwinlab import results  # here, because SciPy's statistics take a while to load
-        from baldwinlab.statistics.contrasts import COLUMNS
+        from baldwinlab.analysis.statistics.contrasts import COLUMNS
+        from baldwinlab.api.publish import (
+            lab_results,  # here, because SciPy's statistics take a while to load
+        )
 
         require_positive("last", last)
-        contrasts = results.compare(self._stored, last, baseline or "")
+        contrasts = lab_results.compare(self._stored, last, baseline or "")
         decided = [
             {"smallest_p_holm": row.smallest_p_holm, "verdict": row.verdict}
             for row in contrasts.rows
@@ -231,7 +233,7 @@ class Study:
         generation: int,
         force: bool = False,
     ) -> xr.Dataset:
-        """Simulate one lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`.
+        """Simulate one lifetime of a stored run again, every step: the variables of `baldwinlab.core.variables.TRACE`.
 
         A study with one condition does not need `condition`. Raises StudyError, with the conditions, where it is missing.
         """
@@ -329,11 +331,11 @@ class Study:
         Units and meanings are the fields' metadata. It is written run by run. Raises RefusedError where a file is there that this
         has not written, unless forced.
         """
-        written.write_parquet(Table(self._stored), Path(path), force=force)
+        files.write_parquet(Table(self._stored), Path(path), force=force)
 
     def to_csv(self, path: str | Path, *, force: bool = False) -> None:
         """Write the same table as CSV, with units and meanings beside it, in PATH-metadata.json. Raises as `to_parquet` does."""
-        written.write_csv(Table(self._stored), Path(path), force=force)
+        files.write_csv(Table(self._stored), Path(path), force=force)
 
     def to_phylogeny(
         self,
@@ -347,7 +349,7 @@ class Study:
 
         Raises as `to_parquet` does.
         """
-        written.write_phylogeny(self._stored, Path(path), condition, run, force=force)
+        files.write_phylogeny(self._stored, Path(path), condition, run, force=force)
 
     def to_pandas(self) -> pd.DataFrame:
         """The table of `to_parquet` in memory; `attrs` has `units` and `long_name` of its columns."""
@@ -359,9 +361,9 @@ class Study:
 
     def to_arviz(self, *, last: int = 10) -> xr.DataTree:
         """The outcome of each run, averaged over its `last` generations, as ArviZ has observations: see `exchange.inference`."""
-        from baldwinlab.exchange.inference import (
-            outcomes,
-        )  # here, because to load SciPy's statistics takes a while
+        from baldwinlab.api.export.arviz import (
+            outcomes,  # here, because to load SciPy's statistics takes a while
+        )
 
         self._stored.require_runs()
         return outcomes(self.data(), last)
@@ -392,7 +394,9 @@ class Study:
 
     def _repr_html_(self) -> str:
         """In a notebook: what it holds, and the curves of its first conditions."""
-        from baldwinlab.api.inline import html  # here, because to load the figures takes a while
+        from baldwinlab.api.study_html import (
+            html,  # here, because to load the figures takes a while
+        )
 
         return html(repr(self), self._stored, self.conditions[:SHOWN])
 

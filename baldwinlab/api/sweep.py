@@ -8,17 +8,17 @@ from typing import Any
 
 import tomlkit
 
-from baldwinlab import console
-from baldwinlab.api.bring import How, bring
-from baldwinlab.api.installed import load_installed
+from baldwinlab.api.load import load_installed
+from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
+from baldwinlab.api.run_study import How, bring
 from baldwinlab.api.study import Study
-from baldwinlab.errors import RefusedError, require_positive
-from baldwinlab.factors import SWEEP
-from baldwinlab.files import location
-from baldwinlab.runs.estimate import of_tables
-from baldwinlab.sweeps.comparison import describe_too_few_runs
-from baldwinlab.sweeps.design import FILE, experiments, require_as_many
-from baldwinlab.sweeps.plan import read, validate
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.files import location
+from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.simulation.memory import of_tables
+from baldwinlab.studies.sweeps.design import FILE, experiments, require_as_many
+from baldwinlab.studies.sweeps.file import read, validate
 
 
 def sweep(

@@ -9,12 +9,12 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from baldwinlab import console
-from baldwinlab.multiverse.analysis import Multiverse
-from baldwinlab.papers.verdicts import ClaimResult
-from baldwinlab.statistics.contrasts import Contrast, Contrasts
-from baldwinlab.statistics.rules import MARKS
-from baldwinlab.statistics.sample_sizes import TOO_FEW
+from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.multiverse.analysis import Multiverse
+from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.statistics.rules import MARKS
+from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW
+from baldwinlab.core import console
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW: "yellow", "higher": "green", "lower": "red"}

@@ -8,21 +8,21 @@ import warnings
 from contextlib import chdir
 from pathlib import Path
 
-from baldwinlab import console
-from baldwinlab.cli.common import app
-from baldwinlab.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
+from baldwinlab.cli.options import app
+from baldwinlab.core import console
+from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
 
 COMMANDS = {  # module and function of each
-    "assay": ("assays.command", "assay"),
-    "bench": ("cli.measure", "bench"),
+    "assay": ("cli.assay", "assay"),
+    "bench": ("cli.bench", "bench"),
     "check": ("cli.check", "check"),
     "claims": ("cli.claims", "claims"),
     "crate": ("cli.crate", "crate"),
     "doctor": ("cli.doctor", "doctor"),
     "export": ("cli.export", "export"),
-    "gallery": ("gallery.command", "gallery"),
+    "gallery": ("cli.gallery", "gallery"),
     "lab": ("cli.lab", "lab"),
-    "multiverse": ("multiverse.command", "multiverse"),
+    "multiverse": ("cli.multiverse", "multiverse"),
     "papers": ("cli.papers", "papers"),
     "phylogeny": ("cli.phylogeny", "phylogeny"),
     "presets": ("cli.presets", "list_presets"),
@@ -31,7 +31,7 @@ COMMANDS = {  # module and function of each
     "reproduce": ("cli.reproduce", "reproduce"),
     "run": ("cli.run", "run"),
     "show": ("cli.presets", "show"),
-    "sweep": ("sweeps.command", "sweep"),
+    "sweep": ("cli.sweep", "sweep"),
 }
 
 

@@ -7,10 +7,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
-from baldwinlab.check import REQUIREMENTS, findings
-from baldwinlab.check.subject import SEED
-from baldwinlab.cli.common import Whole
+from baldwinlab.api.checks import REQUIREMENTS, findings
+from baldwinlab.api.checks.fixture import SEED
+from baldwinlab.cli.options import Whole
+from baldwinlab.core import console
 
 
 def check(

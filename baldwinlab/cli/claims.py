@@ -8,11 +8,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
 from baldwinlab.api.claims import claims as decide
-from baldwinlab.cli.common import Directory, Force, Last, Parts, load_parts
-from baldwinlab.files import write_atomically
-from baldwinlab.outputs import require_writable
+from baldwinlab.cli.options import Directory, Force, Last, Parts, load_parts
+from baldwinlab.core import console
+from baldwinlab.core.files import write_atomically
+from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.store import StudyStore
 
 

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
-from baldwinlab.cli.common import Directory, Force, Parts, load_parts
-from baldwinlab.exchange.crate import write_crate
+from baldwinlab.api.export.ro_crate import write_crate
+from baldwinlab.cli.options import Directory, Force, Parts, load_parts
+from baldwinlab.core import console
 from baldwinlab.studies.store import StudyStore
 
 

@@ -8,8 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
-from baldwinlab.doctor import examine, is_well
+from baldwinlab.api.doctor import examine, is_well
+from baldwinlab.core import console
 
 MARKS = {"well": "ok", "missing": "-", "problem": "PROBLEM"}
 

@@ -7,14 +7,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
-from baldwinlab.cli.common import Assignments, Force, Parts, PerhapsWhole, load_parts
-from baldwinlab.errors import RefusedError
+from baldwinlab.cli.options import Assignments, Force, Parts, PerhapsWhole, load_parts
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import location, write_atomically
+from baldwinlab.core.output_paths import EXPORT, is_study, require_writable
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.experiment.idle import require_effect
-from baldwinlab.files import location, write_atomically
-from baldwinlab.outputs import EXPORT, is_study, require_writable
-from baldwinlab.presets import Loaded, load_with_origin
+from baldwinlab.experiment.unused_settings import require_effect
+from baldwinlab.papers.presets import Loaded, load_with_origin
 from baldwinlab.studies.store import StudyStore
 
 
@@ -45,7 +45,7 @@ def export(
         return
     from baldwinlab.engine.wasm import find_linker
     from baldwinlab.lab.export import live_page  # here, because to load the engine takes a while
-    from baldwinlab.models.miniworld.modules import is_ready
+    from baldwinlab.models.miniworld.backends.wasm_modules import is_ready
 
     require_writable("--out", out, EXPORT.encode(), force=force)
     load_parts(part)

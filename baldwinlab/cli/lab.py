@@ -16,15 +16,15 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
-from baldwinlab.cli.common import Directory, Parts, Whole, load_parts
-from baldwinlab.errors import BaldwinLabError, RefusedError
+from baldwinlab.cli.options import Directory, Parts, Whole, load_parts
+from baldwinlab.core import console
+from baldwinlab.core.errors import BaldwinLabError, RefusedError
+from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.files import is_local
 from baldwinlab.experiment import Experiment
-from baldwinlab.extras import missing_extra
-from baldwinlab.files import is_local
 from baldwinlab.lab.access import Access
-from baldwinlab.models.miniworld.cpu import is_compiled
-from baldwinlab.runs.warm_up import warm_up
+from baldwinlab.models.miniworld.backends.cpu import is_compiled
+from baldwinlab.simulation.compilation import warm_up
 
 RESULTS = Path("results")
 PORT = 8642
@@ -92,9 +92,9 @@ def listening(port: int) -> socket.socket:
 
 def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     """Until ctrl-C. Pages are there before the engine is: where it must be compiled first, they say so."""
-    from baldwinlab.lab.clients import (
-        server_of,
-    )  # here, because only the extra has what they need, and it takes a while to load
+    from baldwinlab.lab.rate_limit import (
+        server_of,  # here, because only the extra has what they need, and it takes a while to load
+    )
     from baldwinlab.lab.server import make_app
 
     warming = threading.Thread(target=_warm_up)

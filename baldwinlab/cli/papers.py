@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from baldwinlab import console
+from baldwinlab.core import console
 from baldwinlab.papers import built_in
 
 SHOWN = 6  # conditions of a paper

@@ -7,9 +7,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
-from baldwinlab.cli.common import Directory, Force, Parts, PerhapsWhole, load_parts
-from baldwinlab.exchange.written import write_phylogeny
+from baldwinlab.api.export.files import write_phylogeny
+from baldwinlab.cli.options import Directory, Force, Parts, PerhapsWhole, load_parts
+from baldwinlab.core import console
 from baldwinlab.studies.store import StudyStore
 
 

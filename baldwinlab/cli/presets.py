@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 
-from baldwinlab import console, papers, presets
-from baldwinlab.cli.common import Assignments, NamedExperiment, Parts, Variant, load_parts
+from baldwinlab import papers
+from baldwinlab.cli.options import Assignments, NamedExperiment, Parts, Variant, load_parts
+from baldwinlab.core import console
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.papers import presets
 
 
 def list_presets() -> None:

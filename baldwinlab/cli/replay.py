@@ -8,18 +8,18 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
 from baldwinlab.api import study as studies
 from baldwinlab.api.agents import only_condition
-from baldwinlab.cli.common import Directory, Force, Parts, Whole, load_parts
-from baldwinlab.errors import RefusedError
+from baldwinlab.cli.options import Directory, Force, Parts, Whole, load_parts
+from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import write_atomically
+from baldwinlab.core.output_paths import REPLAY, require_writable
+from baldwinlab.core.resources import Need, require
+from baldwinlab.core.variables import TRACE
 from baldwinlab.experiment import Experiment
-from baldwinlab.files import write_atomically
-from baldwinlab.outputs import REPLAY, require_writable
-from baldwinlab.resources import Need, require
-from baldwinlab.runs.estimate import of_replay, require_storable, sizes
+from baldwinlab.simulation.memory import of_replay, require_storable, sizes
 from baldwinlab.studies import store
-from baldwinlab.variables import TRACE
 
 
 def replay(
@@ -53,15 +53,15 @@ def replay(
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
-        from baldwinlab.figures import (
-            trajectories,
-        )  # here, and the movie too, because to load them takes a while
+        from baldwinlab.analysis.figures import (
+            trajectories,  # here, and the movie too, because to load them takes a while
+        )
 
         picture = BytesIO()
         trajectories(trace).savefig(picture, format="png", dpi=200, metadata={"Software": REPLAY})
         write_atomically(out, picture.getvalue())
     else:
-        from baldwinlab.movie import write_movie
+        from baldwinlab.analysis.figures.movie import write_movie
 
         write_movie(trace, experiment.world.width, experiment.world.height, out)
     eaten = int(trace.eaten.sum())

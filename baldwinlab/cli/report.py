@@ -8,8 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.report import report as make_report
-from baldwinlab.cli.common import Baseline, Directory, Force, Last, Parts, load_parts
-from baldwinlab.errors import require_positive
+from baldwinlab.cli.options import Baseline, Directory, Force, Last, Parts, load_parts
+from baldwinlab.core.errors import require_positive
 from baldwinlab.papers import load
 from baldwinlab.studies.store import StudyStore
 

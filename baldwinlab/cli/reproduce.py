@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from baldwinlab.api.bring import How
 from baldwinlab.api.gallery import ALL, reproduce_all
 from baldwinlab.api.reproduce import lengths, reproduce_changed
-from baldwinlab.cli.common import (
+from baldwinlab.api.run_study import How
+from baldwinlab.cli.options import (
     Assignments,
     BackendName,
     Executor,
@@ -24,7 +24,7 @@ from baldwinlab.cli.common import (
     Workers,
     load_parts,
 )
-from baldwinlab.errors import RefusedError
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.papers import DEFAULT, load
 from baldwinlab.papers.paper import STANDARD
 

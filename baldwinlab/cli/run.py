@@ -6,11 +6,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console, results
-from baldwinlab.api.bring import How
+from baldwinlab.api.publish import lab_results
 from baldwinlab.api.run import run_loaded
+from baldwinlab.api.run_study import How
 from baldwinlab.api.tables import show_contrasts
-from baldwinlab.cli.common import (
+from baldwinlab.cli.options import (
     LOCATION,
     Assignments,
     BackendName,
@@ -26,7 +26,8 @@ from baldwinlab.cli.common import (
     Workers,
     load_parts,
 )
-from baldwinlab.presets import load_with_origin
+from baldwinlab.core import console
+from baldwinlab.papers.presets import load_with_origin
 from baldwinlab.studies.store import StudyStore
 
 
@@ -58,5 +59,5 @@ def run(
     study = run_loaded(
         loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline
     )
-    show_contrasts(results.compare(StudyStore(study.directory), baseline=baseline))
+    show_contrasts(lab_results.compare(StudyStore(study.directory), baseline=baseline))
     console.info(f"for statistics, figures and a report: baldwinlab report {study.directory}")

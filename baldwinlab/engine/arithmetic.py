@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Value, clamp, square_root
+from baldwinlab.engine.simd import Value, clamp, square_root
 
 Coefficients = tuple[float, ...]  # of a polynomial, the highest power's first
 

@@ -22,9 +22,9 @@ from typing import Final
 import numba
 import platformdirs
 
-from baldwinlab.engine import lanes
+from baldwinlab.core.files import write_atomically
+from baldwinlab.engine import simd
 from baldwinlab.engine.numba_internals.dispatchers import CodeStore
-from baldwinlab.files import write_atomically
 
 try:
     import fcntl
@@ -38,7 +38,7 @@ ENDING: Final = ".compiled"
 @cache
 def sources_hash() -> str:
     """Hash what compiled code depends on: the sources, the version of Numba, and the lanes of a block."""
-    digest = hashlib.sha256(f"numba {numba.__version__}, {lanes.WIDTH} lanes".encode())
+    digest = hashlib.sha256(f"numba {numba.__version__}, {simd.WIDTH} lanes".encode())
     package = Path(__file__).parents[1]
     for room in ("engine", "evolution", "models", "parts"):
         for source in sorted((package / room).rglob("*.py")):

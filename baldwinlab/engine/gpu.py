@@ -17,7 +17,7 @@ import numpy as np
 from numba import config, cuda
 
 from baldwinlab.engine.jit import GENERIC, Function
-from baldwinlab.engine.lanes import FOR_ONE_LANE
+from baldwinlab.engine.simd import FOR_ONE_LANE
 from baldwinlab.engine.versions import require_tested_version
 
 COMPILING = threading.Lock()  # so that no thread compiles what another does already

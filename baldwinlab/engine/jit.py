@@ -24,13 +24,13 @@ import numpy as np
 from numba.extending import overload
 
 from baldwinlab.engine import cache
+from baldwinlab.engine.compile_errors import refusal
 from baldwinlab.engine.fingerprint import fingerprint, python_of
-from baldwinlab.engine.inlined import Inlined
+from baldwinlab.engine.inlining import Inlined
 from baldwinlab.engine.numba_internals import dispatchers
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
 from baldwinlab.engine.numba_internals.libraries import unrolling
 from baldwinlab.engine.numba_internals.pipeline import EntryCompiler
-from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.errors import RefusedError
+from baldwinlab.core.errors import RefusedError
 
 VARIABLE: Final = "BALDWINLAB_POISON"
 ALIGNMENT: Final = 64  # bytes, a cache line

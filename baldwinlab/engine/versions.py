@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from baldwinlab.errors import RefusedError
-from baldwinlab.version import __version__
+from baldwinlab._version import __version__
+from baldwinlab.core.errors import RefusedError
 
 Version = tuple[int, int]  # major and minor
 

@@ -26,6 +26,8 @@ import numba
 from llvmlite import ir
 from numba import types
 
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.extras import missing_extra
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import UNWRAPPED, compile_to_llvm
 from baldwinlab.engine.numba_internals.libraries import make_pass_builder, unrolling
@@ -36,8 +38,6 @@ from baldwinlab.engine.numba_internals.lowering import (
     define_plain_function,
 )
 from baldwinlab.engine.reference import Reference
-from baldwinlab.errors import RefusedError
-from baldwinlab.extras import missing_extra
 
 TRIPLE: Final = "wasm32-unknown-unknown"
 FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"

@@ -14,7 +14,7 @@ from baldwinlab.evolution.inheritance import (
     needs_lives,
     trace_back,
 )
-from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 
 __all__ = [

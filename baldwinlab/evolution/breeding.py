@@ -11,10 +11,10 @@ from baldwinlab.engine.jit import kept
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genome
 from baldwinlab.evolution.inheritance import deal_teachers
-from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_population
+from baldwinlab.parts.evolution_parts import ITSELF, breeding_part, vary_population
 
 
 def next_genome(

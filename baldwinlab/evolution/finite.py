@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from baldwinlab.errors import RefusedError
-from baldwinlab.evolution.moment import Genome, Moment
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.evolution.rng_key import Genome, Moment
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 

@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry, kept
-from baldwinlab.engine.lanes import square_root
-from baldwinlab.evolution.moment import Fitness, Genome
+from baldwinlab.engine.simd import square_root
+from baldwinlab.evolution.rng_key import Fitness, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import Fitness as FitnessPart
-from baldwinlab.parts.evolution import breeding_part, evaluate
+from baldwinlab.parts.evolution_parts import Fitness as FitnessPart
+from baldwinlab.parts.evolution_parts import breeding_part, evaluate
 
 
 class Energy(FitnessPart, name="energy"):

@@ -13,9 +13,9 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.finite import require_finite
-from baldwinlab.evolution.moment import Genome, Moment
+from baldwinlab.evolution.rng_key import Genome, Moment
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import breeding_part
+from baldwinlab.parts.evolution_parts import breeding_part
 
 WEIGHTS_OF_MODULE: Final = {
     "action": rng.ACTION_WEIGHTS,

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import entry, kept
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
-from baldwinlab.evolution.moment import Genome, Moment, Parents
+from baldwinlab.evolution.rng_key import Genome, Moment, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import Inheritance, assign_teachers, breeding_part, inherit
+from baldwinlab.parts.evolution_parts import Inheritance, assign_teachers, breeding_part, inherit
 
 Weights = npt.NDArray[np.float32]  # [weight], of the action module
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry, kept
-from baldwinlab.evolution.moment import Fitness, Genome, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.evolution import (
+from baldwinlab.parts.evolution_parts import (
     ITSELF,
     Selection,
     breeding_part,

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.parts.evolution import Variation
+from baldwinlab.parts.evolution_parts import Variation
 
 OneGenome = npt.NDArray[np.float32]  # [module, weight]
 Draws = npt.NDArray[np.float64]  # [module and weight, 4]

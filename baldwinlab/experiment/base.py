@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, create_model, model_validator
 
-from baldwinlab.experiment import choices, paths
-from baldwinlab.experiment.choices import Choice, key_of
-from baldwinlab.experiment.classes import (
+from baldwinlab.experiment import paths, registry
+from baldwinlab.experiment.class_builder import (
     choosing_fields,
     chosen_parts,
     class_for,
@@ -31,6 +30,7 @@ from baldwinlab.experiment.fields import (
     refuse_fields,
     sentences,
 )
+from baldwinlab.experiment.registry import Choice, key_of
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[
@@ -137,7 +137,7 @@ class BaseExperiment(Fields):
 
     def _repr_html_(self) -> str:
         """In a notebook: a table of its fields."""
-        from baldwinlab.experiment.inline import html  # here, because it needs this class
+        from baldwinlab.experiment.html import html  # here, because it needs this class
 
         return html(self)
 
@@ -222,17 +222,17 @@ class BaseExperiment(Fields):
         )  # no attribute: every table has a method `copy`, which may be a part's name
         if isinstance(table, Fields):
             return table
-        if table is not None or not choices.is_here(kind, name):
+        if table is not None or not registry.is_here(kind, name):
             raise ExperimentError(
                 f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
             )
-        return choices.find(kind, name)()
+        return registry.find(kind, name)()
 
 
 def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
     """Kind and name of every part that an experiment chooses and that does not come with the package."""
     for kind, name in added_choices(experiment):
-        if name not in choices.packaged(kind):
+        if name not in registry.packaged(kind):
             yield kind, name
 
 
@@ -241,7 +241,7 @@ def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
     for path, kind, _ in choosing_fields(type(experiment)):
         names = paths.look_up(experiment, path)[0]
         for name in (names,) if isinstance(names, str) else names:
-            if name not in choices.BUILT_IN[kind]:
+            if name not in registry.BUILT_IN[kind]:
                 yield kind, name
 
 
@@ -263,12 +263,11 @@ def _without_idle_tables(
 
 def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
     """The class of a model's experiments, before any part is chosen."""
-    from baldwinlab.experiment.miniworld import Experiment
-
     name = tree.get("model", "miniworld")
-    if name == "miniworld" or name not in choices.names("model"):
-        return Experiment
-    return _of_foreign_model(choices.find("model", name), name)
+    if name == "miniworld" or name not in registry.names("model"):
+        experiment: type[BaseExperiment] = registry.find("model", "miniworld")
+        return experiment
+    return _of_foreign_model(registry.find("model", name), name)
 
 
 @cache
@@ -313,8 +312,8 @@ def validate(tree: Any, lenient: bool = False) -> Any:
 def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
     """As `validate`, without asking the parts."""
     model = tree.get("model", "miniworld")
-    if not lenient and model not in choices.names("model"):
-        raise ExperimentError(f"model = {model!r}: {choices.refusal('model', str(model))}")
+    if not lenient and model not in registry.names("model"):
+        raise ExperimentError(f"model = {model!r}: {registry.refusal('model', str(model))}")
     made = _class_of(tree, lenient)
     try:
         experiment = made.model_validate(tree, context={"lenient": lenient})
@@ -354,7 +353,7 @@ def _require_separate_groups(experiment: BaseExperiment) -> None:
 
 def _class_of(tree: dict[str, Any], lenient: bool, foreign: bool = True) -> Any:
     """What a tree is to be made; `lenient` as in `validate`, and without foreign parts as if none were here."""
-    there = choices.names("model") if foreign else choices.BUILT_IN["model"]
+    there = registry.names("model") if foreign else registry.BUILT_IN["model"]
     base = _Unread if lenient and tree.get("model", "miniworld") not in there else _base_of(tree)
     return class_for(base, chosen_parts(base, tree, lenient, foreign))
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
-from baldwinlab.errors import BaldwinLabError
+from baldwinlab.core.errors import BaldwinLabError
 
 MOST_FAULTS: Final = 10  # that are told; who mends these may see more
 LONGEST: Final = 100  # characters of a path or a value

@@ -9,9 +9,9 @@ from typing import Any, Final
 
 from pydantic import BaseModel, Field, model_validator
 
-from baldwinlab.errors import PartError
+from baldwinlab.core.errors import PartError
+from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.experiment.fields import Fields
-from baldwinlab.files import DATA_FILE, read_bytes
 
 DIGITS: Final = 12  # of a hash, in sentences
 

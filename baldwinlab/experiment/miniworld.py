@@ -15,8 +15,8 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
-from baldwinlab.experiment.choices import Choice
 from baldwinlab.experiment.fields import Fields, refuse_fields
+from baldwinlab.experiment.registry import Choice
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 SenseName = Annotated[str, Choice("sense")]

@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from baldwinlab.core.files import toml_of
 from baldwinlab.experiment.fields import ExperimentError, plain
-from baldwinlab.files import toml_of
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:

@@ -10,8 +10,8 @@ from typing import Any
 import tomlkit
 from pydantic import BaseModel
 
+from baldwinlab.core.files import toml_of
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
-from baldwinlab.files import toml_of
 
 
 def to_toml(experiment: BaseExperiment) -> str:

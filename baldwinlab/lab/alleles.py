@@ -13,12 +13,12 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.evolution import Genome, Moment
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError, frames, studies
-from baldwinlab.lab.lives import MOST_BYTES
+from baldwinlab.lab import Lab, MissingError, binary_frames, studies
+from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.life_query import MOST_BYTES
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.lab.turns import InTurn
-from baldwinlab.runs.reevaluate import stored_genomes
-from baldwinlab.runs.replay import genome_at
+from baldwinlab.simulation.reevaluation import stored_genomes
+from baldwinlab.simulation.replay import genome_at
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -51,7 +51,7 @@ def shares_of(lab: Lab, query: Query) -> bytes:
 
     def make() -> bytes:
         found = shares(experiment, stored_genomes(experiment, study.record(name, run)))
-        return frames.pack(_header(experiment, 0), {"share": found})
+        return binary_frames.pack(_header(experiment, 0), {"share": found})
 
     return lab.answers.get(("alleles", experiment, study.seed, run), make)
 
@@ -73,7 +73,9 @@ def shares_of_live(lab: Lab, query: Query) -> bytes:
             live.energy(run, generation),
             (kept, genome),
         )
-    return frames.pack(_header(experiment, generation), {"share": shares(experiment, [genome])})
+    return binary_frames.pack(
+        _header(experiment, generation), {"share": shares(experiment, [genome])}
+    )
 
 
 def shares(experiment: BaseExperiment, genomes: Iterable[Genome]) -> npt.NDArray[np.float32]:

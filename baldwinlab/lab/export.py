@@ -6,25 +6,25 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
-from baldwinlab import presets
-from baldwinlab.errors import RefusedError
+from baldwinlab._version import __version__
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import elders_teach
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.base import added_choices
-from baldwinlab.experiment.choices import BUILT_IN, key_of
-from baldwinlab.experiment.classes import choosing_fields
+from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import look_up
-from baldwinlab.lab import pages
+from baldwinlab.experiment.registry import BUILT_IN, key_of
+from baldwinlab.lab import single_page
 from baldwinlab.lab.schema import node_at, schema_of
-from baldwinlab.models.miniworld.about import about
-from baldwinlab.models.miniworld.look import look
-from baldwinlab.models.miniworld.make import FOOD_COLOR, item_regions
-from baldwinlab.models.miniworld.modules import built_in, module_of
-from baldwinlab.models.miniworld.plan import OF_ANY_INHERITANCE, Habitat
+from baldwinlab.models.miniworld.allocation import FOOD_COLOR, item_regions
+from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.backends.browser_layout import OF_ANY_INHERITANCE, Habitat
+from baldwinlab.models.miniworld.backends.wasm_modules import built_in, module_of
+from baldwinlab.models.miniworld.description import about
 from baldwinlab.models.miniworld.state import FOOD
-from baldwinlab.parts.kinds import Network, numeric_fields
-from baldwinlab.runs.simulate import check_seed
-from baldwinlab.version import __version__
+from baldwinlab.papers import presets
+from baldwinlab.parts.agent_parts import Network, numeric_fields
+from baldwinlab.simulation.simulate import check_seed
 
 FIRST: Final = "live_page.js"  # the module that the page begins with
 WORKER: Final = (
@@ -97,7 +97,7 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
     given = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
     told = laboratory(given) | {"seed": seed}
-    made = pages.page(
+    made = single_page.page(
         "live.html", FIRST, STYLES, title=given[0].name, worker=_worker(), laboratory=told
     )
     if len(made) > MOST_BYTES:
@@ -161,7 +161,7 @@ def _program(name: str, experiment: Experiment) -> dict[str, Any]:
     return {
         "name": name,
         "when": plain,
-        "module": pages.packed(module_of(experiment)),
+        "module": single_page.packed(module_of(experiment)),
         "plan": Habitat(experiment).plan(),
     }
 
@@ -183,7 +183,7 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
 
 def _worker() -> str:
     """The code of a worker, in which nothing can be imported."""
-    lines = "".join((pages.STATIC / name).read_text("utf-8") for name in WORKER).splitlines()
+    lines = "".join((single_page.STATIC / name).read_text("utf-8") for name in WORKER).splitlines()
     return "\n".join(
         line.removeprefix("export ") for line in lines if not line.startswith("import ")
     )

@@ -11,12 +11,12 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.assays.descent import Parents, ancestors, fitter_line
-from baldwinlab.lab import Lab, lives, studies
-from baldwinlab.lab.lives import Life
+from baldwinlab.lab import Lab, life_query, studies
+from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.lab.turns import InTurn
-from baldwinlab.runs.simulate import live_batch
+from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.studies.assays.descent import Parents, ancestors, fitter_line
 
 Counts = npt.NDArray[np.int32]
 
@@ -27,8 +27,8 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
     async def descent(request: Request) -> Response:
         query = request.query_params
-        life = await run_in_threadpool(lives.find, lab, query)
-        lives.require_agent(life.experiment, agent := number(query, "agent"))
+        life = await run_in_threadpool(life_query.find, lab, query)
+        life_query.require_agent(life.experiment, agent := number(query, "agent"))
         return InTurn(
             lab,
             lambda: JSONResponse(
@@ -44,7 +44,7 @@ def curve(lab: Lab, query: Query) -> dict[str, Any]:
 
     Raises StudyError and ValueError as a request for a recording of it does.
     """
-    from baldwinlab.statistics.fitness import gain
+    from baldwinlab.analysis.statistics.fitness import gain
 
     study, name, run = (
         studies.find(lab, text(query, "study")),

@@ -21,17 +21,17 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from baldwinlab import presets
+from baldwinlab.core.files import json_of
 from baldwinlab.experiment import Experiment, validate
-from baldwinlab.files import json_of
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.clients import PATIENCE
+from baldwinlab.lab.limits import check_size, memory_of
 from baldwinlab.lab.live_run import LiveRun, seconds_in
-from baldwinlab.lab.live_size import check_size, memory_of
 from baldwinlab.lab.memory import give_back
 from baldwinlab.lab.query import body, whole
+from baldwinlab.lab.rate_limit import PATIENCE
 from baldwinlab.lab.studies import alleles_of
-from baldwinlab.runs.simulate import check_seed
+from baldwinlab.papers import presets
+from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import create
 

@@ -13,11 +13,11 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.live_size import memory_of, steps_at_once
-from baldwinlab.models.miniworld import cpu
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.runs.simulate import History, live_batch
-from baldwinlab.runs.warm_up import warm_up
+from baldwinlab.lab.limits import memory_of, steps_at_once
+from baldwinlab.models.miniworld.backends import cpu
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.simulate import History, live_batch
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
@@ -113,10 +113,10 @@ class LiveRun:
         Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean,
         and `each`: of every generation, the number of each run.
         """
-        from baldwinlab.statistics.fitness import (
+        from baldwinlab.analysis.statistics.fitness import (  # here, because it takes a while to load
             MEASURES,
             interval_of_mean,
-        )  # here, because it takes a while to load
+        )
 
         lived = {"energy": [history.energy[first:last] for history in self._histories]}
         if isinstance(self.experiment, Experiment):

@@ -9,7 +9,7 @@ from typing import Any, Final
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
-from baldwinlab.files import json_of
+from baldwinlab.core.files import json_of
 
 Query = Mapping[str, str]
 MOST_POSTED: Final = 2**20  # bytes; an experiment takes some thousands

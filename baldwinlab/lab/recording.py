@@ -11,12 +11,12 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import Lab, frames
-from baldwinlab.lab.forms import shown
-from baldwinlab.lab.lives import Life, Span, answer
-from baldwinlab.models.miniworld.look import look
-from baldwinlab.runs.recorder import Moves, Series, follow
-from baldwinlab.runs.reevaluate import born
+from baldwinlab.lab import Lab, binary_frames
+from baldwinlab.lab.experiment_form import shown
+from baldwinlab.lab.life_query import Life, Span, answer
+from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.simulation.recorder import Moves, Series, follow
+from baldwinlab.simulation.reevaluation import born
 
 BYTES_OF_AGENT = (
     16  # in every step, but for its inputs: x and y, heading, action, items eaten, teacher
@@ -64,7 +64,7 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
     }
-    return frames.pack(header, arrays)
+    return binary_frames.pack(header, arrays)
 
 
 def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
@@ -93,7 +93,7 @@ def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
         "item_x": moves.items[:, 0],
         "item_y": moves.items[:, 1],
     }
-    arrays["eaten_in_life"] = frames.narrowed(arrays["eaten_in_life"])
+    arrays["eaten_in_life"] = binary_frames.narrowed(arrays["eaten_in_life"])
     return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 
 

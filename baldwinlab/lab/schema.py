@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from baldwinlab.experiment import BaseExperiment, choices
+from baldwinlab.experiment import BaseExperiment, registry
 
 
 def schema_of(kind: type[BaseExperiment]) -> Any:
@@ -17,7 +17,7 @@ def _with_choices(node: Any) -> Any:
         return [_with_choices(each) for each in node]
     if not isinstance(node, dict):
         return node
-    known = {"enum": choices.names(node["x-chooses"])} if "x-chooses" in node else {}
+    known = {"enum": registry.names(node["x-chooses"])} if "x-chooses" in node else {}
     return {key: _with_choices(value) for key, value in node.items()} | known
 
 

@@ -16,28 +16,28 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
-from baldwinlab import palette
-from baldwinlab.console import clip_for_terminal
+from baldwinlab.analysis.figures import palette
+from baldwinlab.analysis.figures.movie import MovieError
+from baldwinlab.core.console import clip_for_terminal
 from baldwinlab.lab import (
     Lab,
     MissingError,
+    agent_inspector,
     alleles,
-    cards,
-    forms,
+    downloads,
+    experiment_form,
     history,
-    inside,
     live,
-    outcomes,
+    live_sweep,
+    papers,
     recording,
-    share,
+    results,
     studies,
-    sweeping,
     views,
 )
 from baldwinlab.lab.access import Access
-from baldwinlab.lab.clients import InPieces
-from baldwinlab.lab.guard import Guard
-from baldwinlab.movie import MovieError
+from baldwinlab.lab.origin_check import Guard
+from baldwinlab.lab.rate_limit import InPieces
 from baldwinlab.studies.records import StudyError
 
 STATIC = Path(__file__).parent / "static"
@@ -48,7 +48,7 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
 
     Pages wait with simulations until the engine is `ready`.
     """
-    lab, sweeps = Lab(root.resolve(), live.Live(), ready=ready), sweeping.Sweeps()
+    lab, sweeps = Lab(root.resolve(), live.Live(), ready=ready), live_sweep.Sweeps()
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -61,20 +61,20 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
 
     parts = (
         studies,
-        cards,
-        outcomes,
-        forms,
+        papers,
+        results,
+        experiment_form,
         recording,
-        inside,
+        agent_inspector,
         history,
         alleles,
         views,
         live,
-        share,
+        downloads,
     )
     routes = [route for part in parts for route in part.routes(lab)]
     routes += [
-        *sweeping.routes(lab, sweeps),
+        *live_sweep.routes(lab, sweeps),
         Route("/api/engine", engine),
         Route("/palette.css", _palette),
     ]

@@ -13,20 +13,21 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab import papers, presets
-from baldwinlab.experiment import BaseExperiment, Experiment, choices
-from baldwinlab.factors import Factors
+from baldwinlab import papers
+from baldwinlab.core.suggestions import suggest
+from baldwinlab.experiment import BaseExperiment, Experiment, registry
+from baldwinlab.experiment.factors import Factors
 from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab.concurrency import InTurn
 from baldwinlab.lab.query import text
 from baldwinlab.lab.schema import schema_of
-from baldwinlab.lab.turns import InTurn
+from baldwinlab.papers import presets
 from baldwinlab.parts import View
-from baldwinlab.studies.claims import CLAIMS, claims_in
+from baldwinlab.studies.claims_file import CLAIMS, claims_in
+from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study import open_conditions
-from baldwinlab.suggestions import suggest
-from baldwinlab.sweeps import design as sweeps
+from baldwinlab.studies.sweeps import design as sweeps
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -218,7 +219,7 @@ def _presets() -> list[dict[str, Any]]:
         }
         for name, of in presets.factors().items()
     ]
-    models = [(name, part) for (kind, name), part in choices.foreign().items() if kind == "model"]
+    models = [(name, part) for (kind, name), part in registry.foreign().items() if kind == "model"]
     return built_in + [
         {
             "name": name,
@@ -269,9 +270,9 @@ def typical_of(lab: Lab, name: str, label: str) -> bytes:
     written = tuple(path.stat().st_mtime_ns for path in stored)
 
     def make() -> bytes:
-        from baldwinlab.statistics.fitness import (
-            typical_run,
-        )  # here, because it takes a while to load
+        from baldwinlab.analysis.statistics.fitness import (
+            typical_run,  # here, because it takes a while to load
+        )
 
         return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
 
@@ -284,17 +285,22 @@ def results_of(lab: Lab, name: str) -> bytes:
     As they were kept beside its report, where they still fit. Where claims are not valid, `problem`
     says why. Raises StudyError as `find` does, and for a record that is damaged.
     """
-    from baldwinlab import results  # as above
+    from baldwinlab.api.publish import lab_results  # as above
 
     study = find(lab, name)
     stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
     claims = study.directory / CLAIMS
-    for path in (*stored, claims, study.directory / results.FILE, study.directory / sweeps.FILE):
+    for path in (
+        *stored,
+        claims,
+        study.directory / lab_results.FILE,
+        study.directory / sweeps.FILE,
+    ):
         require_inside(lab.root, path)
     written = tuple((path, path.stat().st_mtime_ns) for path in (*stored, claims) if path.exists())
 
     def answer() -> bytes:
-        found = results.kept(study) or results.of_study(study)
+        found = lab_results.kept(study) or lab_results.of_study(study)
         return json.dumps(found | _claims_of(study)).encode()
 
     return lab.answers.get(("results", study.directory, written), answer)

@@ -14,16 +14,16 @@ import tomlkit
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment import validate as experiment_of
-from baldwinlab.lab.live_size import check_sweep, check_swept_runs
+from baldwinlab.lab.limits import check_sweep, check_swept_runs
 from baldwinlab.lab.query import whole
 from baldwinlab.lab.studies import load_preset
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.runs import estimate
-from baldwinlab.runs.simulate import live_batch
-from baldwinlab.runs.warm_up import available_cores, warm_up
-from baldwinlab.studies.study import agent_steps_of_run
-from baldwinlab.sweeps.design import FILE, experiments
-from baldwinlab.sweeps.plan import Sweep, validate
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation import memory
+from baldwinlab.simulation.compilation import available_cores, warm_up
+from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.studies.run import agent_steps_of_run
+from baldwinlab.studies.sweeps.design import FILE, experiments
+from baldwinlab.studies.sweeps.file import Sweep, validate
 
 WORKERS: Final = max(1, available_cores() - 1)  # a core is left to the page
 STORING: Final = 0.05  # seconds to write a run, about
@@ -49,7 +49,7 @@ class Plan(NamedTuple):
     @property
     def disk(self) -> int:
         """Bytes that its runs take."""
-        return estimate.of_runs(
+        return memory.of_runs(
             [(point, self.sweep.runs) for point in self.points], WORKERS, CPU.worlds
         ).disk
 

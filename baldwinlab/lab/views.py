@@ -8,14 +8,14 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from baldwinlab.core.suggestions import did_you_mean
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError, frames, lives, studies
+from baldwinlab.lab import Lab, MissingError, binary_frames, life_query, studies
+from baldwinlab.lab.concurrency import InTurn
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.lab.turns import InTurn
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
-from baldwinlab.runs.reevaluate import stored_genome
-from baldwinlab.suggestions import did_you_mean
+from baldwinlab.simulation.reevaluation import stored_genome
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -48,8 +48,8 @@ def seen(lab: Lab, query: Query) -> bytes:
         number(query, "generation"),
         number(query, "agent", 0) if "agent" in query else None,
     )
-    lives.require_generation(experiment, generation)
-    lives.require_agent(experiment, asked or 0)
+    life_query.require_generation(experiment, generation)
+    life_query.require_agent(experiment, asked or 0)
     studies.require_run(lab, study, name, run)
 
     def make() -> bytes:
@@ -85,9 +85,9 @@ def _declared(experiment: BaseExperiment, name: str) -> View:
 def _packed(found: ViewData, header: dict[str, Any]) -> bytes:
     arrays = arrays_of(found)
     size = sum(array.nbytes for array in arrays.values())
-    if size > lives.MOST_BYTES:
+    if size > life_query.MOST_BYTES:
         raise ValueError(
-            f"this view has {size:,} bytes, more than one answer may hold; that is {lives.MOST_BYTES:,}"
+            f"this view has {size:,} bytes, more than one answer may hold; that is {life_query.MOST_BYTES:,}"
         )
     of_kind: dict[str, Any]
     if isinstance(found, MatrixView):
@@ -106,4 +106,4 @@ def _packed(found: ViewData, header: dict[str, Any]) -> bytes:
             "step": found.step,
             "value": found.value,
         }
-    return frames.pack(header | of_kind, arrays)
+    return binary_frames.pack(header | of_kind, arrays)

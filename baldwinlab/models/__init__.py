@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.models import LifeResults
+from baldwinlab.parts.model_part import LifeResults
 
 
 class Living(Protocol):
@@ -36,7 +36,7 @@ def living(
 ) -> Living:
     """Runs of an experiment, ready to live on a backend, the CPU unless one is given. Raises ValueError where it cannot."""
     if isinstance(experiment, Experiment):
-        from baldwinlab.models.miniworld.foragers import Foragers
+        from baldwinlab.models.miniworld.lifetimes import Foragers
 
         return Foragers(experiment, seed, runs, backend)
     if backend is not None and backend.name != "cpu":

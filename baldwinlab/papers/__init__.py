@@ -9,10 +9,15 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from baldwinlab.files import PAPER_FILE, read_bytes, require_inside_study, write_atomically
-from baldwinlab.papers.files import PaperError
+from baldwinlab.core.files import (
+    PAPER_FILE,
+    read_bytes,
+    require_inside_study,
+    write_atomically,
+)
+from baldwinlab.core.suggestions import suggest
+from baldwinlab.papers.loading import PaperError
 from baldwinlab.papers.paper import CARD, KINDS, Paper, check, open_paper
-from baldwinlab.suggestions import suggest
 
 __all__ = ["DEFAULT", "KEPT", "Paper", "PaperError", "built_in", "keep", "load", "of_study"]
 

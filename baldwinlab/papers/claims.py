@@ -8,8 +8,8 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from baldwinlab.papers.files import Declared, PaperError, declared, read
-from baldwinlab.suggestions import suggest
+from baldwinlab.core.suggestions import suggest
+from baldwinlab.papers.loading import Declared, PaperError, declared, read
 
 FIRST = "first"  # in place of a condition: the same one, in its first generations
 

@@ -22,13 +22,13 @@ from typing import Any, get_args
 
 from pydantic import Field, field_validator
 
+from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
+from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.paths import look_up
-from baldwinlab.factors import Factors
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, read_claims
-from baldwinlab.papers.files import Declared, PaperError, declared, read
-from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
-from baldwinlab.suggestions import list_names, suggest
+from baldwinlab.papers.loading import Declared, PaperError, declared, read
+from baldwinlab.papers.texts import FIGURES, Assay, Figure, Words, read_words
 
 KINDS = ("conditions", "controls", "maps", "variants")
 OLD_FOLDERS = {"variants": "readings"}  # papers of version 0.1 have these

@@ -11,16 +11,15 @@ from typing import Any
 
 from pydantic import Field
 
+from baldwinlab.core.errors import PartError
+from baldwinlab.core.variables import OF_AGENT, Variable
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import any_of, bundle, choose, get, negated, put
 from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
-from baldwinlab.errors import PartError
+from baldwinlab.engine.simd import any_of, bundle, choose, get, negated, put
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
-from baldwinlab.parts.evolution import Fitness, Inheritance, Selection, Variation
-from baldwinlab.parts.foreign import Source, load_entry_points, load_file, sources_of
-from baldwinlab.parts.kinds import (
+from baldwinlab.parts.agent_parts import (
     Body,
     ItemRegion,
     LearningRule,
@@ -31,10 +30,11 @@ from baldwinlab.parts.kinds import (
     backward,
     forward,
 )
-from baldwinlab.parts.models import LifeResults, Measure, Model
+from baldwinlab.parts.evolution_parts import Fitness, Inheritance, Selection, Variation
+from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
+from baldwinlab.parts.model_part import LifeResults, Measure, Model
 from baldwinlab.parts.renamed import renamed_class
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
-from baldwinlab.variables import OF_AGENT, Variable
 
 __all__ = [
     "FOUNDER",

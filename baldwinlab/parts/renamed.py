@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pydantic.fields import FieldInfo
 
-from baldwinlab.errors import PartError
+from baldwinlab.core.errors import PartError
 
 ALL: Final = {"needs": "required_settings"}
 BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {

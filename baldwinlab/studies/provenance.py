@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from baldwinlab._version import __version__
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.version import __version__
 
 
 def provenance(study: StudyStore) -> dict[str, Any]:

@@ -15,14 +15,14 @@ from typing import Any, Final
 
 import xarray as xr
 
-from baldwinlab.errors import BaldwinLabError
+from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.files import FileKind, is_local, read_bytes, write_atomically
+from baldwinlab.core.netcdf import DamagedError, attributes, opened, sealed, verify
+from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.variables import RECORD, packed
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.files import FileKind, is_local, read_bytes, write_atomically
-from baldwinlab.netcdf import DamagedError, attributes, opened, sealed, verify
-from baldwinlab.outputs import is_study
-from baldwinlab.runs.estimate import record_bytes
-from baldwinlab.variables import RECORD, packed
+from baldwinlab.simulation.memory import record_bytes
 
 MOST_RUNS: Final = 2**31  # a run's number is smaller
 OF_ALL: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model

@@ -25,12 +25,8 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from baldwinlab.errors import RefusedError
-from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.file import require_files
-from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.factors import CONDITIONS, Factors, Kind
-from baldwinlab.files import (
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import (
     EXPERIMENT_FILE,
     PARTIAL,
     SESSIONS_FILE,
@@ -45,9 +41,23 @@ from baldwinlab.files import (
     write_atomically,
     write_exclusively,
 )
-from baldwinlab.outputs import is_study, owner
-from baldwinlab.studies import trust
-from baldwinlab.studies.facts import (
+from baldwinlab.core.output_paths import is_study, owner
+from baldwinlab.core.suggestions import suggest
+from baldwinlab.core.variables import whole
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
+from baldwinlab.experiment.file import require_files
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.studies import part_sources
+from baldwinlab.studies.records import (
+    StudyError,
+    read_attributes,
+    read_record,
+    record_path,
+    stored_runs,
+    write_record,
+)
+from baldwinlab.studies.study_file import (
     changes_of,
     describe_changes,
     kind_and_factors,
@@ -57,19 +67,9 @@ from baldwinlab.studies.facts import (
     sealed,
     text_of_study,
 )
-from baldwinlab.studies.records import (
-    StudyError,
-    read_attributes,
-    read_record,
-    record_path,
-    stored_runs,
-    write_record,
-)
-from baldwinlab.suggestions import suggest
-from baldwinlab.variables import whole
 
 if TYPE_CHECKING:
-    from baldwinlab.parts.foreign import Source
+    from baldwinlab.parts.loading import Source
 
 SESSIONS = "sessions.jsonl"
 SESSION = ("seconds", "compile_seconds", "workers", "agent_steps")  # the numbers that a session has
@@ -91,7 +91,7 @@ class StudyStore:
             self.kind, self.factors = kind_and_factors(facts, directory)
             self.format: int = facts["format"]
             require_seal(text, self.format)
-            self.parts = trust.read(facts)  # the foreign ones
+            self.parts = part_sources.read(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
             self.changes = changes_of(facts)  # of the paper's model
         except FileNotFoundError:
@@ -130,7 +130,7 @@ class StudyStore:
 
     def require_parts(self, *conditions: str) -> None:
         """Raises PartError where these conditions (or all, unless any is given) choose a part that is not here, or is another."""
-        trust.require(
+        part_sources.require(
             self.directory, self.parts, map(self.experiment, conditions or self.experiments)
         )
 
@@ -247,7 +247,7 @@ def create(
         raise StudyError(f"{directory} belongs to the study in {folder}; choose another --out")
     is_new = False
     if not is_study(directory):
-        sources = trust.sources(experiments)
+        sources = part_sources.sources(experiments)
         for experiment in experiments:
             require_files(experiment, "")
         text = sealed(text_of_study(names, seed, kind, factors, paper, changes, sources))
@@ -275,7 +275,7 @@ def _write_study(
         experiments, key=lambda one: one.name
     ):  # in one order in all processes
         _write_experiment(directory, experiment)
-    trust.keep(directory, sources)
+    part_sources.keep(directory, sources)
     try:
         write_exclusively(directory / STUDY, text.encode())
     except FileExistsError:

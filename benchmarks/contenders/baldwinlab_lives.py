@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.models.miniworld.cpu import Batch
-from baldwinlab.studies.study import available_cores
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.studies.run import available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
 BATCHES = 2  # for each core, one after the other

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.runs.simulate import simulate_batch
-from baldwinlab.studies.study import agent_steps_of_run, available_cores
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation.simulate import simulate_batch
+from baldwinlab.studies.run import agent_steps_of_run, available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
 

@@ -192,7 +192,7 @@ def eat(setting: Setting, world: World, time: jax.Array, key: jax.Array) -> Worl
 
 
 def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
-    """One world's life, step by step, in the names of `baldwinlab.variables.TRACE`."""
+    """One world's life, step by step, in the names of `baldwinlab.core.variables.TRACE`."""
 
     def record(
         before: World, after: World, inputs: jax.Array, outputs: jax.Array, action: jax.Array

@@ -174,7 +174,7 @@ class Worlds:
 
 
 def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
-    """One world's life, step by step, in the names of `baldwinlab.variables.TRACE`."""
+    """One world's life, step by step, in the names of `baldwinlab.core.variables.TRACE`."""
     birth = np.asarray(genomes[:1], np.float32)
     worlds, rows = Worlds(setting, birth, np.random.default_rng(seed)), []
     for time in range(setting.steps):

@@ -196,7 +196,7 @@ class World:
 
 
 def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
-    """One world's life, step by step, in the names of `baldwinlab.variables.TRACE`."""
+    """One world's life, step by step, in the names of `baldwinlab.core.variables.TRACE`."""
     world = World(setting, genomes[0], Random(seed))
     names = ("x", "y", "heading", "item_x", "item_y", "sensor", "output", "action", "eaten")
     found: dict[str, Any] = {name: [] for name in names}

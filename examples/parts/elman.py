@@ -5,7 +5,7 @@
 Source: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990). As there, learning does not reach back in time.
 """
 
-from baldwinlab.models.miniworld.networks import FeedForward, feed_forward
+from baldwinlab.models.miniworld.networks.feed_forward import FeedForward, feed_forward
 from baldwinlab.parts import Network, get, put
 
 

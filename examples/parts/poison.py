@@ -4,8 +4,8 @@
         evolution.fitness=above-the-worst
 """
 
-from baldwinlab.models.miniworld.make import kind_number
-from baldwinlab.models.miniworld.senses import see
+from baldwinlab.models.miniworld.allocation import kind_number
+from baldwinlab.models.miniworld.senses.sight import see
 from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.errors import RefusedError
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.experiment.choices import packaged
+from baldwinlab.experiment.registry import packaged
 
 SHORT = {
     "lifetime.steps": 200,

@@ -9,7 +9,7 @@ from shutil import copytree
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.api.bring import How, bring
+from baldwinlab.api.run_study import How, bring
 from tests.commands import Command
 
 CLAIM = """

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from baldwinlab.core.variables import TRACE, dataset
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.presets import load
-from baldwinlab.variables import TRACE, dataset
+from baldwinlab.papers.presets import load
 from benchmarks.regression import verdict
 from benchmarks.setting import from_dict, from_experiment
 from tests.models.miniworld.test_transitions import Follower, crowded

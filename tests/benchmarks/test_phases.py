@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.presets import load
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.papers.presets import load
 from benchmarks import phases
 
 

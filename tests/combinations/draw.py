@@ -9,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 from covertable import make
 
-from baldwinlab.experiment import assign, choices
-from baldwinlab.experiment.choices import key_of
+from baldwinlab.experiment import assign, registry
 from baldwinlab.experiment.fields import ExperimentError
-from baldwinlab.experiment.idle import idle_settings
-from baldwinlab.presets import load
+from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.unused_settings import idle_settings
+from baldwinlab.papers.presets import load
 from tests.worlds import small
 
 Settings = Mapping[str, Any]  # by dotted path
@@ -34,28 +34,28 @@ ON_THE_MAP: Final[Mapping[str, Settings]] = {
     "walls": {"world.walls.boxes": [[70, 80, 20, 60]]},
 }
 BREEDING: Final = {
-    "evolution.selection": choices.packaged("selection"),
-    "evolution.variation": choices.packaged("variation"),
-    "evolution.inheritance": choices.packaged("inheritance"),
-    "evolution.fitness": choices.packaged("fitness"),
+    "evolution.selection": registry.packaged("selection"),
+    "evolution.variation": registry.packaged("variation"),
+    "evolution.inheritance": registry.packaged("inheritance"),
+    "evolution.fitness": registry.packaged("fitness"),
     "evolution.elite": [0, 2],
     "evolution.lamarckian_share": [0, 0.5],
     "evolution.mutation_gate": ["weight", "child"],
     "evolution.mutation_rate": [0.3, 1],
 }
 FORAGERS: Final = {
-    "senses.kinds": choices.packaged("sense"),
-    "motor.body": choices.packaged("body"),
-    "network.kind": choices.packaged("network"),
-    "learning.rule": choices.packaged("learning rule"),
-    "world.features": [NONE, *choices.packaged("world feature")],
+    "senses.kinds": registry.packaged("sense"),
+    "motor.body": registry.packaged("body"),
+    "network.kind": registry.packaged("network"),
+    "learning.rule": registry.packaged("learning rule"),
+    "world.features": [NONE, *registry.packaged("world feature")],
     "lifetime.update": ["simultaneous", "sequential"],
     "learning.teacher": ["inherited", "shuffled", "fresh"],
     "learning.evolved_rate": [False, True],
     "network.biases": [False, True],
     "population.size": [5, 2, 17],
 }
-MODELS: Final = {"model": [name for name in choices.packaged("model") if name != "miniworld"]}
+MODELS: Final = {"model": [name for name in registry.packaged("model") if name != "miniworld"]}
 DEFAULTS: Final = {
     "model": "nk-climbers",
     **{
@@ -111,7 +111,7 @@ def made(row: Settings) -> Any:
     """
     if "model" in row:
         name = row["model"]
-        fields = {**choices.find("model", name).check_settings, **SHORT.get(name, {})}
+        fields = {**registry.find("model", name).check_settings, **SHORT.get(name, {})}
         table = {key_of(name): fields} if fields else {}
         base = load(name).replace(
             population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table
@@ -169,7 +169,7 @@ def fitted(row: Settings) -> Settings:
     if breeding & GRAPHS:
         row["network.kind"] = "growing"
     if row["network.kind"] == "growing":
-        needed = choices.find("network", "growing").required_settings
+        needed = registry.find("network", "growing").required_settings
         row |= {path: value for path, value in needed.items() if path != "evolution.selection"}
         row |= {
             "learning.teacher": "inherited",

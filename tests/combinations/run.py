@@ -11,14 +11,14 @@ import numpy.typing as npt
 import pytest
 import xarray as xr
 
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
-from baldwinlab.errors import BaldwinLabError
 from baldwinlab.evolution import Moment, fitness
 from baldwinlab.models import living
-from baldwinlab.runs.replay import genome_at
-from baldwinlab.runs.simulate import simulate_batch
+from baldwinlab.simulation.replay import genome_at
+from baldwinlab.simulation.simulate import simulate_batch
 from tests.combinations.draw import Settings, accepted
-from tests.library.plain import compile_nothing
+from tests.models.miniworld.plain import compile_nothing
 
 SEED: Final = 8
 REFUSALS: Final = re.compile("|".join([

@@ -23,7 +23,7 @@ from scipy.special import ndtri
 import baldwinlab
 from baldwinlab.engine import arithmetic
 from baldwinlab.engine.jit import OPTIONS, kept
-from baldwinlab.engine.lanes import square_root
+from baldwinlab.engine.simd import square_root
 
 Function = Callable[[float], float]
 Numbers = npt.NDArray[np.float64]

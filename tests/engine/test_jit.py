@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 COUNT_AND_RUN = """
@@ -62,7 +62,7 @@ import sys
 from baldwinlab.engine import jit
 from baldwinlab.models.miniworld import life
 from tests.worlds import small
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 if sys.argv[1] == "patched":
     from baldwinlab.models.miniworld import learning
     def learn(part, model, state, step, lane):
@@ -109,7 +109,7 @@ def test_to_import_the_package_makes_no_folder(tmp_path: Path) -> None:
 def test_without_the_compiler_every_agent_lives(tmp_path: Path) -> None:
     code = """
 from tests.worlds import small
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 print(simulate(small("evo", lifetime={"steps": 40}, evolution={"generations": 2}), seed=1).food_eaten.values.tolist())
 """
     root = Path(baldwinlab.__file__).parents[1]

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 import pytest
 
-from baldwinlab.engine import inlined, jit, reference
+from baldwinlab.engine import inlining, jit, reference
 from baldwinlab.engine.cache import Store
 from baldwinlab.engine.numba_internals import dispatchers, libraries, pipeline
 
@@ -26,7 +26,7 @@ HOOKS = [
     (libraries.LinkedLibrary, "set_env"),
     (pipeline.Lowering, "run_pass"),
     (pipeline.Compiler, "define_pipelines"),
-    (inlined.Inlined, "compile_extra"),
+    (inlining.Inlined, "compile_extra"),
     (dispatchers.CodeStore, "load_overload"),
     (dispatchers.CodeStore, "save_overload"),
     (reference._Attributes, "generic_resolve"),

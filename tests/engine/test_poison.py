@@ -12,7 +12,7 @@ import pytest
 
 from baldwinlab.engine import poison
 from baldwinlab.parts import load_file
-from baldwinlab.runs.replay import replay
+from baldwinlab.simulation.replay import replay
 from tests.worlds import small
 
 

@@ -8,7 +8,7 @@ from numba import typeof
 from baldwinlab.engine.jit import kept
 from baldwinlab.engine.reference import Reference, by_reference
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.make import make_state
+from baldwinlab.models.miniworld.allocation import make_state
 
 
 class Pair(NamedTuple):

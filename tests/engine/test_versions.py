@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from baldwinlab._version import __version__
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine.versions import TESTED, require_tested_version
-from baldwinlab.errors import RefusedError
-from baldwinlab.version import __version__
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 

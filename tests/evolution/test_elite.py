@@ -11,17 +11,17 @@ import pytest
 from scipy.stats import chisquare
 
 from baldwinlab.evolution import Genome, Moment, Parents, breed, draw_genome
-from baldwinlab.experiment import Experiment, ExperimentError, assign, choices
-from baldwinlab.experiment.idle import idle_settings
+from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
+from baldwinlab.experiment.unused_settings import idle_settings
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import Selection
-from baldwinlab.parts.evolution import ITSELF
-from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.parts.evolution_parts import ITSELF
+from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
 BEST_FIRST = [5, 2, 7, 0]  # agents 2 and 7 are equals
-SCHEMES = [each for each in choices.packaged("selection") if each not in ("neutral", "species")]
+SCHEMES = [each for each in registry.packaged("selection") if each not in ("neutral", "species")]
 
 
 def experiment_of(elite: int, selection: str = "roulette", **changes: Any) -> Experiment:
@@ -134,7 +134,7 @@ def one_lives_on() -> Iterator[str]:
             parents[-1, 0], parents[-1, 1] = fitness.size - 1, ITSELF
 
     yield OneLivesOn.name
-    choices.forget("selection", OneLivesOn.name)
+    registry.forget("selection", OneLivesOn.name)
 
 
 def test_a_scheme_of_ones_own_may_let_an_agent_live_on(one_lives_on: str) -> None:

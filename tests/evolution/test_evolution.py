@@ -15,9 +15,9 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution import Genome, Moment, Parents, Uniforms, breed, draw_genome, select
 from baldwinlab.evolution.variation import Crossover, OneGenome
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.presets import load
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])

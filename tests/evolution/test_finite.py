@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.errors import RefusedError
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import Moment, bequeath, breed, draw_genome, next_genome
 from baldwinlab.parts import load_file
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 PARTS = """

@@ -10,12 +10,12 @@ import pytest
 
 from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
-from baldwinlab.presets import load
 
 HALVES = '''
 from baldwinlab.parts import Selection
-from baldwinlab.parts.evolution import ITSELF
+from baldwinlab.parts.evolution_parts import ITSELF
 
 
 class Halves(Selection, name="{name}"):

@@ -19,11 +19,11 @@ from baldwinlab.evolution import (
     fitness,
     next_genome,
 )
-from baldwinlab.experiment import Experiment, choices
-from baldwinlab.presets import load
+from baldwinlab.experiment import Experiment, registry
+from baldwinlab.papers.presets import load
 from tests.evolution import oracle
 
-SCHEMES_AND_FITNESS = st.sampled_from(list(choices.BUILT_IN["selection"])).flatmap(
+SCHEMES_AND_FITNESS = st.sampled_from(list(registry.BUILT_IN["selection"])).flatmap(
     lambda scheme: st.tuples(
         st.just(scheme),
         st.lists(

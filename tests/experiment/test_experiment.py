@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign, validate
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.experiment import Experiment, ExperimentError, assign, choices, look_up
+from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up, registry
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import File, PartError, load_file
 from baldwinlab.studies.store import StudyStore
@@ -39,7 +39,7 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     path = tmp_path / "worth.txt"
     path.write_bytes(b"5\n6\n7\n")
     yield path
-    choices.forget("fitness", "tabled")
+    registry.forget("fitness", "tabled")
 
 
 def tabled() -> Experiment:

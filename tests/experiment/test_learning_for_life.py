@@ -10,10 +10,10 @@ import pytest
 from baldwinlab import sweep
 from baldwinlab.experiment import Experiment, assign, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import create
-from baldwinlab.sweeps.design import experiments, open_sweep
-from baldwinlab.sweeps.plan import read
+from baldwinlab.studies.sweeps.design import experiments, open_sweep
+from baldwinlab.studies.sweeps.file import read
 from tests.small import as_older
 
 OLD = 100_000_000

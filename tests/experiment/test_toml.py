@@ -9,7 +9,7 @@ import pytest
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.presets import load, paper
+from baldwinlab.papers.presets import load, paper
 
 
 @pytest.mark.parametrize("variant", papers.load().names("variants"))

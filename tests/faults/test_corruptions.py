@@ -11,15 +11,15 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from baldwinlab.assays import open_assay
-from baldwinlab.errors import BaldwinLabError
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.studies import summary
-from baldwinlab.studies.study import open_runs
-from tests.assays.studies import measured
+from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.open import open_runs
 from tests.faults.amount import amount
 from tests.small import small
+from tests.studies.assays.studies import measured
 
 CONDITIONS = [small("evo/A"), small("evo+self-taught/A")]
 ASSAYS = ["innate", "descent"]

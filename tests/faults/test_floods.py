@@ -16,7 +16,7 @@ import psutil
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
 from tests.faults.amount import amount
 from tests.lab.asking import CLIENT, LabServer
 from tests.small import small, small_study

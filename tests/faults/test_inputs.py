@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from baldwinlab.__main__ import main
 from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
 from tests.commands import Outcome
 from tests.faults.amount import amount
 from tests.faults.hostile import VALUES, WORDS

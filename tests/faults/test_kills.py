@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from baldwinlab.netcdf import verify
+from baldwinlab.core.netcdf import verify
 from baldwinlab.studies.store import StudyStore
 from tests.faults.amount import amount
 
@@ -77,7 +77,12 @@ def live(command: tuple[str, ...], folder: Path, environment: Mapping[str, str])
 # Most processes are forked from one that has loaded what a command loads, or most kills would meet nothing but that.
 FORKED = multiprocessing.get_context("forkserver")
 FORKED.set_forkserver_preload(
-    ["baldwinlab.cli", "baldwinlab.api.report", "baldwinlab.api.bring", "baldwinlab.movie"]
+    [
+        "baldwinlab.cli",
+        "baldwinlab.api.report",
+        "baldwinlab.api.run_study",
+        "baldwinlab.analysis.figures.movie",
+    ]
 )
 FRESH = multiprocessing.get_context("spawn")
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from playwright.sync_api import Browser, BrowserContext
 from websockets.sync.client import ClientConnection, connect
 
-from baldwinlab.lab import frames
+from baldwinlab.lab import binary_frames
 from baldwinlab.lab.access import cookie_name
 
 # Loads no certificates, as `httpx.get` does each time: that takes a tenth of a second, and a lab's own page needs none.
@@ -96,7 +96,7 @@ def arrays(
 ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     answer = ask(address, path, **query)
     assert answer.status_code == 200, answer.text
-    return frames.unpack(answer.content)
+    return binary_frames.unpack(answer.content)
 
 
 def refusal(address: str, path: str, status: int, **query: Any) -> str:

@@ -12,12 +12,12 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from baldwinlab.cli.lab import listening
-from baldwinlab.experiment import choices, validate
+from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
-from baldwinlab.lab.clients import server_of
+from baldwinlab.lab.rate_limit import server_of
 from baldwinlab.lab.server import make_app
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
-from baldwinlab.presets import load
 from tests.lab.asking import LabServer
 from tests.small import small, small_study
 
@@ -91,7 +91,7 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     )
     with serving(root) as server:
         yield server
-    choices.forget("model", "hawks-and-doves")
+    registry.forget("model", "hawks-and-doves")
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, LabServer, arrays, data, refusal
 from tests.lab.test_live import wait_until

@@ -15,17 +15,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
 from baldwinlab.evolution import Moment, elders_of
 from baldwinlab.experiment import assign
-from baldwinlab.extras import installation_command
-from baldwinlab.lab import pages
+from baldwinlab.lab import single_page
 from baldwinlab.lab.export import laboratory, live_page
-from baldwinlab.models.miniworld.modules import MARKS, SHIPPED, built_in, mark_of
-from baldwinlab.models.miniworld.plan import Habitat
+from baldwinlab.models.miniworld.backends.browser_layout import Habitat
+from baldwinlab.models.miniworld.backends.wasm_modules import MARKS, SHIPPED, built_in, mark_of
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
-from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
 from tests.small import small, small_study
 
@@ -76,7 +76,7 @@ def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> 
     if node is None:
         pytest.skip("there is no Node on this machine")
     for name in ("engine.js", "lives.js"):
-        shutil.copy(pages.STATIC / name, folder)
+        shutil.copy(single_page.STATIC / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(script)
     given = {
@@ -149,7 +149,7 @@ def test_a_page_is_small_and_names_no_address_but_of_what_is_in_it() -> None:
 
 
 def test_every_module_that_a_page_imports_is_in_it() -> None:
-    found = pages.modules("live_page.js")
+    found = single_page.modules("live_page.js")
     for name, code in found.items():
         assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(found), name
 
@@ -187,7 +187,9 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_comp
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr(wasm, "find_spec", lambda name: None)
-    monkeypatch.setattr("baldwinlab.models.miniworld.modules.cache.place", lambda: tmp_path)
+    monkeypatch.setattr(
+        "baldwinlab.models.miniworld.backends.wasm_modules.cache.place", lambda: tmp_path
+    )
     load_file(EXAMPLES / "social.py")
     social = assign(load("evo/A"), ["learning.rule=social"])
     with pytest.raises(ValueError, match=re.escape(installation_command("wasm"))):

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab import presets
 from baldwinlab.lab.export import live_page
-from baldwinlab.lab.inline import html
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.lab.notebook_player import html
+from baldwinlab.papers import presets
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
 from tests.lab.asking import WINDOWS, LabServer, ask
 from tests.lab.firefox import Firefox, firefox
 from tests.lab.test_page_export import SIMULATE, TYPES, quick

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, SMALL, LabServer, data, refusal
 from tests.small import small

@@ -13,19 +13,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
-from baldwinlab.lab.forms import faults
+from baldwinlab.lab.experiment_form import faults
+from baldwinlab.lab.limits import check_size, memory_of, steps_at_once
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_run import LiveRun
-from baldwinlab.lab.live_size import check_size, memory_of, steps_at_once
-from baldwinlab.models.miniworld.cpu import Batch
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
-from baldwinlab.statistics import fitness
+from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study import open_runs
 from tests.small import contents, small, small_study
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from websockets.sync.client import ClientConnection
 
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, LabServer, data
 from tests.lab.conftest import serving

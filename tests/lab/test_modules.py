@@ -6,7 +6,7 @@ import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from baldwinlab.lab.pages import STATIC
+from baldwinlab.lab.single_page import STATIC
 
 IMPORTED = re.compile(r"""(?:from\s+|import\s*\(\s*|import\s+)["']\./([\w./]+\.js)["']""")
 

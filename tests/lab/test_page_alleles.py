@@ -14,8 +14,8 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.experiment import assign
-from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import WINDOWS, LabServer
 from tests.lab.test_page_room import LOW, MEASURE, window

@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.studies.claims import write_claims
+from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.axe import barriers
 from tests.lab.asking import SMALL, LabServer, ask

@@ -14,10 +14,10 @@ from xml.etree import ElementTree
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
-from baldwinlab import results
-from baldwinlab.netcdf import sealed
+from baldwinlab.api.publish import lab_results
+from baldwinlab.core.netcdf import sealed
 from baldwinlab.studies.store import StudyStore
-from tests.assays.assayed import of_study, reaction
+from tests.analysis.assays.assayed import of_study, reaction
 from tests.axe import barriers
 from tests.lab.asking import SMALL, WINDOWS, LabServer, data
 from tests.lab.conftest import serving
@@ -156,7 +156,7 @@ def test_a_click_on_a_run_s_line_opens_that_run(page: Page, lab_server: LabServe
 def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
     browser: Browser, lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(results, "MOST_PLACES", 5)
+    monkeypatch.setattr(lab_results, "MOST_PLACES", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with serving(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from playwright.sync_api import Error, Page, expect
 
-from baldwinlab import papers, presets
+from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.base import added_choices
 from baldwinlab.lab.export import live_page
 from baldwinlab.lab.history import line_of_ancestors
+from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.simulate import simulate
 from tests.axe import barriers
 from tests.lab.test_page_history import rows_of
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab import presets
 from baldwinlab.lab.export import live_page
+from baldwinlab.papers import presets
 from tests.lab.asking import LabServer
 from tests.lab.test_page_export import quick
 

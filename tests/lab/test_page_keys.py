@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.runs.replay import replay
+from baldwinlab.simulation.replay import replay
 from tests.lab.asking import LabServer
 from tests.small import small
 

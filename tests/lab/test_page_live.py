@@ -12,7 +12,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
 
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import LabServer, data
 

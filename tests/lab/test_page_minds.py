@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import LabServer
 from tests.lab.conftest import serving
-from tests.library.plain import compile_nothing
+from tests.models.miniworld.plain import compile_nothing
 from tests.small import small_study
 from tests.worlds import small
 

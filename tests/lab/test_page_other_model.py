@@ -10,7 +10,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Page, expect
 
-from baldwinlab.experiment import choices
+from baldwinlab.experiment import registry
 from baldwinlab.parts import load_file
 from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
@@ -30,7 +30,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     with serving(tmp_path_factory.mktemp("models")) as found:
         yield found
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        choices.forget(kind, name)
+        registry.forget(kind, name)
 
 
 def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServer) -> None:
@@ -67,7 +67,7 @@ def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServ
 
 def test_what_is_stored_is_shown_without_the_part_and_not_lived(server: LabServer) -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        choices.forget(kind, name)
+        registry.forget(kind, name)
     (study,) = data(server.address, "studies")["studies"]
     assert [(one["name"], one["steps"]) for one in study["conditions"]] == [("bit-strings", None)]
     results = data(server.address, "results", study="bits")

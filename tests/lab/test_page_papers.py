@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from baldwinlab import papers
-from baldwinlab.presets import factors, load
-from baldwinlab.studies.claims import write_claims
+from baldwinlab.papers.presets import factors, load
+from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore, create
 from tests.axe import barriers
 from tests.lab.asking import WINDOWS, LabServer

@@ -12,10 +12,10 @@ import pytest
 from playwright.sync_api import Page, expect
 
 import baldwinlab as bl
+from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.factors import Factors
-from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.claims import CLAIMS, write_claims
+from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.claims_file import CLAIMS, write_claims
 from baldwinlab.studies.store import StudyStore, create
 from tests.lab.asking import LabServer, data
 from tests.small import small

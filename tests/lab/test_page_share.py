@@ -12,7 +12,7 @@ import xarray as xr
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.runs.replay import replay
+from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import SMALL, LabServer, ask
 from tests.lab.conftest import offline

@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
-from baldwinlab.runs.replay import replay
+from baldwinlab.simulation.replay import replay
 from tests.lab.asking import LabServer, data
 from tests.small import small
 

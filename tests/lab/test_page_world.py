@@ -11,10 +11,10 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from baldwinlab.evolution import Moment
-from baldwinlab.lab.inside import look_inside
-from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.lab.agent_inspector import look_inside
+from baldwinlab.lab.life_query import Life, Past, Span
 from baldwinlab.lab.recording import record
-from baldwinlab.runs.replay import energy_before, genome_at, replay
+from baldwinlab.simulation.replay import energy_before, genome_at, replay
 from tests.lab.asking import LabServer
 from tests.lab.conftest import serving
 from tests.small import small, small_study

@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab import results
+from baldwinlab.analysis.claims import claim_records, evaluate
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.pages import STATIC
+from baldwinlab.lab.single_page import STATIC
 from baldwinlab.papers import built_in
-from baldwinlab.papers.verdicts import claim_records, evaluate
-from baldwinlab.runs.simulate import simulate
-from baldwinlab.statistics import fitness
-from baldwinlab.studies.claims import write_claims
+from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.claims_file import write_claims
+from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore, create
-from baldwinlab.studies.study import open_runs
 from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
 from tests.small import small, small_study
@@ -188,15 +188,15 @@ def test_results_are_kept_beside_the_report_and_used_while_they_fit(
 ) -> None:
     study = small_study(tmp_path / "it", runs=1)
     read = studies.results_of(Lab(tmp_path, Live()), "it")
-    results.keep(study)
+    lab_results.keep(study)
     with monkeypatch.context() as patch:
-        patch.setattr(results, "of_study", None)  # nothing is read again
+        patch.setattr(lab_results, "of_study", None)  # nothing is read again
         assert studies.results_of(Lab(tmp_path, Live()), "it") == read
-    kept = tmp_path / "it" / results.FILE
+    kept = tmp_path / "it" / lab_results.FILE
     for other in (b"{", b"[1]", kept.read_bytes().replace(b'"typical_run"', b'"typical_ran"')):
         kept.write_bytes(other)
         assert studies.results_of(Lab(tmp_path, Live()), "it") == read
-    results.keep(study)
+    lab_results.keep(study)
     study.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
     assert (
         len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"])

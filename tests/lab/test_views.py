@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from baldwinlab.evolution import Moment
-from baldwinlab.lab import lives
-from baldwinlab.library.models.cells import CellForagers
+from baldwinlab.lab import life_query
+from baldwinlab.models.cell_foragers import CellForagers
 from baldwinlab.parts.views import arrays_of
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import LabServer, arrays, data, refusal
@@ -101,5 +101,5 @@ def test_what_is_not_there_is_refused(
     assert "view is missing" in refusal(
         address, "view", 400, **{name: value for name, value in LIFE.items() if name != "view"}
     )
-    monkeypatch.setattr(lives, "MOST_BYTES", 1000)
+    monkeypatch.setattr(life_query, "MOST_BYTES", 1000)
     assert "more than one answer may hold" in refusal(address, "view", 400, **LIFE, agent=4)

@@ -11,11 +11,11 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import Moment
-from baldwinlab.experiment import assign, choices, validate
-from baldwinlab.experiment.idle import idle_settings
+from baldwinlab.experiment import assign, registry, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.parts import load_file
-from baldwinlab.runs.simulate import live_batch
+from baldwinlab.simulation.simulate import live_batch
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 RIGHT, WRONG, UNKNOWN = 1.0, 0.0, 0.5
@@ -26,11 +26,11 @@ def part() -> Iterator[None]:
     load_file(FILE)
     yield
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        choices.forget(kind, name)
+        registry.forget(kind, name)
 
 
 def model(**fields: Any) -> Any:
-    return choices.find("model", "bit-strings")(**fields)
+    return registry.find("model", "bit-strings")(**fields)
 
 
 def lives(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.gallery.stored import studies
+from baldwinlab.api.publish.gallery_entries import studies
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 

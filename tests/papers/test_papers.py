@@ -10,17 +10,17 @@ from typing import get_args
 
 import pytest
 
-from baldwinlab import papers, presets
-from baldwinlab.assays.analysis import criteria
-from baldwinlab.papers import PaperError
+from baldwinlab import papers
+from baldwinlab.analysis.assays.analysis import criteria
+from baldwinlab.analysis.statistics.fitness import MEASURES
+from baldwinlab.analysis.statistics.rules import RULES
+from baldwinlab.core.variables import ASSAYS
+from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.claims import OF_ALL
 from baldwinlab.papers.claims import RULES as RULES_IN_WORDS
 from baldwinlab.papers.paper import KINDS, check
-from baldwinlab.papers.words import Assay, Inference
-from baldwinlab.statistics.fitness import MEASURES
-from baldwinlab.statistics.rules import RULES
+from baldwinlab.papers.texts import Assay, Inference
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.variables import ASSAYS
 from tests.commands import Command
 
 PAPER = """

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.experiment import choices
+from baldwinlab.experiment import registry
 from tests.commands import Command
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
@@ -59,7 +59,7 @@ LACKING = "'unknown' needs a model that is not loaded: give it by --part FILE"
 
 def forget() -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        choices.forget(kind, name)
+        registry.forget(kind, name)
 
 
 @pytest.fixture

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 
-from baldwinlab import figures
-from baldwinlab.experiment import ExperimentError, assign, choices
-from baldwinlab.models.miniworld.look import look
-from baldwinlab.palette import GREEN, PURPLE
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.figures.palette import GREEN, PURPLE
+from baldwinlab.experiment import ExperimentError, assign, registry
+from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file, sources_of
-from baldwinlab.presets import load
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
@@ -25,12 +25,12 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 
 @pytest.fixture(scope="module", autouse=True)
 def _parts() -> Iterator[None]:
-    before = choices.foreign()
+    before = registry.foreign()
     for path in sorted(EXAMPLES.glob("*.py")):
         load_file(path)
     yield
-    for kind, name in choices.foreign().keys() - before.keys():
-        choices.forget(kind, name)
+    for kind, name in registry.foreign().keys() - before.keys():
+        registry.forget(kind, name)
 
 
 def with_settings(condition: str, *assignments: str, **changes: Any) -> Any:
@@ -209,4 +209,4 @@ def test_a_part_s_file_may_have_any_name(tmp_path: Path) -> None:
     given = tmp_path / "champion.txt"
     given.write_bytes((EXAMPLES / "own_selection.py").read_bytes())
     load_file(given)
-    assert "champion" in choices.names("selection")
+    assert "champion" in registry.names("selection")

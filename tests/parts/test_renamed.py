@@ -10,7 +10,7 @@ from pydantic import Field
 
 import baldwinlab.parts
 from baldwinlab import parts
-from baldwinlab.errors import PartError
+from baldwinlab.core.errors import PartError
 from baldwinlab.parts.renamed import ALL, BY_KIND, CLASSES
 
 KINDS: list[Any] = [

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.check.findings import FailsError
-from baldwinlab.check.seen import views_are_sound
-from baldwinlab.check.subject import subjects
-from baldwinlab.library.models.landscapes import NKClimbers
+from baldwinlab.api.checks.findings import FailsError
+from baldwinlab.api.checks.fixture import subjects
+from baldwinlab.api.checks.views import views_are_sound
+from baldwinlab.models.nk_climbers import NKClimbers
 from baldwinlab.parts import GridView, MatrixView, PathView, View
 from baldwinlab.parts.views import ViewData, arrays_of
 

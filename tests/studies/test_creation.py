@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.errors import PartError
-from baldwinlab.files import location, write_exclusively
+from baldwinlab.core.errors import PartError
+from baldwinlab.core.files import location, write_exclusively
 from baldwinlab.parts import Source
-from baldwinlab.studies import trust
-from baldwinlab.studies.facts import sealed
+from baldwinlab.studies import part_sources
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.study_file import sealed
 from tests.small import small
 
 ROUNDS = range(30)
@@ -96,10 +96,10 @@ def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
     tmp_path: Path,
 ) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
-    trust.keep(tmp_path, [first])
-    trust.keep(tmp_path, [first])
+    part_sources.keep(tmp_path, [first])
+    part_sources.keep(tmp_path, [first])
     with pytest.raises(PartError, match=r"model-mine\.py is there already and holds another part"):
-        trust.keep(tmp_path, [second])
+        part_sources.keep(tmp_path, [second])
     assert (tmp_path / "parts" / "model-mine.py").read_text() == "a = 1"
 
 

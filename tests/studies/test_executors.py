@@ -17,17 +17,17 @@ from typing import Any
 import pytest
 
 from baldwinlab import cli
-from baldwinlab.assays import ASSAYS, missing_assays, run_assays
+from baldwinlab.core.extras import installation_command
+from baldwinlab.core.files import location
 from baldwinlab.experiment import Experiment
-from baldwinlab.extras import installation_command
-from baldwinlab.files import location
-from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, cluster
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.studies.assays.run import ASSAYS, missing_assays, run_assays
+from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, dask
 from baldwinlab.studies.records import DamagedRecordError, StudyError
+from baldwinlab.studies.run import missing_runs, plan
 from baldwinlab.studies.store import StudyStore, create
-from baldwinlab.studies.study import missing_runs, plan
-from tests.assays.studies import conditions, measured
 from tests.small import contents, ignore, silent, small, small_study
+from tests.studies.assays.studies import conditions, measured
 
 distributed = pytest.importorskip("distributed")
 
@@ -93,7 +93,7 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
     tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(local.scheduler, "allowed_failures", 0)
-    monkeypatch.setattr(cluster, "SILENCE", 0)
+    monkeypatch.setattr(dask, "SILENCE", 0)
     study = create(tmp_path, [small("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5)
     with (
         closing(amounts(on_dask, study, runs=2)) as steps,
@@ -109,7 +109,7 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
 def test_workers_tell_how_far_they_are_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "SILENCE", 0)
+    monkeypatch.setattr(dask, "SILENCE", 0)
     study = create(tmp_path, [longer("evo/A").replace(evolution={"generations": 12})], seed=5)
     heard = list(amounts(on_dask, study, runs=2))
     assert len(heard) > 4  # though there are but two tasks
@@ -136,7 +136,7 @@ def test_what_is_stopped_in_one_place_is_carried_on_in_another(
 def test_workers_end_tasks_that_nobody_waits_for(
     tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "SILENCE", 0)
+    monkeypatch.setattr(dask, "SILENCE", 0)
     study = create(tmp_path, [small("evo/A").replace(evolution={"generations": 10_000})], seed=5)
     with closing(amounts(on_dask, study, runs=2)) as steps:
         next(steps)
@@ -205,7 +205,7 @@ def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: 
 def test_workers_refuse_to_mix_engines(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "ENGINE", "engine-of-yesterday")
+    monkeypatch.setattr(dask, "ENGINE", "engine-of-yesterday")
     study = create(tmp_path, [small("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
         list(amounts(on_dask, study, runs=2))
@@ -229,7 +229,7 @@ def test_a_scheduler_that_is_gone_is_a_sentence(
     ) as empty:
         steps = amounts(choose(f"dask:{empty.scheduler_address}"), study, runs=2)
         empty.loop.call_later(0.5, empty.close)
-        monkeypatch.setattr(cluster, "PATIENCE", 1)  # also seconds for which it is sought again
+        monkeypatch.setattr(dask, "PATIENCE", 1)  # also seconds for which it is sought again
         with pytest.raises(ExecutorError, match="the Dask scheduler is gone"):
             next(steps)
 
@@ -262,7 +262,7 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(dask, "PATIENCE", 0.5)
     code, _, err = command(monkeypatch, capsys, tmp_path, "run", "evo/A", "--runs", "1", *words)
     assert code != 0
     assert sentence in err

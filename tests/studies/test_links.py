@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.errors import RefusedError
-from baldwinlab.files import SESSIONS_FILE, append_line, write_atomically
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import SESSIONS_FILE, append_line, write_atomically
+from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore, create
 from tests.commands import Command
 from tests.small import contents, small, small_study

@@ -18,7 +18,7 @@ from tests.small import small, small_study
 AS_USER = """
 import os, sys
 from baldwinlab.cli import main
-import baldwinlab.api.study, baldwinlab.api.report, baldwinlab.api.bring
+import baldwinlab.api.study, baldwinlab.api.report, baldwinlab.api.run_study
 if os.getuid() == 0:
     os.setuid(65534)  # root may write into folders that are read-only
 sys.argv = ["baldwinlab", *sys.argv[1:]]

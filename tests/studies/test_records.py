@@ -14,13 +14,14 @@ import pytest
 import xarray as xr
 from scipy.io import netcdf_file
 
-from baldwinlab.netcdf import opened, sealed
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.core.netcdf import opened, sealed
+from baldwinlab.core.variables import whole as all_of
+from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
+from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError, encode, write_record
+from baldwinlab.studies.run import missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
-from baldwinlab.studies.study import missing_runs, open_runs, run_study
-from baldwinlab.variables import whole as all_of
 from tests.small import as_older, contents, ignore, silent, small, small_study
 
 

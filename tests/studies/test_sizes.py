@@ -10,17 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab import files
+from baldwinlab.core import files
+from baldwinlab.core.files import FileKind, read_bytes, text_of
 from baldwinlab.experiment import ExperimentError
-from baldwinlab.files import FileKind, read_bytes, text_of
 from baldwinlab.papers import PaperError
 from baldwinlab.papers import load as load_paper
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file
-from baldwinlab.presets import load
 from baldwinlab.studies.records import DamagedRecordError, StudyError
+from baldwinlab.studies.run import missing_runs
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study import missing_runs
-from baldwinlab.sweeps.plan import read as read_sweep
+from baldwinlab.studies.sweeps.file import read as read_sweep
 from tests.small import ignore, small, small_study
 
 HUGE = 20 * 10**9
@@ -45,9 +45,9 @@ def test_no_kind_of_file_is_larger_than_memory() -> None:
 READ = """
 import os, resource, sys
 from pathlib import Path
-from baldwinlab.errors import BaldwinLabError
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study import open_runs
+from baldwinlab.studies.open import open_runs
 resource.setrlimit(resource.RLIMIT_DATA, (2 * 10**9, 2 * 10**9))
 place = Path(sys.argv[1])
 for name in sys.argv[2:]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.presets import load
+from baldwinlab.papers.presets import load
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.store import StudyStore, create
 from tests.small import as_older, small

@@ -1,4 +1,4 @@
-/** A run in the browser, from its founders to its last generation, as runs/simulate.py has it. Needs no page. */
+/** A run in the browser, from its founders to its last generation, as simulation/simulate.py has it. Needs no page. */
 
 import { Engine, lookUp } from "./engine.js";
 

@@ -1,4 +1,4 @@
-/** A life in the browser, looked at step by step: the containers of lab/recording.py and lab/inside.py. Needs no page. */
+/** A life in the browser, looked at step by step: the containers of lab/recording.py and lab/agent_inspector.py. Needs no page. */
 
 const SAMPLES = 201; // of the weights over a life, birth and death among them
 const MOST_INPUTS = 4; // of which every combination is a line of a table
@@ -98,7 +98,7 @@ export function record(run, { generation, first, last, look }) {
   return arrays;
 }
 
-/** @returns {Object<string, ArrayLike<number>>} as in lab/inside.py, of one agent */
+/** @returns {Object<string, ArrayLike<number>>} as in lab/agent_inspector.py, of one agent */
 export function lookInside(run, { generation, first, last, look, agent }) {
   const { engine, experiment } = run;
   const steps = experiment.lifetime.steps;

@@ -1,4 +1,4 @@
-/** The colours in force, by name, and the font of what is drawn. `baldwinlab/palette.py` has them; the page has them as CSS. */
+/** The colours in force, by name, and the font of what is drawn. `baldwinlab/analysis/figures/palette.py` has them; the page has them as CSS. */
 
 export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.engine.phases import for_each_part
+from baldwinlab.engine.simd import bundle, lanes_in_bundle
 from baldwinlab.models.miniworld.items import grow, settle
-from baldwinlab.models.miniworld.learning import expressed
-from baldwinlab.models.miniworld.recall import ready
+from baldwinlab.models.miniworld.learning.self_taught import expressed
+from baldwinlab.models.miniworld.lookup import ready
+from baldwinlab.models.miniworld.map import ONE, ZERO, spawn
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
-from baldwinlab.parts.kinds import init_agent, init_world, load_genes
+from baldwinlab.parts.agent_parts import init_agent, init_world, load_genes
 
 init_features = for_each_part(init_world)
 

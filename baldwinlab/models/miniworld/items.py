@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import (
+from baldwinlab.engine.rng import FOOD, philox, unit
+from baldwinlab.engine.simd import (
     WIDTH,
     Lane,
     Mask,
@@ -25,9 +26,8 @@ from baldwinlab.engine.lanes import (
     lanes_in_bundle,
     put,
 )
-from baldwinlab.engine.rng import FOOD, philox, unit
+from baldwinlab.models.miniworld.map import forbidden, wrapped
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.models.miniworld.world import forbidden, wrapped
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 MOST_PLACES = 100_000  # that are tried, before an item takes one that is forbidden

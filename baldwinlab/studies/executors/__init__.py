@@ -6,9 +6,9 @@ import re
 import shutil
 from functools import partial
 
-from baldwinlab.errors import ArgumentError, RefusedError
-from baldwinlab.files import require_cluster_extra
-from baldwinlab.runs.warm_up import available_cores
+from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.files import require_cluster_extra
+from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task
 from baldwinlab.studies.executors.threads import THREADS
 
@@ -29,7 +29,7 @@ def choose(name: str, workers: int | None = None) -> Executor:
     if name != "slurm" and (kind != "dask" or not ADDRESS.fullmatch(address)):
         raise ArgumentError("executor", name, "must be threads, dask:tcp://HOST:PORT or slurm")
     require_cluster_extra(f"--executor {name}")
-    from baldwinlab.studies.executors import cluster  # here, because to load it takes a while
+    from baldwinlab.studies.executors import dask  # here, because to load it takes a while
 
     if name == "slurm":
         if workers is None:
@@ -38,11 +38,9 @@ def choose(name: str, workers: int | None = None) -> Executor:
             raise RefusedError(
                 "--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm"
             )
-        return Executor(
-            "slurm", workers * cluster.cores_of_a_job(), partial(cluster.on_slurm, workers)
-        )
+        return Executor("slurm", workers * dask.cores_of_a_job(), partial(dask.on_slurm, workers))
     if workers is not None:
         raise ArgumentError(
             "workers", workers, "is for threads and slurm: a Dask cluster has the workers it has"
         )
-    return Executor("dask", max(1, cluster.cores(address)), partial(cluster.on_dask, address))
+    return Executor("dask", max(1, dask.cores(address)), partial(dask.on_dask, address))

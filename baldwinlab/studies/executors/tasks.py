@@ -6,9 +6,9 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from baldwinlab.errors import BaldwinLabError
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.models.miniworld.backend import Backend
+from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.studies.store import StudyStore
 
 

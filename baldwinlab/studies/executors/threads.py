@@ -8,8 +8,8 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Final
 
-from baldwinlab.models.miniworld.backend import Backend
-from baldwinlab.runs.warm_up import available_cores
+from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Task
 from baldwinlab.studies.store import StudyStore
 

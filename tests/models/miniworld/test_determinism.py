@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate, simulate_batch
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate, simulate_batch
 from tests.worlds import small
 
 RUNS = [0, 1, 2, 3, 7, 1000]

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baldwinlab.presets import load
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 CONDITIONS = ("evo", "evo+self-taught", "self-taught")

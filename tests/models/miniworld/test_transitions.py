@@ -19,10 +19,10 @@ from hypothesis import strategies as st
 
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment, validate
-from baldwinlab.models.miniworld.make import make_model
-from baldwinlab.presets import load
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
+from baldwinlab.models.miniworld.allocation import make_model
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
 from tests import naive
 
 MARGIN = 2e-4  # units of length; float32 is good to 1.5e-5 on these maps

@@ -1,0 +1,308 @@
+"""Decide claims: each rule takes a comparison and a bound, and returns a verdict.
+
+The claims of a paper name the rules; `papers.claims.RULES` describes them in sentences.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from baldwinlab.analysis.statistics import Comparison
+
+Verdict = Literal["holds", "does not hold", "undecided", "not evaluated"]
+HOLDS: Verdict = "holds"
+FAILS: Verdict = "does not hold"
+UNDECIDED: Verdict = "undecided"
+NOT_EVALUATED: Verdict = "not evaluated"
+VERDICTS = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
+
+MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}
+"""Marks for cells that are too small for a verdict in words."""
+
+SIGNIFICANT = 0.05
+
+# A number, or for `within` a pair of numbers, or None for rules without a bound.
+Bound = Any
+
+
+def direction(comparison: Comparison, p_holm: float) -> int:
+    """Return the sign of a significant difference.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of a with b.
+    p_holm
+        Its corrected p-value.
+
+    Returns
+    -------
+    int
+        1 if a is significantly larger, both in the effect and in A12; -1 if it is smaller; else 0.
+    """
+    if not p_holm < SIGNIFICANT:
+        return 0
+    if comparison.effect > 0 and comparison.a12 > 0.5:
+        return 1
+    return -1 if comparison.effect < 0 and comparison.a12 < 0.5 else 0
+
+
+def greater(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a is significantly larger than b.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of a with b.
+    p_holm
+        Its corrected p-value.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if a is significantly larger, and does not hold if it is smaller.
+    """
+    return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(comparison, p_holm)]
+
+
+def lower(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a is significantly smaller than b.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of a with b.
+    p_holm
+        Its corrected p-value.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if a is significantly smaller, and does not hold if it is larger.
+    """
+    return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(comparison, p_holm)]
+
+
+def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a survives longer than b.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of survival times: see `compare_survival`.
+    p_holm
+        The corrected p-value of the log-rank test.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim is decided if the test is significant and its statistic has the sign of the
+        difference of the restricted means.
+    """
+    if p_holm < SIGNIFICANT and comparison.u * comparison.effect > 0:
+        return HOLDS if comparison.effect > 0 else FAILS
+    return UNDECIDED
+
+
+def zero(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is exactly 0.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used.
+    p_holm
+        Not used.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim holds or does not hold.
+    """
+    return HOLDS if comparison.effect == 0 else FAILS
+
+
+def within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is between two bounds.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used.
+    p_holm
+        Not used.
+    bound
+        The smallest and the largest value, in the unit of the effect.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if the interval is inside the bounds, and does not hold if it is outside.
+        Otherwise it is undecided, as for a single run, which has no interval.
+    """
+    lowest, highest = bound
+    if comparison.low >= lowest and comparison.high <= highest:
+        return HOLDS
+    return FAILS if comparison.high < lowest or comparison.low > highest else UNDECIDED
+
+
+def close(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is at most `bound` in either direction; see `within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used.
+    p_holm
+        Not used.
+    bound
+        The largest difference, in the unit of the effect.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `within`.
+    """
+    return within(comparison, p_holm, (-bound, bound))
+
+
+def at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is at least `bound`; see `within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used.
+    p_holm
+        Not used.
+    bound
+        The smallest value, in the unit of the effect.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `within`.
+    """
+    return within(comparison, p_holm, (bound, math.inf))
+
+
+def number_within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a number without an interval is between two bounds.
+
+    The number is the mean, the smallest or the largest value of all runs: see `OVER_RUNS`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used, which is the number.
+    p_holm
+        Not used.
+    bound
+        The smallest and the largest value, in the unit of the number.
+
+    Returns
+    -------
+    Verdict
+        The claim holds or does not hold. It is undecided if the number is NaN.
+    """
+    lowest, highest = bound
+    if math.isnan(comparison.effect):
+        return UNDECIDED
+    return HOLDS if lowest <= comparison.effect <= highest else FAILS
+
+
+def number_at_most(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a number is at most `bound`; see `number_within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used, which is the number.
+    p_holm
+        Not used.
+    bound
+        The largest value, in the unit of the number.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `number_within`.
+    """
+    return number_within(comparison, p_holm, (-math.inf, bound))
+
+
+def number_at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a number is at least `bound`; see `number_within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used, which is the number.
+    p_holm
+        Not used.
+    bound
+        The smallest value, in the unit of the number.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `number_within`.
+    """
+    return number_within(comparison, p_holm, (bound, math.inf))
+
+
+RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
+    "greater": greater,
+    "lower": lower,
+    "close": close,
+    "survives_longer": survives_longer,
+    "zero": zero,
+    "at_least": at_least,
+    "within": within,
+    "mean_within": number_within,
+    "mean_at_most": number_at_most,
+    "every_at_most": number_at_most,
+    "every_at_least": number_at_least,
+}
+BY_P_VALUE = ("greater", "lower", "survives_longer")
+"""The rules whose verdict depends on the p-value."""
+OVER_RUNS: Mapping[str, Callable[[Any], Any]] = {
+    "mean_within": np.mean,
+    "mean_at_most": np.mean,
+    "every_at_most": np.max,
+    "every_at_least": np.min,
+}
+"""The statistic over all runs that a rule uses instead of the median."""
+
+
+def conjunction(verdicts: list[Verdict]) -> Verdict:
+    """Combine the verdicts of the parts of a claim.
+
+    Parameters
+    ----------
+    verdicts
+        The verdicts of all parts.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if all parts hold, and does not hold if any part does not hold. It is not
+        evaluated if there is no part.
+    """
+    if not verdicts:
+        return NOT_EVALUATED
+    if FAILS in verdicts:
+        return FAILS
+    return HOLDS if set(verdicts) == {HOLDS} else UNDECIDED

@@ -1,0 +1,200 @@
+"""Compare two samples of survival times, of which some are censored.
+
+A time is censored if the observation ends before death: the true time is at least as long.
+
+References
+----------
+Log-rank test: N. Mantel, Cancer Chemotherapy Reports 50 (1966).
+Survival curve: E. L. Kaplan and P. Meier, J. of the American Statistical Association 53 (1958).
+Restricted mean: P. Royston and M. K. B. Parmar, BMC Medical Research Methodology 13 (2013).
+Pairs with censored times: E. A. Gehan, Biometrika 52 (1965).
+"""
+
+from __future__ import annotations
+
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from baldwinlab.analysis.statistics import (
+    RESAMPLES,
+    SEED,
+    Comparison,
+    Sample,
+    check_sample,
+    percentile_interval,
+)
+
+# A point of a survival curve is a product of many factors, each rounded.
+ROUNDING = 1e-9
+
+
+class Survival(NamedTuple):
+    """The survival times of the runs of a condition.
+
+    Attributes
+    ----------
+    times : array of float64, [run]
+        Times above 0, in any unit.
+    censored : array of bool, [run]
+        True if the run survived longer than its time.
+    """
+
+    times: Sample
+    censored: npt.NDArray[np.bool_]
+
+    @property
+    def follow_up(self) -> float:
+        """The time up to which the curve is defined; infinite if the last event is a death."""
+        last = float(self.times.max())
+        return last if self.censored[self.times == last].any() else inf
+
+
+def compare_survival(a: Survival, b: Survival) -> Comparison:
+    """Compare two samples with the log-rank test, restricted means, and A12.
+
+    A restricted mean is the area under the Kaplan-Meier curve, up to the time at which both curves
+    are defined.
+
+    Parameters
+    ----------
+    a, b
+        The samples, at least one run each.
+
+    Returns
+    -------
+    Comparison
+        `effect` is the difference of the restricted means, with its bootstrap interval, which is
+        NaN for a sample of one run. Medians are those of the curves, or NaN if the curve does not
+        reach 1/2. `u` is the log-rank statistic, above 0 if a survives longer. If the deaths do not
+        distinguish the samples, `u` is 0 and p is 1. In `a12`, a pair whose order is unknown
+        because of censoring counts half.
+
+    Raises
+    ------
+    ValueError
+        If a sample is empty or has a time that is not finite.
+    """
+    a = _check_survival(a)
+    b = _check_survival(b)
+    longest = max(float(a.times.max()), float(b.times.max()))
+    until = min(a.follow_up, b.follow_up, longest)
+    low = high = nan
+    if min(a.times.size, b.times.size) > 1:
+        generator = np.random.default_rng(SEED)
+        means_a = restricted_mean(a, until, _resampled_counts(a.times.size, generator))
+        means_b = restricted_mean(b, until, _resampled_counts(b.times.size, generator))
+        low, high = percentile_interval(means_a - means_b)
+    statistic, p = log_rank(a, b)
+    return Comparison(
+        n_a=a.times.size,
+        n_b=b.times.size,
+        median_a=median(a),
+        median_b=median(b),
+        effect=float(restricted_mean(a, until) - restricted_mean(b, until)),
+        low=low,
+        high=high,
+        u=statistic,
+        p=p,
+        a12=(1 + float(_outlives(a, b).mean()) - float(_outlives(b, a).mean())) / 2,
+    )
+
+
+def _check_survival(sample: Survival) -> Survival:
+    return Survival(check_sample(sample.times), np.asarray(sample.censored, np.bool_))
+
+
+def log_rank(a: Survival, b: Survival) -> tuple[float, float]:
+    """Compute the log-rank test.
+
+    Parameters
+    ----------
+    a, b
+        The samples, at least one run each.
+
+    Returns
+    -------
+    statistic : float
+        Standard normal if the samples have the same distribution; above 0 if a survives longer.
+    p : float
+        The two-sided p-value; 1 if the statistic is undefined.
+    """
+    censored_a = stats.CensoredData.right_censored(a.times, a.censored)
+    censored_b = stats.CensoredData.right_censored(b.times, b.censored)
+    with np.errstate(invalid="ignore"):
+        result = stats.logrank(censored_a, censored_b)
+    if np.isnan(result.pvalue):
+        return 0.0, 1.0
+    return -float(result.statistic), float(result.pvalue)
+
+
+def median(sample: Survival) -> float:
+    """Compute the median survival time from the Kaplan-Meier curve.
+
+    Parameters
+    ----------
+    sample
+        The sample, at least one run.
+
+    Returns
+    -------
+    float
+        The time at which the curve falls below 1/2, or the middle of the interval in which it
+        equals 1/2. NaN if the curve does not fall below 1/2.
+    """
+    times, alive = _curve(sample, np.ones(sample.times.size))
+    at_most_half = times[alive < 0.5 + ROUNDING]
+    below_half = times[alive < 0.5 - ROUNDING]
+    return float(at_most_half[0] + below_half[0]) / 2 if below_half.size else nan
+
+
+def restricted_mean(
+    sample: Survival, until: float, counts: npt.NDArray[np.int64] | None = None
+) -> Sample:
+    """Compute the area under the Kaplan-Meier curve up to a time.
+
+    Parameters
+    ----------
+    sample
+        The sample, at least one run.
+    until
+        The time, in the unit of the sample.
+    counts
+        The number of times that each resample contains each run, [..., run]. By default, each run
+        counts once.
+
+    Returns
+    -------
+    Sample
+        The area of each resample, [...], in the unit of the times.
+    """
+    times, alive = _curve(sample, np.ones(sample.times.size) if counts is None else counts)
+    durations = np.diff(np.minimum(times, until), prepend=0, append=until)
+    return np.asarray(durations[0] + alive @ durations[1:], np.float64)
+
+
+def _curve(sample: Survival, counts: npt.NDArray[np.generic]) -> tuple[Sample, Sample]:
+    """Return the times in order, and the share [..., run] that is alive after each time.
+
+    At equal times, deaths precede censoring.
+    """
+    order = np.lexsort((sample.censored, sample.times))
+    at_risk = np.cumsum(counts[..., ::-1], axis=-1)[..., ::-1]
+    dying = counts * ~sample.censored[order] / np.maximum(1, at_risk)
+    return sample.times[order], np.cumprod(1 - dying, axis=-1)
+
+
+def _resampled_counts(size: int, generator: np.random.Generator) -> npt.NDArray[np.int64]:
+    """Draw the number of times that each resample contains each run, [resample, run]."""
+    # Runs are exchangeable, so the counts apply to the runs in any order.
+    return generator.multinomial(size, np.full(size, 1 / size), RESAMPLES)
+
+
+def _outlives(a: Survival, b: Survival) -> npt.NDArray[np.bool_]:
+    """Return the pairs [a, b] in which a certainly survives longer than b."""
+    is_longer = a.times[:, None] > b.times
+    is_censored_later = (a.times[:, None] == b.times) & a.censored[:, None]
+    return np.asarray((is_longer | is_censored_later) & ~b.censored, np.bool_)

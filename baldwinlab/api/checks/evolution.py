@@ -1,0 +1,164 @@
+"""The oracles of parts that breed, against their hooks: plain lists in and out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from baldwinlab.api.checks.findings import FailsError
+from baldwinlab.api.checks.fixture import Subject, breeding_arguments, values_of
+from baldwinlab.api.checks.signatures import oracle_key
+from baldwinlab.engine import rng
+from baldwinlab.engine.jit import kept
+from baldwinlab.evolution import Fitness, Genome, Moment, breed, draw_genome, select
+from baldwinlab.evolution.fitness import evaluate_all
+from baldwinlab.evolution.inheritance import pass_all_on
+from baldwinlab.evolution.selection import draw_parents
+from baldwinlab.parts.agent_parts import overridden_hooks
+from baldwinlab.parts.evolution_parts import ITSELF, breeding_part
+
+ROUNDS: Final = 200
+AGENTS, GENERATIONS = 30, 40  # of populations that parts look at as a whole
+CLOSE: Final = 1e-5
+
+
+def _rounds(
+    subject: Subject, part: Any
+) -> Iterator[tuple[int, Any, dict[str, Any], dict[str, Any]]]:
+    """Number, the part's values, arguments as arrays, and as plain lists."""
+    random, values = np.random.default_rng(subject.seed), values_of(subject.experiment, part)
+    for number in range(ROUNDS):
+        arrays = breeding_arguments(random, len(subject.experiment.modules))
+        yield (
+            number,
+            values,
+            arrays,
+            {name: np.asarray(each).tolist() for name, each in arrays.items()},
+        )
+
+
+def _generations(subject: Subject, part: Any) -> Iterator[tuple[Any, Any, Genome, Fitness, Moment]]:
+    """Populations that breed as the experiment says, whatever their fitness: for parts that look at whole ones.
+
+    Gives the experiment, the part's values, genomes and fitness, and when the next generation is.
+    """
+    experiment = subject.experiment.replace(population={"size": AGENTS})
+    random, values = np.random.default_rng(subject.seed), values_of(experiment, part)
+    genome = draw_genome(experiment, Moment(subject.seed, 0, 0))
+    for generation in range(1, GENERATIONS + 1):
+        fitness, moment = (
+            np.round(random.uniform(0, 4, AGENTS), 1),
+            Moment(subject.seed, 0, generation),
+        )
+        yield experiment, values, genome, fitness, moment
+        genome, _ = breed(experiment, genome, fitness, moment)
+
+
+def compare_pairs(subject: Subject, part: Any) -> None:
+    """oracle(part, genome, fitness, uniforms) -> two parents for each child; the second is `ITSELF` where the first lives on."""
+    for experiment, values, genome, fitness, moment in _generations(subject, part):
+        uniforms = moment.uniforms(rng.SELECTION, (AGENTS, 2))
+        found = select(experiment, fitness, uniforms, genome).tolist()
+        expected = _fitter_first(
+            part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist()), fitness
+        )
+        if found != expected:
+            raise FailsError(
+                f"in generation {moment.generation}, parents are {found}, and by the oracle {expected}"
+            )
+
+
+def compare_children(subject: Subject, part: Any) -> None:
+    """oracle(part, genome, fitness, parents, draws) -> all children, [child][module][entry]; `draws` is [child][draw][4]."""
+    for experiment, values, genome, fitness, moment in _generations(subject, part):
+        parents = select(
+            experiment, fitness, moment.uniforms(rng.SELECTION, (AGENTS, 2)), genome
+        ).tolist()
+        draws = moment.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
+        expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
+        _require_close(
+            breed(experiment, genome, fitness, moment)[0],
+            expected,
+            f"what lives in generation {moment.generation}",
+        )
+
+
+def _fitter_first(pairs: Any, fitness: Any) -> Any:
+    return [
+        pair if pair[1] == ITSELF else sorted(pair, key=lambda agent: -fitness[agent])
+        for pair in pairs
+    ]
+
+
+def compare_selection(subject: Subject, part: Any) -> None:
+    """oracle(part, fitness, uniforms) -> two parents for each child; their order is that of their fitness, whatever it says."""
+    _, code = breeding_part(subject.experiment, "selection")
+    for number, values, of, plain in _rounds(subject, part):
+        scratch = of["shares"], of["order"]
+        kept(draw_parents, code)(
+            values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"]
+        )
+        fitness = plain["fitness"]
+        expected = _fitter_first(part.oracle(values, fitness, plain["uniforms"]), fitness)
+        if of["parents"].tolist() != expected:
+            found = f"of the fitness {fitness}, parents are {of['parents'].tolist()}"
+            raise FailsError(f"in round {number}, {found}, and by the oracle {expected}")
+
+
+def compare_variation(subject: Subject, part: Any) -> None:
+    """oracle(part, fitter, other, draws, gate) -> the child, [module][weight]."""
+    for number, values, of, plain in _rounds(subject, part):
+        part.vary(values, of["fitter"], of["other"], of["draws"], of["gate"], of["child"])
+        expected = part.oracle(
+            values, *(plain[each] for each in ("fitter", "other", "draws", "gate"))
+        )
+        _require_close(of["child"], expected, f"in round {number}, a child")
+
+
+def compare_inheritance(subject: Subject, part: Any) -> None:
+    """oracle(part, born, learned) -> what is inherited, [weight]; of a part that has `assign_teachers`, that and the teacher."""
+    _, code = breeding_part(subject.experiment, "inheritance")
+    for number, values, of, plain in _rounds(subject, part):
+        genome = np.stack([of["born"], of["taught"]])[None]
+        inherited = genome.copy()
+        kept(pass_all_on, code)(values, genome, of["learned"][None].copy(), inherited)
+        expected = part.oracle(values, plain["born"], plain["learned"])
+        if "assign_teachers" not in overridden_hooks(part):
+            expected = (expected, plain["taught"])
+        _require_close(inherited[0], expected, f"in round {number}, what is inherited")
+
+
+def compare_fitness(subject: Subject, part: Any) -> None:
+    """oracle(part, energy, cost) -> the fitness of each agent."""
+    _, code = breeding_part(subject.experiment, "fitness")
+    for number, values, of, plain in _rounds(subject, part):
+        kept(evaluate_all, code)(values, of["energy"], of["cost"], of["fitness"])
+        _require_close(
+            of["fitness"],
+            part.oracle(values, plain["energy"], plain["cost"]),
+            f"in round {number}, fitness",
+        )
+
+
+def _require_close(found: Any, expected: Any, what: str) -> None:
+    if not np.allclose(found, expected, rtol=CLOSE, atol=CLOSE):
+        raise FailsError(
+            f"{what} is {np.asarray(found).tolist()}, and by the oracle {np.asarray(expected).tolist()}"
+        )
+
+
+def compare_breeding(subject: Subject, part: Any) -> None:
+    """By what the part's oracle is asked, which follows from the hooks that are its own."""
+    ORACLES_THAT_BREED[oracle_key(part)](subject, part)
+
+
+ORACLES_THAT_BREED: Final[dict[str, Callable[[Subject, Any], None]]] = {
+    "selection": compare_selection,
+    "select_with_genomes": compare_pairs,
+    "variation": compare_variation,
+    "vary_population": compare_children,
+    "inheritance": compare_inheritance,
+    "fitness": compare_fitness,
+}

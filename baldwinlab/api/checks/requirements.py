@@ -1,0 +1,122 @@
+"""The requirements that compiled code must meet, and what is found of each."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Final
+
+from baldwinlab.api.checks.fields import fields_are_declared, limits_are_refused
+from baldwinlab.api.checks.findings import Finding, NotCheckedError
+from baldwinlab.api.checks.fixture import Subject, label, subjects
+from baldwinlab.api.checks.lane_isolation import nobody_looks_at_others
+from baldwinlab.api.checks.machine_code import arithmetic_is_portable
+from baldwinlab.api.checks.oracles import the_oracle_agrees
+from baldwinlab.api.checks.reproducibility import (
+    a_second_time,
+    alone_and_in_a_bundle,
+    in_any_batch,
+    in_plain_python,
+    in_the_simulator,
+    it_compiles,
+    replayed,
+    resumed,
+)
+from baldwinlab.api.checks.signatures import require_oracle_signature, unverified_hooks
+from baldwinlab.api.checks.speed import speed
+from baldwinlab.api.checks.views import views_are_sound
+from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.parts.agent_parts import Part, overridden_hooks
+
+Requirement = tuple[str, Callable[[Subject], str]]
+DECLARED: Final[Mapping[str, Requirement]] = {
+    "fields": ("its fields have limits and a meaning", fields_are_declared),
+    "limits": ("what is beyond a limit is refused with a sentence", limits_are_refused),
+    "signature": ("its oracle has the arguments of its kind", require_oracle_signature),
+}
+COMPILED: Final[Mapping[str, Requirement]] = {
+    "compiles": ("it compiles", it_compiles),
+    "arithmetic": ("arithmetic stays float32 and away from libm", arithmetic_is_portable),
+    "others": ("no per-agent hook reads other agents", nobody_looks_at_others),
+    "again": ("the same bits a second time, under both updates", a_second_time),
+    "bundle": ("the same bits alone and in a bundle", alone_and_in_a_bundle),
+    "batch": ("the same bits in any batch, under both updates", in_any_batch),
+    "resumed": ("the same bits resumed, under both updates", resumed),
+    "replayed": ("the same bits replayed, under both updates", replayed),
+    "python": ("the same bits in plain Python, under both updates", in_plain_python),
+    "simulator": ("the same bits in the simulator of a GPU", in_the_simulator),
+    "oracle": ("the oracle agrees, step by step", the_oracle_agrees),
+    "views": ("its views show data that fits together", views_are_sound),
+    "speed": ("its speed", speed),
+}
+
+
+def findings_of(name: str, together: Sequence[Subject], again: str) -> list[Finding]:
+    """Return what is found of a requirement."""
+    words, requirement = {**DECLARED, **COMPILED}[name]
+    found = _finding(words, requirement, together, again)
+    if name != "oracle":
+        return [found]
+    unverified = list(_unverified(together))
+    return unverified if unverified and found.holds is None else [found, *unverified]
+
+
+def _finding(
+    words: str,
+    requirement: Callable[[Subject], str],
+    together: Sequence[Subject],
+    again: str,
+) -> Finding:
+    remarks, skipped = [], []
+    for subject in together:
+        try:
+            remarks.append(requirement(subject))
+        except NotCheckedError as error:
+            skipped.append(str(error))
+        except Exception as error:  # whatever a part, or its oracle, raises
+            return Finding(words, False, _named(requirement, subject, _sentence(error)), again)
+    if skipped and not remarks:
+        return Finding(words, None, skipped[0], again)
+    pieces = (piece for remark in remarks for piece in remark.split("; ") if piece)
+    return Finding(words, True, "; ".join(dict.fromkeys(pieces)), again)
+
+
+def _sentence(error: Exception) -> str:
+    sentence = " ".join(str(error).split())
+    if isinstance(error, BaldwinLabError | ValueError):
+        return sentence
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {sentence} ({place.filename}:{place.lineno})"
+
+
+def _named(requirement: Callable[[Subject], str], subject: Subject, sentence: str) -> str:
+    """Return the sentence with the part that fails and its hooks."""
+    if any(f"{part.__name__}." in sentence or label(part) in sentence for part in subject.parts):
+        return sentence
+    failing: Sequence[type[Part]] = subject.parts
+    if len(subject.parts) > 1:
+        failing = [part for part in subject.parts if _fails_alone(requirement, part, subject.seed)]
+    return f"{' and '.join(map(_with_hooks, failing or subject.parts))}: {sentence}"
+
+
+def _with_hooks(part: type[Part]) -> str:
+    hooks = overridden_hooks(part)
+    return f"{label(part)} ({', '.join(hooks)})" if hooks else label(part)
+
+
+def _fails_alone(requirement: Callable[[Subject], str], part: type[Part], seed: int) -> bool:
+    try:
+        for alone in subjects([part], seed):
+            requirement(alone)
+    except NotCheckedError:
+        return False
+    except Exception:  # as above
+        return True
+    return False
+
+
+def _unverified(together: Sequence[Subject]) -> Iterator[Finding]:
+    """Yield a finding for each hook whose results no oracle verifies."""
+    for part in dict.fromkeys(part for subject in together for part in subject.parts):
+        for hook, reason in unverified_hooks(part):
+            yield Finding(reason, None, f"{label(part)}, {hook}", "", is_unverified=True)

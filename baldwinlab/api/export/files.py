@@ -1,0 +1,144 @@
+"""A study written down for other tools: Parquet, CSV and phylogenies. Each appears whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from baldwinlab._version import __version__
+from baldwinlab.api.export.extra import needed_for
+from baldwinlab.api.export.frames import frame_of
+from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import appearing, write_atomically
+from baldwinlab.core.output_paths import require_writable
+from baldwinlab.studies.assays.descent import HEADER, phylogeny_lines
+from baldwinlab.studies.store import StudyStore
+
+ROWS: Final = 2**17  # of a row group of Parquet, at least
+CSVW: Final = "-metadata.json"  # what a table's name is followed by, where its metadata are; so the W3C has it
+
+
+def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
+    """Units and meanings stand in each field's metadata (`units`, `long_name`) and, for pandas, in the table's `attrs`.
+
+    Raises RefusedError where `path` would be written over what this has not written, unless forced; StudyError as `Table`.
+    """
+    with needed_for("a Parquet file"):
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+    def kind(column: Column) -> pa.DataType:
+        return (
+            pa.dictionary(pa.int32(), pa.string())
+            if column.values
+            else pa.from_numpy_dtype(column.dtype)
+        )
+
+    def array(column: Column, block: Block) -> pa.Array:
+        if column.values:
+            code = column.values.index(str(block.labels[column.name]))
+            return pa.DictionaryArray.from_arrays(
+                np.full(block.rows, code, np.int32), list(column.values)
+            )
+        if column.name in block.arrays:
+            return pa.array(block.arrays[column.name], kind(column))
+        return pa.repeat(pa.scalar(block.labels.get(column.name), kind(column)), block.rows)
+
+    require_writable("--out", path, MARK.encode(), force=force)
+    fields = [
+        pa.field(
+            column.name, kind(column), metadata={"units": column.unit, "long_name": column.meaning}
+        )
+        for column in table.columns
+    ]  # the unit of text, and of what has no one unit, is empty
+    schema = pa.schema(fields, {"PANDAS_ATTRS": json.dumps(table.attributes)})
+    with appearing(path) as partial, pq.ParquetWriter(partial, schema) as writer:
+        for blocks in _groups(table):
+            batches = [
+                pa.record_batch([array(one, block) for one in table.columns], schema=schema)
+                for block in blocks
+            ]
+            writer.write_table(pa.Table.from_batches(batches))
+
+
+def _groups(table: Table) -> Iterator[list[Block]]:
+    """Runs that fill a row group together."""
+    group: list[Block] = []
+    for block in table.blocks():
+        group.append(block)
+        if sum(one.rows for one in group) >= ROWS:
+            yield group
+            group = []
+    if group:
+        yield group
+
+
+def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
+    """Write a table as CSV, with a header.
+
+    A cell is empty if the model of a condition does not record the variable. The file PATH-metadata.json contains
+    the types, units and meanings of the columns. Raises as `write_parquet` does.
+
+    Source: "Metadata Vocabulary for Tabular Data", W3C Recommendation, 17 December 2015.
+    """
+    beside = path.with_name(f"{path.name}{CSVW}")
+    require_writable("--out", path, f",{','.join(KEY[1:])},".encode(), force=force)
+    require_writable("--out", beside, MARK.encode(), force=force)
+    with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        for number, block in enumerate(table.blocks()):
+            frame_of(table, block).to_csv(file, index=False, header=not number, lineterminator="\n")
+    write_atomically(
+        beside, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode()
+    )
+
+
+def _csvw(table: Table, path: Path) -> dict[str, Any]:
+    return {
+        "@context": "http://www.w3.org/ns/csvw",
+        "url": path.name,
+        "dc:title": f"{table.study.directory.name}, seed {table.study.seed}",
+        "dc:provenance": f"{MARK} {__version__}",
+        "tableSchema": {
+            "primaryKey": list(KEY),
+            "columns": [dict(_csvw_column(column)) for column in table.columns],
+        },
+    }
+
+
+def _csvw_column(column: Column) -> Iterator[tuple[str, str]]:
+    yield "name", column.name
+    yield "titles", column.name
+    yield "datatype", {"i": "integer", "f": "double"}.get(column.dtype.kind, "string")
+    yield "dc:description", column.meaning
+    if column.unit:
+        yield "schema:unitText", column.unit
+
+
+def write_phylogeny(
+    study: StudyStore, path: Path, condition: str | None, run: int | None, *, force: bool = False
+) -> int:
+    """Who begot whom in a run, in all runs of a condition, or in the whole study; gives the number of agents.
+
+    Agents of several runs are numbered through, and the columns `condition` and `run` say whose they are. Raises RefusedError as
+    `write_parquet` does, and for a run without a condition; StudyError for what is not stored, and for a damaged record.
+    """
+    if condition is None and run is not None:
+        raise RefusedError(f"--run {run} needs --condition, too: every condition has runs")
+    require_writable("--out", path, HEADER.encode(), force=force)
+    study.require_runs()
+    wanted = list(study.experiments) if condition is None else [study.experiment(condition).name]
+    count = 0
+    with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        file.write(HEADER + ",condition,run" * (run is None) + "\n")
+        for name in wanted:
+            for number in study.runs(name) if run is None else [run]:
+                parents = study.read(name, number, genomes=False).parents.values
+                whose = f",{name},{number}" * (run is None)
+                file.writelines(f"{line}{whose}\n" for line in phylogeny_lines(parents, count))
+                count += parents[..., 0].size
+    return count

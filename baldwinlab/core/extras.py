@@ -1,0 +1,98 @@
+"""Extras: groups of optional packages, what each is for, which package is missing, and how to install them."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import re
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+from baldwinlab.core.errors import RefusedError
+
+PURPOSES: Final = {  # extras for users; those that only developers need are not listed
+    "cuda": "lives on an NVIDIA GPU",
+    "cluster": "studies on the workers of a Dask or Slurm cluster, and in object stores",
+    "exchange": "studies as Zarr, as Parquet, in polars, and as RO-Crates",
+    "lab": "the lab in the browser",
+    "notebook": "the notebooks, kept as text",
+    "rl": "worlds as environments of PettingZoo and Gymnasium",
+    "video": "lives as .mp4",
+    "wasm": "pages in which parts of your own run",
+}
+CORE: Final = ""  # the key of the packages that every installation needs
+
+
+def missing_extra(extra: str, feature: str) -> RefusedError:
+    """Return the error for a feature whose extra is not installed."""
+    missing = missing_packages(extra)
+    which = f" (not installed: {', '.join(missing)})" if missing else ""
+    return RefusedError(
+        f"{feature} needs the extra {extra!r}{which}: {installation_command(extra)}"
+    )
+
+
+def missing_packages(extra: str) -> list[str]:
+    """Return the packages of an extra that are not installed."""
+    return [name for name in required_packages().get(extra, []) if installed_version(name) is None]
+
+
+def required_packages() -> dict[str, list[str]]:
+    """Return the packages that the installed metadata requires, by extra; `CORE` has those of no extra."""
+    found: dict[str, list[str]] = {}
+    for line in _requirements():
+        name = re.match(r"[A-Za-z0-9._-]+", line)
+        extra = re.search(r"extra == ['\"]([^'\"]+)", line)
+        if name:
+            found.setdefault(extra.group(1) if extra else CORE, []).append(name.group())
+    return found
+
+
+def _requirements() -> list[str]:
+    try:
+        return importlib.metadata.requires("baldwinlab") or []
+    except (
+        importlib.metadata.PackageNotFoundError
+    ):  # imported from its source, without an installation
+        return []
+
+
+def installed_version(name: str) -> str | None:
+    """Return the version of an installed package, or None."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def installation_command(extra: str) -> str:
+    """Return the pip command that adds an extra to this installation of baldwinlab.
+
+    An installation from a folder, a file or a repository records its origin (PEP 610), which the command names. An
+    installation from a package index records none, and the name of the package is enough.
+    """
+    origin = _origin()
+    url, folder = origin.get("url", ""), origin.get("dir_info")
+    if folder is None and "vcs_info" in origin:
+        url = f"{origin['vcs_info']['vcs']}+{url}@{origin['vcs_info']['commit_id']}"
+    if folder is None:
+        return f'pip install "baldwinlab[{extra}]{f" @ {url}" if url else ""}"'
+    path = Path(url2pathname(urlsplit(url).path))
+    editable = "-e " if folder.get("editable") else ""
+    if not (path / "pyproject.toml").is_file():
+        return f'pip install {editable}".[{extra}]" in the folder of the source of baldwinlab'
+    return f'pip install {editable}"{path}[{extra}]"'
+
+
+def _origin() -> dict[str, Any]:
+    """Return the record of the origin of this installation; an empty one for a package index."""
+    try:
+        text = importlib.metadata.distribution("baldwinlab").read_text("direct_url.json")
+    except importlib.metadata.PackageNotFoundError:
+        text = json.dumps(
+            {"url": Path(__file__).parents[2].as_uri(), "dir_info": {"editable": True}}
+        )
+    origin: dict[str, Any] = json.loads(text or "{}")
+    return origin

@@ -1,0 +1,245 @@
+"""Every recorded variable once: dimensions, type, unit and meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+PARENTS = ("fitter", "other")
+OF_AGENT = (
+    "generation",
+    "agent",
+)  # the dimensions of what is recorded of every agent of every generation
+
+DIMENSIONS: Mapping[str, str] = {  # what a study's data are labelled with, and what it means
+    "condition": "the condition's name",
+    "run": "number of the run",
+    "generation": "number of the generation, from 0",
+    "agent": "number of the agent in its generation",
+    "parent": "which of the two",
+}
+
+
+class Variable(NamedTuple):
+    dims: tuple[str, ...]
+    dtype: type[np.generic]
+    unit: str
+    meaning: str
+
+
+RUN: Mapping[str, Variable] = {
+    "food_eaten": Variable(OF_AGENT, np.int32, "items", "items eaten in life"),
+    "energy": Variable(
+        ("generation", "agent"),
+        np.float64,
+        "energy",
+        "energy of the items eaten in life, less the cost of learning: the fitness",
+    ),
+    "parents": Variable(
+        ("generation", "agent", "parent"),
+        np.int32,
+        "1",
+        "agents of the generation before; -1 where there are none",
+    ),
+    "genome": Variable(
+        ("generation", "agent", "module", "weight"),
+        np.float32,
+        "1",
+        "weights at birth; NaN in generations that are not kept",
+    ),
+}
+
+# A run as it is stored: genomes that are not kept take no room.
+RECORD: Mapping[str, Variable] = {
+    name: variable for name, variable in RUN.items() if name != "genome"
+} | {"kept_genome": RUN["genome"]._replace(dims=("kept_generation", "agent", "module", "weight"))}
+
+
+def of_record(experiment: Any) -> Mapping[str, Variable]:
+    """What a run of an experiment records: `RECORD`, with what its own model or its own kinds of items add."""
+    if experiment.model != "miniworld":
+        model = experiment.of_model
+        energy = RECORD["energy"]._replace(unit="1", meaning=model.payoff)
+        return (
+            {name: RECORD[name] for name in RECORD if name != "food_eaten"}
+            | {"energy": energy}
+            | dict(model.records)
+        )
+    kinds = {
+        item.kind for feature in experiment.parts("world.features") for item in feature.items()
+    }
+    eaten = RECORD["food_eaten"]
+    own = {
+        f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds
+    }
+    if experiment.births_in_life:
+        own["born"] = Variable(
+            OF_AGENT, np.int32, "agents", "agents born in this one's place in the midst of life"
+        )
+    return dict(RECORD) | own
+
+
+TRACE: Mapping[str, Variable] = {
+    "x": Variable(
+        ("step", "agent"), np.float32, "units of length", "position when the agent sensed"
+    ),
+    "y": Variable(
+        ("step", "agent"),
+        np.float32,
+        "units of length",
+        "position when the agent sensed; points down",
+    ),
+    "heading": Variable(
+        ("step", "agent"),
+        np.float32,
+        "degrees",
+        "heading when the agent sensed; clockwise from +x, in [0, 360)",
+    ),
+    "item_x": Variable(
+        ("step", "item"), np.float32, "units of length", "position at the beginning of the step"
+    ),
+    "item_y": Variable(
+        ("step", "item"), np.float32, "units of length", "position at the beginning of the step"
+    ),
+    "sensor": Variable(
+        ("step", "agent", "side"),
+        np.int8,
+        "1",
+        "what each input is; 1 if any item falls in the sensor",
+    ),
+    "output": Variable(
+        ("step", "agent", "action"), np.float32, "1", "the action module's outputs, before learning"
+    ),
+    "action": Variable(("step", "agent"), np.int8, "1", "0 left, 1 forward, 2 right"),
+    "eaten": Variable(("step", "agent"), np.int32, "items", "items eaten in this step"),
+    "weight_birth": Variable(("agent", "module", "weight"), np.float32, "1", "weights at birth"),
+    "weight_death": Variable(
+        ("agent", "module", "weight"), np.float32, "1", "weights after the last step"
+    ),
+}
+
+
+def of_trace(experiment: Any) -> Mapping[str, Variable]:
+    """What a trace of an experiment holds: `TRACE`, with inputs as float32 where any is real-valued."""
+    if not experiment.real_valued:
+        return TRACE
+    return dict(TRACE) | {
+        "sensor": TRACE["sensor"]._replace(
+            dtype=np.float32, meaning="what each input is, in [0, 1]"
+        )
+    }
+
+
+# What the assays measure, a dataset for each assay and condition; docs/explanation/assays.md.
+ASSAYS: Mapping[str, Mapping[str, Variable]] = {
+    "innate": {
+        "energy": Variable(
+            ("run", "generation", "life", "agent"),
+            np.float64,
+            "energy",
+            "fitness in a life of this kind",
+        ),
+        "distance": Variable(
+            ("run", "generation", "layer", "agent"),
+            np.float32,
+            "1",
+            "how far learning moved a layer's weights, birth to death",
+        ),
+    },
+    "neutral": {
+        "energy": Variable(
+            ("run", "generation", "newborns", "life", "agent"),
+            np.float64,
+            "energy",
+            "fitness of these newborns in a life of this kind",
+        ),
+    },
+    "within-life": {
+        "eaten_in_window": Variable(
+            ("run", "newborns", "window", "agent"),
+            np.int32,
+            "items",
+            "items eaten in this part of life",
+        ),
+        "first_meal": Variable(
+            ("run", "newborns", "agent"),
+            np.float32,
+            "steps",
+            "when the agent first ate; NaN for never",
+        ),
+    },
+    "modules": {
+        "energy": Variable(
+            ("run", "modules", "agent"), np.float64, "energy", "fitness with these modules"
+        ),
+    },
+    "reaction": {
+        "energy": Variable(
+            ("run", "setting", "agent"), np.float64, "energy", "fitness in this setting"
+        ),
+    },
+    "descent": {
+        "common_ancestor_age": Variable(
+            ("run", "generation"),
+            np.float32,
+            "generations",
+            "since the last common ancestor of all agents; NaN for none",
+        ),
+        "effective_ancestors": Variable(
+            ("run", "generation"),
+            np.float32,
+            "agents",
+            "of the first generation: 1 / sum of squared shares in the gene pool",
+        ),
+    },
+}
+RANDOM = "random genome"  # names of newborns in the assay within-life
+EVOLVED = "evolved"
+AS_EVOLVED = "as evolved"  # the setting of the assay reaction that changes nothing
+NEWBORNS = ("evolved", "neutral twin")  # born as they evolved, and had parents been drawn at random
+LIVES = (
+    "off",
+    "on",
+    "frozen",
+    "drift",
+)  # learning off, learning on, weights as at death, drift in place of learning
+
+WEIGHT_ORDER = (
+    "layer by layer from the sensors; within a layer by the unit that a weight comes from, then by the unit that it goes to; "
+    "with biases, a layer's biases follow its weights, as if from one more unit that is always 1; "
+    "where the learning rate evolves, the last entry is its gene, log10 of the rate over learning.rate, in the action module"
+)
+
+
+def packed(run: xr.Dataset) -> xr.Dataset:
+    """A run as `RUN` declares it, or is stored already, as it is stored."""
+    if "kept_genome" in run:
+        return run
+    kept = run.genome.notnull().any(("agent", "module", "weight")).values
+    return run.drop_vars("genome").assign(
+        kept_genome=run.genome[kept].rename(generation="kept_generation")
+    )
+
+
+def whole(record: xr.Dataset) -> xr.Dataset:
+    """A run as `RUN` declares it, from how it is stored: its genomes are NaN in generations that are not kept."""
+    genome = record.kept_genome.rename(kept_generation="generation").reindex(
+        generation=record.generation
+    )
+    return record.drop_vars(["kept_genome", "kept_generation"]).assign(
+        genome=genome.astype(np.float32)
+    )
+
+
+def dataset(
+    variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]
+) -> xr.Dataset:
+    """Arrays with the names, dimensions, types and units declared for them. Raises KeyError for an undeclared name."""
+    data = {}
+    for name, array in arrays.items():
+        dims, dtype, unit, meaning = variables[name]
+        data[name] = (dims, np.asarray(array, dtype), {"units": unit, "long_name": meaning})
+    return xr.Dataset(data, attrs=dict(attributes))

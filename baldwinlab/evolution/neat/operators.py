@@ -1,0 +1,257 @@
+"""The variation `neat` and the selection `species`, which together are NEAT, of genomes that are graphs.
+
+Each goes with other parts, too: `neat` with any selection, which is NEAT without species.
+
+Source: Stanley and Miikkulainen 2002, section 4.1, for all numbers but those that are called ours. Open there, and read so: of
+parents that are equally fit a coin says whose structure is inherited; of a species the given share breeds and one more, as, to
+our memory, in the authors' program; a partner from another species is anybody of the population; all children may mutate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine import rng
+from baldwinlab.engine.jit import compiled
+from baldwinlab.evolution.neat import oracle
+from baldwinlab.evolution.neat.genome import LEDGER, SPECIES, ZERO, begin, room
+from baldwinlab.evolution.neat.mutation import OF_LINKS, add_link, add_node, cross, mutate_weights
+from baldwinlab.evolution.neat.species import may_breed, next_species, settle, standing
+from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.sorting import Keys, Order, sort_by
+from baldwinlab.parts import Field, Selection, Variation
+from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
+
+
+def _holder(experiment: Any) -> Any:
+    """The part that says what genomes are."""
+    return (
+        experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
+    )
+
+
+def require_graphs(experiment: Any, what: str) -> None:
+    """Raises ValueError where genomes are no graphs."""
+    if not getattr(_holder(experiment), "graphs", False):
+        raise ValueError(
+            f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the models neat-xor, "
+            "neat-poles and neat-poles-without-velocities"
+        )
+
+
+class Species(Selection, name="species"):
+    """Species have children in proportion to their mean fitness, which is that shared among their members."""
+
+    least: ClassVar[float] = 0.0
+    survivors: float = Field(
+        0.2, ge=0, le=1, description="share of a species that breeds, its best, and one more (ours)"
+    )
+    champion_of: int = Field(
+        5,
+        ge=0,
+        le=1_000_000,
+        description="the best of a species with more members than this lives on",
+    )
+    cloned: float = Field(
+        0.25, ge=0, le=1, description="share of the children that have a single parent, and mutate"
+    )
+    between: float = Field(
+        0.001,
+        ge=0,
+        le=1,
+        description="probability that the other parent is anybody of the population",
+    )
+    stale_after: int = Field(
+        15,
+        ge=1,
+        le=1_000_000,
+        description="generations without a gain after which a species has no children",
+    )
+    narrows_after: int = Field(
+        20,
+        ge=1,
+        le=1_000_000,
+        description="generations in which nobody gains after which the two best species alone breed",
+    )
+
+    def check(self, experiment: Any) -> None:
+        require_graphs(experiment, "evolution.selection = 'species'")
+
+    @staticmethod
+    def select_with_genomes(
+        part: Any,
+        genome: Genome,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        for agent in range(fitness.size):
+            shares[agent] = -genome[agent, 0, SPECIES]
+        sort_by(
+            shares, fitness, order
+        )  # species by species, the oldest last, and of each the fittest last
+        total, all_breed, alike = _total(part, genome, fitness)
+        children, given, first, end = parents.shape[0], 0.0, 0, fitness.size
+        species = next_species(genome, 0)
+        while species > ZERO:
+            size, mean, _, _, _ = standing(genome, fitness, species)
+            if all_breed or may_breed(part, genome, fitness, species):
+                given += 1.0 if alike else mean
+                until = int(given * children / total + 0.5)
+                for child in range(first, until):
+                    _mate(part, uniforms, order, end - size, end, child, parents)
+                if size > part.champion_of and until > first:
+                    parents[first, 0], parents[first, 1] = order[end - 1], ITSELF
+                first = until
+            species, end = next_species(genome, species), end - size
+
+    @staticmethod
+    def oracle(part: Any, genome: Any, fitness: Any, uniforms: Any) -> Any:
+        return oracle.parents(part, genome, fitness, uniforms)
+
+
+@compiled
+def _total(part: Any, genome: Genome, fitness: Fitness) -> Any:
+    """The mean fitness of the species that breed, added up; whether all breed; whether they are alike, as nobody has any."""
+    breeding, total = 0, 0.0
+    everyone, total_of_all = 0, 0.0
+    species = next_species(genome, 0)
+    while species > ZERO:
+        mean = standing(genome, fitness, species)[1]
+        everyone, total_of_all = everyone + 1, total_of_all + mean
+        if may_breed(part, genome, fitness, species):
+            breeding, total = breeding + 1, total + mean
+        species = next_species(genome, species)
+    if breeding == 0:
+        breeding, total = everyone, total_of_all
+    all_breed = breeding == everyone
+    return (total if total > 0.0 else float(breeding)), all_breed, total == 0.0
+
+
+@compiled
+def _mate(
+    part: Any, uniforms: Uniforms, order: Order, begin: int, end: int, child: int, parents: Parents
+) -> None:
+    """Two of those that survive of a species, which stand last from `begin` to `end`; or one; or one and anybody."""
+    draws = uniforms[child]
+    survivors = min(end - begin, int(np.float64(part.survivors) * (end - begin)) + 1)
+    one, other = (
+        order[end - 1 - int(draws[0, 0] * survivors)],
+        order[end - 1 - int(draws[0, 3] * survivors)],
+    )
+    if draws[0, 2] < part.between:
+        other = order[int(draws[0, 3] * order.size)]
+    if draws[0, 1] < part.cloned:
+        other = one
+    parents[child, 0], parents[child, 1] = one, other
+
+
+class Neat(Variation, name="neat"):
+    """Genes cross by their historical marks, weights mutate, links and nodes are added; children form species."""
+
+    settings: ClassVar[tuple[str, ...]] = ()
+    derived: ClassVar[Mapping[str, Any]] = {
+        "blind": lambda part, experiment: (
+            experiment.evolution.selection == "neutral"
+        ),  # then nobody counts as the fitter one
+        "loops": lambda part, experiment: bool(
+            getattr(_holder(experiment), "loops", False)
+        ),  # whether new links may close any
+        "inputs": lambda part, experiment: (
+            len(getattr(experiment, "inputs", ())) + 1
+        ),  # with the bias, of foragers
+        "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
+    }
+    mutated: float = Field(
+        0.8, ge=0, le=1, description="share of the children whose weights mutate"
+    )
+    perturbed: float = Field(
+        0.9,
+        ge=0,
+        le=1,
+        description="probability that a weight that mutates is perturbed, else drawn anew",
+    )
+    perturbation: float = Field(
+        1.0, ge=0, le=1000, description="a perturbation adds U(-this, this) (ours)"
+    )
+    range: float = Field(
+        5.0, ge=0, le=1000, description="a weight that is drawn anew is of U(-this, this) (ours)"
+    )
+    add_node: float = Field(
+        0.03, ge=0, le=1, description="probability that a child has a new node, which splits a link"
+    )
+    add_link: float = Field(0.05, ge=0, le=1, description="probability that a child has a new link")
+    stays_disabled: float = Field(
+        0.75,
+        ge=0,
+        le=1,
+        description="probability that a link that a parent has disabled is so, too",
+    )
+    excess: float = Field(
+        1.0,
+        ge=0,
+        le=1000,
+        description="c1 of the distance: weight of genes beyond the other's last",
+    )
+    disjoint: float = Field(
+        1.0, ge=0, le=1000, description="c2 of the distance: weight of genes that the other has not"
+    )
+    difference: float = Field(
+        0.4,
+        ge=0,
+        le=1000,
+        description="c3 of the distance: weight of the mean difference of weights",
+    )
+    threshold: float = Field(
+        3.0, gt=0, le=1000, description="networks that are nearer than this are of one species"
+    )
+
+    def check(self, experiment: Any) -> None:
+        require_graphs(experiment, "evolution.variation = 'neat'")
+
+    @staticmethod
+    def init_founders(part: Any, genome: Genome) -> None:
+        for agent in range(genome.shape[0]):
+            begin(genome[agent, 0], part.inputs, part.outputs)
+
+    @staticmethod
+    def vary_population(
+        part: Any,
+        moment: Moment,
+        genome: Genome,
+        fitness: Fitness,
+        parents: Parents,
+        draws: Uniforms,
+        children: Genome,
+    ) -> None:
+        first = int(genome[0, 0, LEDGER]) + 1
+        last, links = first - 1, room(genome[0, 0])
+        used, marks = draws[: OF_LINKS + links], draws[OF_LINKS + links :, 0]
+        for child in range(children.shape[0]):
+            one, other = parents[child, 0], parents[child, 1]
+            copy_genome(genome[one], children[child])
+            if other == ITSELF:
+                continue
+            rng.draw_uniforms(
+                moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, used
+            )
+            if one != other:
+                if (part.blind or fitness[one] == fitness[other]) and used[1, 2] < 0.5:
+                    one, other = other, one
+                    copy_genome(genome[one], children[child])
+                cross(part, genome[other, 0], used, children[child, 0])
+            mutate_weights(part, used, children[child, 0])
+            last = add_node(part, used, children, child, first, last)
+            last = add_link(part, used, children, child, first, last, marks)
+        for child in range(children.shape[0]):
+            children[child, 0, LEDGER] = last
+        settle(part, moment, genome, fitness, children)
+
+    @staticmethod
+    def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
+        return oracle.children(part, genome, fitness, parents, draws)

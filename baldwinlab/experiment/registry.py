@@ -1,0 +1,223 @@
+"""Which parts there are, by kind and name: what a choosing field of an experiment may say.
+
+A built-in part is known by name before its module is loaded, so that to read an experiment loads no engine. So is one of the
+library, which is written as a user's own would be and comes with the package. A foreign part is known as soon as its class
+exists. Nothing here knows what a part does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, Final, NamedTuple
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from baldwinlab.core.suggestions import did_you_mean, list_names
+
+_EVOLUTION: Final = "baldwinlab.evolution"
+_MODELS: Final = "baldwinlab.models"
+_MINIWORLD: Final = "baldwinlab.models.miniworld"
+
+# Kind -> name -> where its class is. These names, and those of the library, can never be taken.
+BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
+    "model": {"miniworld": "baldwinlab.experiment.miniworld:Experiment"},
+    "sense": {"food": f"{_MINIWORLD}.senses.sight:Sight"},
+    "body": {"walker": f"{_MINIWORLD}.bodies.walker:Walker"},
+    "network": {"feed-forward": f"{_MINIWORLD}.networks.feed_forward:FeedForward"},
+    "learning rule": {
+        "none": f"{_MINIWORLD}.learning.self_taught:NoLearning",
+        "self-taught": f"{_MINIWORLD}.learning.self_taught:SelfTaught",
+        "drift": f"{_MINIWORLD}.learning.self_taught:Drift",
+    },
+    "world feature": {},
+    "selection": {
+        "roulette": f"{_EVOLUTION}.selection:Roulette",
+        "tournament": f"{_EVOLUTION}.selection:Tournament",
+        "truncation": f"{_EVOLUTION}.selection:Truncation",
+        "rank": f"{_EVOLUTION}.selection:Rank",
+        "neutral": f"{_EVOLUTION}.selection:Neutral",
+    },
+    "variation": {"crossover": f"{_EVOLUTION}.variation:Crossover"},
+    "inheritance": {
+        "darwinian": f"{_EVOLUTION}.inheritance:Darwinian",
+        "none": f"{_EVOLUTION}.inheritance:NoInheritance",
+    },
+    "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
+}
+LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
+    "model": {
+        "cell-foragers": f"{_MODELS}.cell_foragers:CellForagers",
+        "cue-learners": f"{_MODELS}.cue_learners:CueLearners",
+        "digit-readers": f"{_MODELS}.digit_readers:DigitReaders",
+        "erl-populations": f"{_MODELS}.erl.model:ErlPopulations",
+        "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
+        "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",
+        "neat-poles": f"{_MODELS}.neat.double_pole:NeatPoles",
+        "neat-poles-without-velocities": f"{_MODELS}.neat.double_pole_no_velocities:UnseenVelocities",
+        "light-switch": f"{_MODELS}.light_switch:LightSwitch",
+        "neat-xor": f"{_MODELS}.neat.xor:NeatXor",
+        "nk-climbers": f"{_MODELS}.nk_climbers:NKClimbers",
+        "slope-climbers": f"{_MODELS}.slope_climbers:SlopeClimbers",
+        "plastic-prisoners": f"{_MODELS}.plastic_prisoners:PlasticPrisoners",
+        "t-mazes": f"{_MODELS}.t_mazes:TMazes",
+    },
+    "sense": {
+        "compass": f"{_MINIWORLD}.senses.binary:Compass",
+        "energy": f"{_MINIWORLD}.senses.real_valued:Energy",
+        "last-action": f"{_MINIWORLD}.senses.binary:LastAction",
+        "nearest": f"{_MINIWORLD}.senses.real_valued:Nearest",
+        "neighbours": f"{_MINIWORLD}.senses.binary:Neighbours",
+        "patch": f"{_MINIWORLD}.senses.binary:PatchSight",
+        "rays": f"{_MINIWORLD}.senses.real_valued:Rays",
+        "smell": f"{_MINIWORLD}.senses.real_valued:Smell",
+        "touch": f"{_MINIWORLD}.senses.binary:Touch",
+    },
+    "body": {
+        "continuous": f"{_MINIWORLD}.bodies.kinematic:Continuous",
+        "grid": f"{_MINIWORLD}.bodies.kinematic:Grid",
+        "stay": f"{_MINIWORLD}.bodies.kinematic:Stay",
+    },
+    "network": {
+        "continuous-time": f"{_MINIWORLD}.networks.recurrent:ContinuousTime",
+        "growing": f"{_MINIWORLD}.networks.neat:Growing",
+        "simple-recurrent": f"{_MINIWORLD}.networks.recurrent:SimpleRecurrent",
+    },
+    "learning rule": {
+        "abcd": f"{_MINIWORLD}.learning.abcd:ABCD",
+        "covariance": f"{_MINIWORLD}.learning.hebbian:Covariance",
+        "crbp": f"{_MINIWORLD}.learning.reward:Complementary",
+        "evolved-abcd": f"{_MINIWORLD}.learning.abcd:EvolvedABCD",
+        "evolved-modulated": f"{_MINIWORLD}.learning.abcd:EvolvedModulated",
+        "hebb": f"{_MINIWORLD}.learning.hebbian:Hebb",
+        "imitation": f"{_MINIWORLD}.learning.imitation:Imitation",
+        "modulated": f"{_MINIWORLD}.learning.abcd:Modulated",
+        "postsynaptic": f"{_MINIWORLD}.learning.hebbian:Postsynaptic",
+        "prediction": f"{_MINIWORLD}.learning.prediction:Prediction",
+        "presynaptic": f"{_MINIWORLD}.learning.hebbian:Presynaptic",
+        "random-prediction": f"{_MINIWORLD}.learning.prediction:RandomPrediction",
+        "random-targets": f"{_MINIWORLD}.learning.imitation:RandomTargets",
+        "reward": f"{_MINIWORLD}.learning.reward:Reward",
+        "supervised": f"{_MINIWORLD}.learning.imitation:Supervised",
+    },
+    "world feature": {
+        "births-and-deaths": f"{_MINIWORLD}.features.births_and_deaths:BirthsAndDeaths",
+        "drifting-food": f"{_MINIWORLD}.features.map_features:DriftingFood",
+        "patches": f"{_MINIWORLD}.features.map_features:Patches",
+        "regions-in-turn": f"{_MINIWORLD}.features.map_features:RegionsInTurn",
+        "slow-regrowth": f"{_MINIWORLD}.features.map_features:SlowRegrowth",
+        "walls": f"{_MINIWORLD}.features.map_features:Walls",
+    },
+    "selection": {
+        "best-copies": f"{_EVOLUTION}.variation_operators:BestCopies",
+        "expected-offspring": f"{_EVOLUTION}.variation_operators:ExpectedOffspring",
+        "larger-tournament": f"{_EVOLUTION}.variation_operators:LargerTournament",
+        "outcrossing": f"{_EVOLUTION}.variation_operators:Outcrossing",
+        "species": f"{_EVOLUTION}.neat.operators:Species",
+    },
+    "variation": {
+        "bit-flips": f"{_MODELS}.nk_climbers:BitFlips",
+        "copy": f"{_EVOLUTION}.variation_operators:Copy",
+        "few-mutations": f"{_MODELS}.cell_foragers:FewMutations",
+        "four-bit-weights": f"{_MODELS}.digit_readers:FourBitWeights",
+        "gaussian": f"{_EVOLUTION}.variation_operators:Gaussian",
+        "gene-pool": f"{_EVOLUTION}.variation_operators:GenePool",
+        "neat": f"{_EVOLUTION}.neat.operators:Neat",
+        "one-point-alleles": f"{_MODELS}.hinton_nowlan:OnePointOfAlleles",
+        "one-point-bits": f"{_MODELS}.light_switch:OnePointOfBits",
+        "one-point-of-units": f"{_MODELS}.cue_learners:OnePointOfUnits",
+        "one-point-crossover": f"{_EVOLUTION}.variation_operators:OnePointCrossover",
+    },
+    "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
+    "fitness": {},
+}
+_FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
+
+
+class Choice(NamedTuple):
+    """Marks the field that chooses parts of a kind, `Annotated[str, Choice("selection")]`: one, or (in a tuple) any number."""
+
+    kind: str
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.with_info_after_validator_function(self._check, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return handler(schema) | {"x-chooses": self.kind}
+
+    def _check(self, name: str, info: Any) -> str:
+        if name not in names(self.kind) and not (info.context or {}).get("lenient"):
+            raise PydanticCustomError(
+                "unknown_part", "{refusal}", {"refusal": refusal(self.kind, name)}
+            )
+        return name
+
+
+def packaged(kind: str) -> dict[str, str]:
+    """What comes with the package, the built-in parts first: where each class is, by name."""
+    return {**BUILT_IN[kind], **LIBRARY.get(kind, {})}
+
+
+def names(kind: str) -> list[str]:
+    """What may be chosen, the built-in ones first."""
+    return [*packaged(kind), *_FOREIGN[kind]]
+
+
+def is_here(kind: str, name: str) -> bool:
+    """Whether there is a part of that name."""
+    return any(name in known[kind] for known in (BUILT_IN, LIBRARY, _FOREIGN))
+
+
+def foreign() -> dict[tuple[str, str], type]:
+    """The classes of all foreign parts that have been loaded, by kind and name."""
+    return {(kind, name): part for kind, parts in _FOREIGN.items() for name, part in parts.items()}
+
+
+def find(kind: str, name: str) -> Any:
+    """The class of a part. Raises KeyError for one that is not here."""
+    if name in _FOREIGN[kind]:
+        return _FOREIGN[kind][name]
+    module, _, attribute = (BUILT_IN[kind].get(name) or LIBRARY[kind][name]).partition(":")
+    return getattr(import_module(module), attribute)
+
+
+def is_built_in(kind: str, name: str, module: str) -> bool:
+    """Whether the class of that name in that module comes with the package. Raises ValueError where it takes a name of those."""
+    there = packaged(kind).get(name)
+    if there is None:
+        return False
+    if there.partition(":")[0] != module:
+        raise ValueError(f"{name!r} is a built-in {kind}; a part of one's own needs another name")
+    return True
+
+
+def add(kind: str, name: str, part: type) -> None:
+    """Make a foreign part known, in the place of one of the same name that was loaded before."""
+    _FOREIGN[kind][name] = part
+
+
+def forget(kind: str, name: str) -> None:
+    _FOREIGN[kind].pop(name, None)
+
+
+def refusal(kind: str, name: str) -> str:
+    """What is said of a name that is not known."""
+    quoted = list_names(repr(name), map(repr, names(kind)))
+    hint = did_you_mean(name, names(kind))
+    return f"there is no such {kind}{hint}; {quoted}; --part FILE loads a custom {kind}"
+
+
+def own_fields(kind: str, name: str) -> Any:
+    """The class of a part that has fields of its own; None for any other, also for every built-in one."""
+    part: Any = find(kind, name) if name in LIBRARY.get(kind, {}) else _FOREIGN[kind].get(name)
+    return part if part is not None and part.model_fields else None
+
+
+def key_of(name: str) -> str:
+    """The table of a part: its name, with underscores for hyphens."""
+    return name.replace("-", "_")

@@ -1,0 +1,320 @@
+"""A population that lives until it is extinct, as a model: its whole history is one life of the laboratory's.
+
+    baldwinlab reproduce ackley-littman-1991
+
+Births and deaths happen at any time here, so that there are no generations. What the laboratory calls an agent is a population,
+whose genome is that of all its founders; its fitness is how many steps it survives; a study's runs are populations. Selection is
+in the world: who gathers energy has children.
+
+The five strategies: ERL evolves and learns; E evolves only; L learns, and every newborn has a random genome; F does neither, with
+random genomes; B walks at random. All else is the same for all.
+
+Source: Ackley and Littman 1991. Open there, and fields here: all thresholds, damages and rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine import poison
+from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.models.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
+from baldwinlab.models.erl.world import (
+    AGENTS,
+    BORN,
+    CARNIVORE_EVERY,
+    DRAWN,
+    HUNTERS,
+    MOST_CARNIVORES,
+    STEP,
+    World,
+    bury_hunters,
+    empty_cell,
+    grow,
+    hunt,
+    hunter_at,
+    prepare,
+)
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
+
+
+class Rules(NamedTuple):
+    """A world's numbers, as compiled code has them: the model's fields of these names, and what its strategy means."""
+
+    side: int
+    most: int
+    plants: int
+    seeds: int
+    growth: int
+    trees: int
+    carnivores: int
+    plant: float
+    meat: float
+    living: float
+    newborn: float
+    fertile: float
+    birth: float
+    healing: float
+    bump: float
+    blow: float
+    bite: float
+    prey: float
+    hunger: float
+    mutation: np.float32
+    range: np.float32
+    rate: np.float32
+    rate_worse: np.float32
+    learns: bool
+    inherits: bool
+    walks: bool
+
+
+def _of_population(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    return lambda runs: runs[record].isel(generation=-1).mean("agent")
+
+
+def _lives_on(runs: xr.Dataset) -> xr.DataArray:
+    return _of_population("extinct")(runs) < 1
+
+
+class ErlPopulations(Model, name="erl-populations"):
+    """Populations in a world of plants, trees and carnivores, each from its founders to its last agent."""
+
+    strategy: Literal["ERL", "E", "L", "F", "B"] = Field(
+        "ERL", description="what agents do: evolve, learn, both, or neither"
+    )
+    longest: int = Field(
+        30_000, ge=1, le=100_000_000, description="steps after which a population is left alone"
+    )
+    founders_of: int = Field(100, ge=1, le=1000, description="agents that a population begins with")
+    most: int = Field(
+        400, ge=1, le=100_000, description="agents that there can be at once; nobody is born beyond"
+    )
+    side: int = Field(100, ge=12, le=1000, description="cells along an edge, walls among them")
+    plants: int = Field(1000, ge=0, le=1_000_000, description="plants at first")
+    seeds: int = Field(
+        4,
+        ge=0,
+        le=1_000_000,
+        description="cells in which a plant sprouts in a step, where they are empty",
+    )
+    growth: int = Field(
+        0,
+        ge=0,
+        le=1_000_000,
+        description="cells looked at in a step: a plant there grows another beside it",
+    )
+    trees: int = Field(
+        100, ge=0, le=1_000_000, description="trees, in each of which one agent is safe"
+    )
+    carnivores: int = Field(
+        10,
+        ge=0,
+        le=MOST_CARNIVORES,
+        description="carnivores at first; another comes every 200 steps",
+    )
+    plant: float = Field(
+        0.1, ge=0, le=1, description="energy of a plant, of 1 that an agent can hold"
+    )
+    meat: float = Field(0.2, ge=0, le=1, description="energy of a corpse to an agent")
+    living: float = Field(0.003, ge=0, le=1, description="energy that a step costs an agent")
+    newborn: float = Field(0.4, gt=0, le=1, description="energy of a newborn")
+    fertile: float = Field(0.95, gt=0, le=1, description="energy with which an agent has a child")
+    birth: float = Field(0.8, ge=0, le=1, description="energy that a child costs its parent")
+    healing: float = Field(0.005, ge=0, le=1, description="health that comes back in a step, of 1")
+    bump: float = Field(0.02, ge=0, le=1, description="health that walking into a wall costs")
+    blow: float = Field(
+        0.1, ge=0, le=1, description="health that another loses whom an agent walks into"
+    )
+    bite: float = Field(0.5, ge=0, le=1, description="health that an agent loses by a carnivore")
+    prey: float = Field(
+        0.4, ge=0, le=1, description="energy of a corpse to a carnivore, of 1 that it can hold"
+    )
+    hunger: float = Field(0.002, ge=0, le=1, description="energy that a step costs a carnivore")
+    mutation: float = Field(
+        0.003, ge=0, le=1, description="probability that a bit of a child flips"
+    )
+    range: float = Field(
+        3.0, ge=0, le=100, description="weights that bits stand for are from minus this to this"
+    )
+    rate: float = Field(0.3, ge=0, le=10, description="learning rate where things became better")
+    rate_worse: float = Field(
+        0.03, ge=0, le=10, description="learning rate where they became worse"
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1},
+        "evolution": {
+            "generations": 1,
+            "mutation_rate": 0.0,
+        },  # others would be further histories from the same founders
+    }
+    check_settings: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
+        "longest": 8, "founders_of": 4, "most": 8,
+        "side": 12, "plants": 50, "trees": 3, "carnivores": 4, "plant": 1.0, "bite": 1.0,
+    }  # fmt: skip
+    payoff: ClassVar[str] = "steps survived"
+    records: ClassVar[Mapping[str, Variable]] = {
+        "extinct": Variable(
+            OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"
+        ),
+        "born": Variable(OF_AGENT, np.int32, "agents", "agents born after the founders"),
+        "living": Variable(
+            OF_AGENT,
+            np.float32,
+            "agents",
+            "agents that lived at once, mean over the steps survived",
+        ),
+        "hunters": Variable(
+            OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"
+        ),
+    }
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "survived": Measure(
+            "steps that a population survives", _of_population("energy"), _lives_on
+        ),
+        "extinct": Measure(
+            "1 where a population dies out before it is left alone, else 0",
+            _of_population("extinct"),
+        ),
+        "born": Measure("agents born", _of_population("born")),
+        "living": Measure("agents that live at once", _of_population("living")),
+    }
+
+    def check(self, experiment: Any) -> None:
+        if self.most < self.founders_of:
+            raise ValueError(
+                f"erl_populations.most = {self.most} must be at least erl_populations.founders_of = {self.founders_of}"
+            )
+
+    @property
+    def learns(self) -> bool:
+        return self.strategy in ("ERL", "L")
+
+    @property
+    def steps(self) -> int:
+        return self.longest
+
+    def without_learning(self) -> ErlPopulations:
+        return self.model_copy(
+            update={"strategy": {"ERL": "E", "L": "F"}.get(self.strategy, self.strategy)}
+        )
+
+    def weights(self) -> int:
+        return self.founders_of * BITS
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        """The bits of all founders of each population, one after another."""
+        bits: npt.NDArray[np.float32] = (
+            moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5
+        ).astype(np.float32)
+        return bits
+
+    def rules(self) -> Rules:
+        strategy = {
+            "learns": self.learns,
+            "inherits": self.strategy in ("ERL", "E"),
+            "walks": self.strategy == "B",
+        }
+        single = {
+            name: np.float32(getattr(self, name))
+            for name in ("mutation", "range", "rate", "rate_worse")
+        }
+        return Rules(
+            **{
+                name: getattr(self, name)
+                for name in Rules._fields
+                if name in type(self).model_fields
+            }
+            | single
+            | strategy
+        )
+
+    def world(self, *key: int) -> World:
+        """One in which nothing is yet."""
+        cells, most, hunters = self.side * self.side, self.most, MOST_CARNIVORES
+        return World(
+            counts=np.zeros(7, np.int64),
+            key=np.array(key, np.int64),
+            kind=np.zeros(cells, np.int8),
+            who=np.zeros(cells, np.int32),
+            place=np.zeros(most, np.int64),
+            energy=np.zeros(most),
+            health=np.zeros(most),
+            bits=np.zeros((most, BITS), np.int8),
+            judge=np.zeros((most, INPUTS), np.float32),
+            act=np.zeros((most, OUTPUTS, INPUTS), np.float32),
+            seen=np.zeros((most, INPUTS), np.float32),
+            judged=np.zeros(most, np.float32),
+            said=np.zeros((most, OUTPUTS), np.int8),
+            lair=np.zeros(hunters, np.int64),
+            hunger=np.zeros(hunters),
+            wounds=np.zeros(hunters),
+        )
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        shape = genomes.shape[:2]
+        survived, told = poison.empty(shape, np.int64), np.zeros((*shape, 3))
+        rules, inputs = self.rules(), poison.empty(INPUTS, np.float32)
+        for row, run in enumerate(runs):
+            for number in range(shape[1]):
+                bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, BITS)
+                world = self.world(seed, run, generation, number)
+                survived[row, number] = history(
+                    rules, world, bits, self.longest, inputs, told[row, number]
+                )
+        energy = survived.astype(np.float64)
+        means = (told[..., 1:] / np.maximum(1, survived)[..., None]).astype(np.float32)
+        records = {
+            "extinct": (survived < self.longest).astype(np.int32),
+            "born": told[..., 0].astype(np.int32),
+            "living": means[..., 0],
+            "hunters": means[..., 1],
+        }
+        return LifeResults(energy, np.zeros_like(energy), None, records)
+
+
+@entry
+def history(rules: Rules, world: World, genomes: Any, longest: int, inputs: Any, told: Any) -> int:
+    """The steps that a population survives, at most `longest`, from founders [founder, bit].
+
+    Fill `told` with births, and agents and carnivores added up over the steps. `inputs` [input] is scratch.
+    """
+    prepare(rules, world)
+    found(rules, world, genomes)
+    step = 0
+    while step < longest and world.counts[AGENTS] > 0:
+        world.counts[STEP], world.counts[DRAWN] = step + 1, 0
+        step_of(rules, world, inputs)
+        told[1] += world.counts[AGENTS]
+        told[2] += world.counts[HUNTERS]
+        step += int(world.counts[AGENTS] > 0)
+    told[0] = world.counts[BORN]
+    return step
+
+
+@compiled
+def step_of(rules: Rules, world: World, inputs: Any) -> None:
+    """What grows, then agents, then carnivores; then who is to die dies, and who can have a child has one."""
+    grow(rules, world)
+    if world.counts[STEP] % CARNIVORE_EVERY == 0:
+        hunter_at(rules, world, empty_cell(rules, world))
+    for agent in range(world.counts[AGENTS]):
+        if world.health[agent] > 0.0:
+            live_step(rules, world, agent, inputs)
+            world.energy[agent] -= rules.living
+    for hunter in range(world.counts[HUNTERS]):
+        if world.wounds[hunter] > 0.0:
+            hunt(rules, world, hunter)
+    bury_hunters(world)
+    bury(world)
+    for agent in range(world.counts[AGENTS]):
+        world.health[agent] = min(1.0, world.health[agent] + rules.healing)
+        breed(rules, world, agent)

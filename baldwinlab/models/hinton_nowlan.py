@@ -1,0 +1,243 @@
+"""A needle in a haystack, which learning turns into a hill: strings of 0, 1 and ?, which guess in life what a ? should be.
+
+    baldwinlab reproduce hinton-nowlan-1987
+
+Right is 1 at every locus (which allele is right at which locus makes no difference). In every trial of its life an agent sets
+each ? to 0 or 1 by a coin, keeps nothing of trials that fail, and stops at the first in which all are right; what trials remain
+then are worth up to 19. In a genome, 0.5 stands for ?.
+
+Source: G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine import poison
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.evolution.variation_operators import (
+    cut_at,
+    flatten,
+    is_of_fitter,
+    joined,
+    split_modules,
+)
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Field,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    uniforms,
+)
+
+UNSET: Final = 0.5  # the allele ?
+MOST: Final = 19.0  # that can be gained above the 1 that everybody has
+
+
+def _at_last(allele: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    return lambda runs: runs[allele].isel(generation=-1).mean("agent")
+
+
+def _take_off(runs: xr.Dataset) -> xr.DataArray:
+    """The first generation in which half of the agents succeed."""
+    taken = runs["succeeded"].mean("agent") >= 0.5
+    return taken.argmax("generation").where(taken.any("generation"))
+
+
+def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
+    when = _take_off(runs)
+    found = runs["unset"].mean("agent").isel(generation=when.fillna(0).astype(int))
+    return found.where(when.notnull())
+
+
+class HintonNowlan(Model, name="hinton-nowlan"):
+    """Strings that guess what is not set.
+
+    Right is 1 at every locus. In every trial of its life an agent sets each ? to 0 or 1 by a coin, and keeps nothing of trials
+    that fail; the sooner all are right in one, the fitter it is.
+    """
+
+    loci: int = Field(20, ge=1, le=60, description="length of a string")
+    trials: int = Field(1000, ge=1, le=100_000, description="for which a life has time")
+    guessing: bool = Field(
+        True, description="whether a ? is guessed in life; if not, it is never right"
+    )
+    unset: float = Field(
+        0.5,
+        ge=0,
+        le=1,
+        description="share of ? among the founders' alleles; the rest are 0 and 1 alike",
+    )
+    counts_success: bool = Field(
+        True, description="whether the trial that succeeds is one of those used up"
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "ones": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 1, the right one"),
+        "unset": Variable(OF_AGENT, np.float32, "1", "share of alleles that are ?"),
+        "zeros": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 0"),
+        "succeeded": Variable(
+            OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"
+        ),
+        "used": Variable(OF_AGENT, np.int32, "trials", "trials of the agent's life"),
+    }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
+    clock: ClassVar[str] = "used"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "ones": Measure("share of 1 in the last generation", _at_last("ones")),
+        "unset": Measure("share of ? in the last generation", _at_last("unset")),
+        "zeros": Measure("share of 0 in the last generation", _at_last("zeros")),
+        "take-off": Measure("generation in which half of the agents succeed", _take_off),
+        "unset-at-take-off": Measure(
+            "share of ? when half of the agents succeed", _unset_at_take_off
+        ),
+        "fall": Measure(
+            "share of ? then, less that at last",
+            lambda runs: _unset_at_take_off(runs) - _at_last("unset")(runs),
+        ),
+        "taken-off": Measure(
+            "1 where half of the agents ever succeed, else 0",
+            lambda runs: _take_off(runs).notnull() * 1.0,
+        ),
+        "hit": Measure(
+            "1 where anybody ever succeeds, else 0",
+            lambda runs: runs["succeeded"].max(("generation", "agent")).astype(float),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.guessing
+
+    @property
+    def steps(self) -> int:
+        return self.trials
+
+    def without_learning(self) -> HintonNowlan:
+        return self.model_copy(update={"guessing": False})
+
+    def weights(self) -> int:
+        return self.loci
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        draws = moment.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
+        half = (1 - self.unset) / 2
+        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(
+            np.float32
+        )
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        genomes = genomes[:, :, 0]
+        luck = np.stack(
+            [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
+        )
+        unset = (genomes == UNSET).sum(axis=-1)
+        able = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
+        first = self._first_success(unset, luck)
+        succeeded = able & (first <= self.trials)
+        remaining = np.clip(self.trials - first + (0 if self.counts_success else 1), 0, None)
+        energy = np.where(succeeded, 1 + MOST * remaining / self.trials, 1.0)
+        records = {
+            "ones": (genomes == 1).mean(axis=-1, dtype=np.float32),
+            "unset": (unset / self.loci).astype(np.float32),
+            "zeros": (genomes == 0).mean(axis=-1, dtype=np.float32),
+            "succeeded": succeeded.astype(np.int32),
+            "used": np.where(succeeded, first, self.trials if self.guessing else 1).astype(
+                np.int32
+            ),
+        }
+        learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
+        return LifeResults(energy, np.zeros_like(energy), learned, records)
+
+    def _first_success(
+        self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.int64]:
+        """The trial in which so many coins first fall right, [run, agent]; trials + 1 where they do not in a life.
+
+        A trial fails with chance 1 - 2^-unset, so the first t all do with its power t: that of the last before the success
+        is just above the agent's luck. Products alone, no logarithm, so that the bits are those of any machine.
+        """
+        first = poison.empty(unset.shape, np.int64)
+        for count in np.unique(unset):
+            fail = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
+            first[unset == count] = 1 + np.searchsorted(-fail, -luck[unset == count])
+        return first
+
+    def oracle(self, genome: Sequence[float], luck: float) -> float:
+        """The fitness of one string, trial by trial: it fails so many times in a row as its luck, in (0, 1), is small."""
+        unset, fail = sum(allele == UNSET for allele in genome), 1.0
+        for trial in range(1, self.trials + 1):
+            fail *= 1 - 1 / 2**unset
+            if 0 not in genome and fail <= luck and (self.guessing or not unset):
+                return 1 + MOST * (self.trials - trial + (not self.counts_success)) / self.trials
+        return 1.0
+
+
+class OnePointOfAlleles(Variation, name="one-point-alleles"):
+    """One parent's alleles up to a cut, the other's from there; then each may mutate, to 0, 1 or ?."""
+
+    mutation_law: Literal["uniform", "founders"] = Field(
+        "uniform",
+        description="alleles that mutations draw: 0, 1 and ? alike, or in the shares of the founders",
+    )
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        "zero": lambda part, experiment: 3 * part.share_of_zero(experiment),
+    }
+
+    def share_of_zero(self, experiment: Any) -> float:
+        """Share of 0, and likewise of 1, among the alleles that mutations draw."""
+        return (1 - experiment.of_model.unset) / 2 if self.mutation_law == "founders" else 1 / 3
+
+    def check(self, experiment: Any) -> None:
+        has_shares = experiment.model != "miniworld" and hasattr(experiment.of_model, "unset")
+        if self.mutation_law == "founders" and not has_shares:
+            raise ValueError(
+                "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share of ? among the founders: "
+                f"hinton-nowlan or moving-needle, and not {experiment.model!r}"
+            )
+
+    @staticmethod
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        cut = cut_at(gate, child.size)  # of the modules in a row
+        for module in range(child.shape[0]):
+            for locus in range(child.shape[1]):
+                gene = module * child.shape[1] + locus
+                of_fitter = is_of_fitter(gene, cut, draws[0, 0])
+                child[module, locus] = fitter[module, locus] if of_fitter else other[module, locus]
+                if draws[gene, 1] < part.rate:
+                    draw = 3.0 * draws[gene, 2]
+                    steps = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
+                    child[module, locus] = np.float32(steps) * np.float32(0.5)
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        def mutant(draw: float) -> float:
+            zero = part.zero / 3
+            return 0.0 if draw < zero else 1.0 if draw >= 1 - zero else 0.5
+
+        inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
+        child = [
+            mutant(draw[2]) if draw[1] < part.rate else old
+            for old, draw in zip(inherited, draws, strict=True)
+        ]
+        return split_modules(child, len(fitter[0]))

@@ -1,0 +1,399 @@
+"""What a browser runs: entry points in which a run goes from founders to its last generation, and nothing is left to JavaScript.
+
+Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to learn how large arrays are,
+`furnish` once they are there, `found`, and then for every generation `begin`, `live` (as often as it likes to look), `reckon`
+and `breed`; it may `ask` a module something, and between which units it has a `link`. They are made of the kernels that Python
+calls, in the order of simulation/simulate.py; tests hold them to its bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled, register
+from baldwinlab.engine.reference import taken
+from baldwinlab.engine.rng import REINFORCEMENT_WEIGHTS, SELECTION, TEACHER, draw_uniforms
+from baldwinlab.engine.simd import WIDTH
+from baldwinlab.evolution.breeding import breed_children
+from baldwinlab.evolution.fitness import balance, charge
+from baldwinlab.evolution.founders import draw_normal
+from baldwinlab.evolution.inheritance import deal, trace_back
+from baldwinlab.evolution.rng_key import Moment
+from baldwinlab.evolution.selection import draw_parents, has_stranger, misfit
+from baldwinlab.evolution.sorting import sort_by
+from baldwinlab.models.miniworld.birth import be_born
+from baldwinlab.models.miniworld.grid import columns_and_rows, images_of, radius_of_alert
+from baldwinlab.models.miniworld.lookup import MOST_INPUTS
+from baldwinlab.models.miniworld.step import live_one_by_one, live_together
+from baldwinlab.parts.agent_parts import forward, links
+from baldwinlab.parts.evolution_parts import assign_teachers, evaluate, inherit
+from baldwinlab.parts.evolution_parts import init_founders as make_founders
+
+FOUND: Final = (
+    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
+    "genome length", "fixed weights", "draws", "alert radius", "learning steps",
+)  # fmt: skip
+"""What `measure` answers, in this order."""
+REGION: Final = (
+    "left",
+    "right",
+    "upper",
+    "lower",
+    "count",
+    "energy",
+    "kind",
+)  # the columns of `Setting.regions`
+TEACHERS: Final = ("inherited", "shuffled", "fresh")  # by number, as `Population.teacher` has them
+NO_NUMBER, MISFIT, STRANGER = 1, 2, 3  # what may be wrong with a generation: `Population.fault`
+
+
+class Setting(NamedTuple):
+    """What sizes and derived numbers follow from."""
+
+    regions: Any  # float64 [region, REGION]
+    sizes: Any  # int64 [layer], units
+    found: Any  # float64 [FOUND], what follows
+    agents: int
+    modules: int
+    inputs: int
+    actions: int
+    biases: bool
+    evolved_rate: bool
+    width: float
+    height: float
+    visual_radius: float
+    reach: float
+    square_contact: bool
+    stride: float
+    steps: int
+    learning_stops: int  # -1 for never
+
+
+class Population(NamedTuple):
+    """A run: where it is, what it works on, and the parts that breed."""
+
+    seed: int
+    run: int
+    generation: int
+    first_step: int
+    last_step: int
+    selection: int  # the number of its scheme among `schemes`
+    elite: int  # so many live on
+    resamples_genomes: bool  # nothing is inherited
+    wants_learned: bool
+    learns: bool
+    teacher: int  # one of TEACHERS
+    cost_per_step: float
+    cost_per_change: float
+    fault: Any  # int64 [(what is wrong, the agent)]
+    purposes: Any  # int64 [module], what random numbers of its weights are for
+    least: Any  # float64 [scheme], the lowest fitness that it copes with
+    energies: Any  # float64 [region]
+    kinds: Any  # int64 [region], the number of its items' kind
+    genome: Any  # float32 [agent, module, weight]
+    inherited: Any
+    children: Any
+    learned: Any  # float32 [agent, weight], the action module at death
+    eaten: Any  # int32 [agent, region]
+    eaten_of_kind: Any  # int32 [kind, agent]
+    gained: Any  # float64 [agent]
+    cost: Any
+    energy: Any  # fitness
+    parents: Any  # int32 [child, 2]
+    origin: (
+        Any  # int32 [agent, 2], of which of the life's first newborns who lives at its end descends
+    )
+    uniforms: Any  # float64 [child, 2, 4]
+    draws: Any  # float64 [module and weight, 4], scratch
+    shares: Any  # float64 [agent], scratch
+    order: Any  # int64 [agent], scratch
+    asked_weights: Any  # float32 [weight, 1], those of a module that is asked something
+    asked_units: Any  # float32 [unit, 1], its inputs first, and what it answers
+    asked_links: Any  # float32 [link, (from unit, to unit, weight)], where it is no layers
+    asked_count: Any  # int64 [1], of those links
+    schemes: Any
+    variation: Any
+    inheritance: Any
+    worth: Any  # the part that says what a life was worth
+
+
+for _kernel in (live_together, live_one_by_one, draw_parents, breed_children):
+    compiled(_kernel)
+
+
+def measure(setting: Setting) -> None:
+    """How large arrays are, and the numbers that follow from others: fill `setting.found`."""
+    regions, items, cells = setting.regions.shape[0], 0, 0
+    for region in range(regions):
+        columns, rows = _grid(setting, region)
+        items += int(setting.regions[region, 4])
+        cells += columns * rows
+    units, weights = setting.sizes[0], 0
+    for layer in range(1, setting.sizes.size):
+        units += setting.sizes[layer]
+        weights += (setting.sizes[layer - 1] + int(setting.biases)) * setting.sizes[layer]
+    some, length, stops = (
+        max(1, regions),
+        weights + int(setting.evolved_rate),
+        setting.learning_stops,
+    )
+    answers = setting.actions << min(setting.inputs, MOST_INPUTS)
+    lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
+    slots, ends, fixed = items + WIDTH * some, cells + some, max(1, setting.modules - 1) * weights
+    whole = (
+        regions,
+        regions + 1,
+        some,
+        items,
+        slots,
+        cells,
+        ends,
+        units,
+        weights,
+        answers,
+        lanes,
+        length,
+        fixed,
+    )
+    for number in range(len(whole)):
+        setting.found[number] = float(whole[number])
+    setting.found[len(whole)] = float(setting.modules * length)
+    setting.found[len(whole) + 1] = radius_of_alert(
+        setting.reach, setting.square_contact, setting.stride
+    )
+    setting.found[len(whole) + 2] = float(setting.steps if stops < 0 else min(stops, setting.steps))
+
+
+@compiled
+def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
+    left, right, upper, lower = _edges(setting, region)
+    count = int(setting.regions[region, 4])
+    return columns_and_rows(
+        right - left, lower - upper, count, setting.visual_radius, setting.agents
+    )
+
+
+@compiled
+def _edges(setting: Setting, region: int) -> tuple[float, float, float, float]:
+    of = setting.regions
+    return of[region, 0], of[region, 1], of[region, 2], of[region, 3]
+
+
+def furnish(setting: Setting, model: Any, state: Any, population: Population) -> None:
+    """Fill what never changes in a run: the model's arrays of regions, and whose run it is."""
+    state.keys[0, 0], state.keys[0, 1] = population.seed, population.run
+    alert = radius_of_alert(setting.reach, setting.square_contact, setting.stride)
+    margin = max(setting.visual_radius, alert) + setting.stride
+    items, cells = 0, 0
+    population.energies[0], population.kinds[0] = 0.0, 0
+    for region in range(setting.regions.shape[0]):
+        left, right, upper, lower = _edges(setting, region)
+        columns, rows = _grid(setting, region)
+        model.regions[region, 0], model.regions[region, 1] = (
+            np.float32(left),
+            np.float32(right - left),
+        )
+        model.regions[region, 2], model.regions[region, 3] = (
+            np.float32(upper),
+            np.float32(lower - upper),
+        )
+        model.grid[region, 0], model.grid[region, 1] = columns, rows
+        for axis, count in ((0, columns), (1, rows)):
+            model.cell_size[region, axis] = np.float32(
+                np.float64(model.regions[region, 2 * axis + 1]) / count
+            )
+        model.images[region] = images_of(
+            right - left, lower - upper, margin, setting.width, setting.height
+        )
+        model.region_kind[region] = population.kinds[region] = int(setting.regions[region, 6])
+        population.energies[region] = setting.regions[region, 5]
+        model.region_items[region], model.region_cells[region] = items, cells
+        items += int(setting.regions[region, 4])
+        cells += columns * rows
+    last = setting.regions.shape[0]
+    model.region_items[last], model.region_cells[last] = items, cells
+
+
+def found(population: Population) -> None:
+    """Draw the genomes of the first generation."""
+    _draw_founders(population, population.generation)
+
+
+@compiled
+def _draw_founders(population: Population, generation: int) -> None:
+    moment = Moment(population.seed, population.run, generation)
+    for module in range(population.purposes.size):
+        draw_normal(moment, population.purposes[module], population.genome, module)
+    make_founders(population.variation, population.genome)
+
+
+def begin(model: Any, state: Any, population: Population) -> None:
+    """Let a generation be born."""
+    state.generation[0] = population.generation
+    _copy(population.genome, state.genome[0])
+    be_born(taken(model), taken(state))
+
+
+def live_at_once(model: Any, state: Any, population: Population) -> None:
+    """Live from `population.first_step` up to, and without, `last_step`."""
+    live_together(taken(model), taken(state), False, population.first_step, population.last_step)
+
+
+def live_in_turn(model: Any, state: Any, population: Population) -> None:
+    live_one_by_one(taken(model), taken(state), False, population.first_step, population.last_step)
+
+
+def ask(state: Any, population: Population) -> None:
+    """What a module answers to some inputs, whoever has it."""
+    forward(taken(state).network, population.asked_weights, population.asked_units, 0)
+
+
+def link(state: Any, population: Population) -> None:
+    """Between which units a module has links, where it is no layers, whoever has it."""
+    units, found = population.asked_units.shape[0], population.asked_links
+    population.asked_count[0] = links(
+        taken(state).network, population.asked_weights, units, 0, found
+    )
+
+
+def reckon(model: Any, state: Any, population: Population) -> None:
+    """What the lives were worth that have been lived."""
+    eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
+    of_kind[:] = 0
+    _copy(state.genome[0], population.genome)  # some may have been born in the midst of life
+    for agent in range(model.agents):
+        population.origin[agent, 0], population.origin[agent, 1] = (
+            state.origin[0, agent, 0],
+            state.origin[0, agent, 1],
+        )
+        population.energy[agent], cost[agent] = np.nan, 0.0
+        for region in range(eaten.shape[1]):
+            eaten[agent, region] = state.eaten_in_life[region, agent]
+            of_kind[population.kinds[region], agent] += eaten[agent, region]
+        for weight in range(state.weights.shape[0]):
+            population.learned[agent, weight] = state.weights[weight, agent]
+        if population.learns:
+            cost[agent] += population.cost_per_step * model.learning_steps
+    balance(population.energies, eaten, population.gained)
+    if population.learns:
+        charge(population.cost_per_change, population.genome, population.learned, cost)
+    evaluate(population.worth, population.gained, cost, population.energy)
+    population.fault[0] = 0
+    for agent in range(model.agents):
+        if np.isnan(population.energy[agent]):
+            population.fault[0], population.fault[1] = NO_NUMBER, agent
+
+
+def breed(population: Population) -> None:
+    """Let the generation that has been reckoned have its children, whose genomes take the place of its own."""
+    if population.resamples_genomes:
+        population.parents[:] = -1
+        _draw_founders(population, population.generation + 1)
+        return
+    unfit = misfit(population.energy, population.least[population.selection])
+    if unfit >= 0:
+        population.fault[0], population.fault[1] = MISFIT, unfit
+        return
+    _copy(population.genome, population.inherited)
+    if population.learns and population.wants_learned:
+        for agent in range(population.genome.shape[0]):
+            born, learned = population.genome[agent, 0], population.learned[agent]
+            inherit(population.inheritance, born, learned, population.inherited[agent, 0])
+            if _has_teachers(population):
+                assign_teachers(
+                    population.inheritance, born, learned, population.inherited[agent, 1]
+                )
+    _choose_parents(population)
+    if population.fault[0] == 0:
+        moment = Moment(population.seed, population.run, population.generation + 1)
+        inherited, energy, children = population.inherited, population.energy, population.children
+        breed_children(
+            population.variation,
+            moment,
+            inherited,
+            energy,
+            population.parents,
+            population.draws,
+            children,
+        )
+        trace_back(population.origin, population.parents)
+        _copy(population.children, population.genome)
+        _deal_teachers(population, moment)
+
+
+@compiled
+def _copy(genome: Any, into: Any) -> None:
+    for agent in range(genome.shape[0]):
+        for module in range(genome.shape[1]):
+            for weight in range(genome.shape[2]):
+                into[agent, module, weight] = genome[agent, module, weight]
+
+
+@compiled
+def _choose_parents(population: Population) -> None:
+    agents, generation, uniforms = (
+        population.genome.shape[0],
+        population.generation + 1,
+        population.uniforms,
+    )
+    for child in range(agents):
+        draw_uniforms(
+            population.seed, population.run, generation, SELECTION, child, uniforms[child]
+        )
+    population.parents[:] = -1
+    of_chosen(population.schemes, population.selection, population)
+    if has_stranger(population.parents, agents):
+        population.fault[0] = STRANGER
+
+
+@compiled
+def _has_teachers(population: Population) -> bool:
+    """Return whether the second module of a genome is the reinforcement module."""
+    return bool(population.purposes.size > 1 and population.purposes[1] == REINFORCEMENT_WEIGHTS)
+
+
+@compiled
+def _deal_teachers(population: Population, moment: Moment) -> None:
+    if population.teacher == 0 or not _has_teachers(population):
+        return
+    if population.teacher == 2:
+        draw_normal(moment, population.purposes[1], population.genome, 1)
+        return
+    for child in range(population.genome.shape[0]):
+        draw_uniforms(
+            moment.seed, moment.run, moment.generation, TEACHER, child, population.uniforms[child]
+        )
+    draws = population.uniforms[:, 0, 0]
+    sort_by(draws, draws, population.order)
+    deal(population.children, population.order, population.genome)
+
+
+def of_chosen(schemes: Any, number: int, population: Any) -> None:
+    """Fill the parents by one of some schemes."""
+    _draw_parents(schemes[number], population)
+
+
+@compiled
+def _draw_parents(scheme: Any, of: Any) -> None:
+    draw_parents(
+        scheme, of.elite, of.inherited, of.energy, of.uniforms, of.shares, of.order, of.parents
+    )
+
+
+def _choose_of_chosen(schemes: Any, *others: Any) -> Callable[..., Any]:
+    if len(schemes) == 1:
+        return lambda schemes, number, population: _draw_parents(schemes[0], population)
+
+    def either(schemes: Any, number: int, population: Any) -> None:
+        if number == 0:
+            _draw_parents(schemes[0], population)
+        else:
+            of_chosen(schemes[1:], number - 1, population)
+
+    return either
+
+
+register(of_chosen, _choose_of_chosen)

@@ -1,0 +1,425 @@
+"""How the tuples of `browser` lie in a page's memory, and which field of an experiment each number there comes from.
+
+JavaScript follows this and knows nothing of a model. What stands in it, is JSON:
+
+    a value   3, or {"path": "world.width"}; with "is": whether it is that; with "among": its place among those; with "above":
+              whether it is larger; {"found": "alert radius"}, a number that `measure` answers; {"given": "seed"}
+    a number  {"at": offset, "type": "f8", "value": a value}
+    an array  {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}, or what is in it: "values" one by
+              one, of which any may be a list; or "table", a row for each entry of a list of the experiment
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final, get_type_hints
+
+import numpy as np
+from numba import typeof
+
+from baldwinlab.engine import wasm
+from baldwinlab.engine.phases import Array
+from baldwinlab.evolution.founders import purposes
+from baldwinlab.evolution.inheritance import Darwinian
+from baldwinlab.evolution.selection import Neutral, is_neutral
+from baldwinlab.evolution.variation import Crossover
+from baldwinlab.experiment import Experiment, registry
+from baldwinlab.experiment.registry import key_of
+from baldwinlab.models.miniworld.allocation import (
+    hooks_of,
+    item_kinds,
+    item_regions,
+    make_model,
+    make_state,
+)
+from baldwinlab.models.miniworld.backends import browser
+from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
+from baldwinlab.models.miniworld.state import ARRAYS
+from baldwinlab.parts.agent_parts import Network, numeric_fields
+from baldwinlab.parts.evolution_parts import breeding_part
+
+Value = Any  # of JSON, as above
+
+
+def field(path: str, **how: Any) -> dict[str, Any]:
+    return {"path": path, **how}
+
+
+MODEL: Final[Mapping[str, Value]] = {
+    "worlds": 1,
+    "agents": field("population.size"),
+    "width": field("world.width"),
+    "height": field("world.height"),
+    "random_headings": field("world.start.headings", **{"is": "random"}),
+    "visual_radius": field("senses.visual_radius"),
+    "alert_radius": {"found": "alert radius"},
+    "open_boundaries": field("senses.boundaries", **{"is": "open"}),
+    "square_contact": field("contact.shape", **{"is": "square"}),
+    "reach": field("contact.reach"),
+    "action_noise": field("motor.noise"),
+    "learning_steps": {"found": "learning steps"},
+    "rate": field("learning.rate"),
+    "evolved_rate": field("learning.evolved_rate"),
+}
+ARRAYS_OF_MODEL: Final[Mapping[str, tuple[int | str, ...]]] = {
+    "region_kind": ("item regions",),
+    "regions": ("item regions", 4),
+    "region_items": ("region ends",),
+    "region_cells": ("region ends",),
+    "grid": ("item regions", 2),
+    "cell_size": ("item regions", 2),
+    "images": ("item regions",),
+}
+SETTING: Final[Mapping[str, Value]] = {
+    "agents": field("population.size"),
+    "biases": field("network.biases"),
+    "evolved_rate": field("learning.evolved_rate"),
+    "width": field("world.width"),
+    "height": field("world.height"),
+    "visual_radius": field("senses.visual_radius"),
+    "reach": field("contact.reach"),
+    "square_contact": field("contact.shape", **{"is": "square"}),
+    "steps": field("lifetime.steps"),
+    "learning_stops": field("learning.steps", absent=-1),
+}
+POPULATION: Final[Mapping[str, Value]] = {
+    "seed": {"given": "seed"},
+    "run": {"given": "run"},
+    "generation": 0,
+    "first_step": 0,
+    "last_step": 0,
+    "elite": field("evolution.elite"),
+    "teacher": field("learning.teacher", among=list(browser.TEACHERS)),
+    "cost_per_step": field("learning.cost_per_step"),
+    "cost_per_change": field("learning.cost_per_change"),
+}
+ARRAYS_OF_POPULATION: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
+    "fault": ("i8", (2,)),
+    "energies": ("f8", ("regions",)),
+    "kinds": ("i8", ("regions",)),
+    "genome": ("f4", ("agents", "modules", "genome length")),
+    "inherited": ("f4", ("agents", "modules", "genome length")),
+    "children": ("f4", ("agents", "modules", "genome length")),
+    "learned": ("f4", ("agents", "weights")),
+    "eaten": ("i4", ("agents", "regions")),
+    "eaten_of_kind": ("i4", ("item kinds", "agents")),
+    "gained": ("f8", ("agents",)),
+    "cost": ("f8", ("agents",)),
+    "energy": ("f8", ("agents",)),
+    "parents": ("i4", ("agents", 2)),
+    "origin": ("i4", ("agents", 2)),
+    "uniforms": ("f8", ("agents", 2, 4)),
+    "draws": ("f8", ("draws", 4)),
+    "shares": ("f8", ("agents",)),
+    "order": ("i8", ("agents",)),
+    "asked_weights": ("f4", ("weights", 1)),
+    "asked_units": ("f4", ("units", 1)),
+    "asked_links": ("f4", ("weights", 3)),
+    "asked_count": ("i8", (1,)),
+}
+DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the function that says how
+    FeedForward.derived["biases"]: field("network.biases"),
+    Crossover.derived["one_gate"]: field("evolution.mutation_gate", **{"is": "child"}),
+    Crossover.derived["rate"]: field("evolution.mutation_rate"),
+    Crossover.derived["size"]: field("evolution.mutation_size"),
+    Darwinian.derived["share"]: field("evolution.lamarckian_share"),
+    is_neutral: field("evolution.selection", **{"is": Neutral.name}),
+}
+OF_ANY_INHERITANCE: Final = ("darwinian", "none")
+
+
+class Habitat:
+    """An experiment's tuples as Python has them, whose types are compiled for, and where each leaf of them comes from."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self.experiment = experiment
+        self.model, self.state = make_model(experiment, 1), make_state(experiment, 1)
+        self.schemes = _schemes(experiment)
+        inheritance = (
+            experiment
+            if not self.inherits_as_ever
+            else experiment.replace(evolution={"inheritance": "darwinian"})
+        )
+        self.inheritance = breeding_part(inheritance, "inheritance")[0]
+        self.setting = _sample(
+            browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "found": ("f8", 1)}
+        )
+        arrays = {name: (kind, len(shape)) for name, (kind, shape) in ARRAYS_OF_POPULATION.items()}
+        own = {"purposes": ("i8", 1), "least": ("f8", 1)}
+        self.population = _sample(
+            browser.Population,
+            arrays | own,
+            schemes=tuple(breeding_part(each, "selection")[0] for each in self.schemes),
+            variation=breeding_part(experiment, "variation")[0],
+            inheritance=self.inheritance,
+            worth=breeding_part(experiment, "fitness")[0],
+        )
+
+    @property
+    def inherits_as_ever(self) -> bool:
+        return self.experiment.evolution.inheritance in OF_ANY_INHERITANCE
+
+    def entries(self) -> dict[str, wasm.Entry]:
+        setting, model, state, population = (
+            typeof(each) for each in (self.setting, self.model, self.state, self.population)
+        )
+        live = (
+            browser.live_in_turn
+            if self.experiment.lifetime.update == "sequential"
+            else browser.live_at_once
+        )
+        return {
+            "measure": (browser.measure, (setting,)),
+            "furnish": (browser.furnish, (setting, model, state, population)),
+            "found": (browser.found, (population,)),
+            "begin": (browser.begin, (model, state, population)),
+            "live": (live, (model, state, population)),
+            "ask": (browser.ask, (state, population)),
+            "link": (browser.link, (state, population)),
+            "reckon": (browser.reckon, (model, state, population)),
+            "breed": (browser.breed, (population,)),
+        }
+
+    def hooks(self) -> tuple[Any, ...]:
+        """The types of all parts, and their hooks: what is compiled in beside the entry points."""
+        population = self.population
+        breeding = (
+            *population.schemes,
+            population.variation,
+            population.inheritance,
+            population.worth,
+        )
+        return (
+            *hooks_of(self.state),
+            *(each for part in breeding for each in (type(part), *type(part).part.hooks())),
+        )
+
+    def plan(self) -> dict[str, Any]:
+        """As above; "tuples" by name, in the order in which entry points take them."""
+        experiment, found = self.experiment, list(browser.FOUND)
+        taught_by = experiment.part("learning.rule").teacher_array
+        leaves = {
+            "setting": self._setting(),
+            "model": self._model(),
+            "state": self._state(),
+            "population": self._population(),
+        }
+        tuples = {}
+        for name, sources in leaves.items():
+            size, places = wasm.places(typeof(getattr(self, name)))
+            tuples[name] = {
+                "bytes": size,
+                "leaves": {leaf: {"at": at, **sources[leaf]} for leaf, at in places.items()},
+            }
+        return {
+            "tuples": tuples,
+            "found": found,
+            "sizes": {
+                "worlds": 1,
+                "agents": field("population.size"),
+                "modules": len(experiment.modules),
+                "inputs": len(experiment.inputs),
+                "actions": len(experiment.actions),
+                "item kinds": len(item_kinds(experiment)),
+            },
+            "taught": "reinforcement" in experiment.modules,
+            "learns from": taught_by and f"state.rule.{taught_by}",
+            "takes": {
+                name: [_name_of(self, each) for each in types]
+                for name, (_, types) in self.entries().items()
+            },
+        }
+
+    def _setting(self) -> dict[str, Any]:
+        experiment = self.experiment
+        fixed = {
+            "modules": len(experiment.modules),
+            "inputs": len(experiment.inputs),
+            "actions": len(experiment.actions),
+            "stride": experiment.part("motor.body").stride,
+        }
+        leaves = _numbers(self.setting, {**SETTING, **fixed})
+        kinds = item_kinds(experiment)
+        added = [
+            [*region.x, *region.y, region.count, region.energy, kinds.index(region.kind)]
+            for region in item_regions(experiment)[len(experiment.world.food) :]
+        ]
+        columns = ["x.0", "x.1", "y.0", "y.1", "count", "energy", 0]
+        regions = {"type": "f8", "table": "world.food", "columns": columns, "then": added}
+        return leaves | {
+            "regions": regions,
+            "sizes": self._layers(),
+            "found": {"type": "f8", "shape": [len(browser.FOUND)], "fill": 0},
+        }
+
+    def _layers(self) -> dict[str, Any]:
+        network, experiment = self.experiment.part("network.kind"), self.experiment
+        own = type(network).layers is not Network.layers
+        sizes = (
+            list(experiment.layer_sizes)
+            if own
+            else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
+        )
+        return {"type": "i8", "values": sizes}
+
+    def _model(self) -> dict[str, Any]:
+        leaves = _numbers(
+            self.model,
+            {**MODEL, **_constants(self.model, ("inputs", "least_near", "always_alert"))},
+        )
+        for name, shape in ARRAYS_OF_MODEL.items():
+            leaves[name] = {"type": _type(getattr(self.model, name)), "shape": shape, "fill": 0}
+        leaves["start"] = {
+            "type": "f4",
+            "values": [field(f"world.start.{name}") for name in ("x", "y", "radius")],
+        }
+        for name in ("cosine", "sine"):
+            leaves[name] = {"type": "f4", "values": getattr(self.model, name).tolist()}
+        return leaves
+
+    def _state(self) -> dict[str, Any]:
+        experiment, state = self.experiment, self.state
+        leaves = _arrays("", ARRAYS)
+        leaves |= _arrays("recall.", type(state.recall).part.arrays)
+        chosen = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
+        for name, path in chosen.items():
+            leaves |= self._part(f"{name}.", getattr(state, name), path, experiment.part(path))
+        for name, path in {"senses": "senses.kinds", "features": "world.features"}.items():
+            for number, part in enumerate(experiment.parts(path)):
+                leaves |= self._part(f"{name}.{number}.", getattr(state, name)[number], path, part)
+        return leaves
+
+    def _part(self, prefix: str, values: Any, path: str, part: Any) -> dict[str, Any]:
+        """The leaves of a part: its fields, what is derived, its arrays."""
+        leaves, table = {}, path.rpartition(".")[0]
+        for name in numeric_fields(type(part)):
+            source = field(f"{table}.{key_of(type(part).name)}.{name}")
+            leaves[prefix + name] = {"type": _type(getattr(values, name)), "value": source}
+        for name, derive in type(part).derived.items():
+            value = getattr(values, name)
+            if derive is FeedForward.derived["sizes"]:
+                leaves[prefix + name] = self._layers()
+            elif hasattr(type(value), "part"):  # one that breeds, which it calls in turn
+                chosen = f"evolution.{type(value).part.kind}"
+                leaves |= self._part(
+                    f"{prefix}{name}.", value, chosen, self.experiment.part(chosen)
+                )
+            elif isinstance(value, np.ndarray):
+                leaves[prefix + name] = {
+                    "type": _type(value),
+                    "values": value.ravel().tolist(),
+                    "shape": list(value.shape),
+                }
+            else:
+                leaves[prefix + name] = {
+                    "type": _type(value),
+                    "value": DERIVED.get(derive, _plain(value)),
+                }
+        return leaves | _arrays(prefix, type(part).arrays)
+
+    def _population(self) -> dict[str, Any]:
+        experiment = self.experiment
+        names = [each.evolution.selection for each in self.schemes]
+        least = [type(scheme).part.least for scheme in self.population.schemes]
+        ever, inheritance = self.inherits_as_ever, experiment.part("evolution.inheritance")
+        own: dict[str, Any] = {
+            "selection": field("evolution.selection", among=names),
+            "resamples_genomes": field("evolution.inheritance", **{"is": "none"})
+            if ever
+            else inheritance.resamples_genomes,
+            "wants_learned": field("evolution.lamarckian_share", above=0)
+            if ever
+            else inheritance.wants_learned(experiment),
+            "learns": experiment.learns,
+        }
+        leaves = _numbers(self.population, {**POPULATION, **own})
+        for name, (kind, shape) in ARRAYS_OF_POPULATION.items():
+            leaves[name] = {"type": kind, "shape": shape, "fill": 0}
+        leaves["purposes"] = {"type": "i8", "values": purposes(experiment)}
+        leaves["least"] = {
+            "type": "f8",
+            "values": ["-Infinity" if least == -math.inf else least for least in least],
+        }
+        for number, each in enumerate(self.schemes):
+            scheme = each.part("evolution.selection")
+            leaves |= self._part(
+                f"schemes.{number}.", self.population.schemes[number], "evolution.selection", scheme
+            )
+        for name, chosen in {"variation": "variation", "worth": "fitness"}.items():
+            path = f"evolution.{chosen}"
+            leaves |= self._part(
+                f"{name}.", getattr(self.population, name), path, experiment.part(path)
+            )
+        return leaves | self._part(
+            "inheritance.",
+            self.inheritance,
+            "evolution.inheritance",
+            Darwinian() if ever else inheritance,
+        )
+
+
+def _schemes(experiment: Experiment) -> list[Experiment]:
+    """The experiment with each selection scheme that is built in, and, where it chooses another, with that."""
+    names = list(registry.BUILT_IN["selection"])
+    own = experiment.evolution.selection
+    changed = [experiment.replace(evolution={"selection": name}) for name in names]
+    return changed if own in names else [*changed, experiment]
+
+
+def _sample(kind: Any, arrays: Mapping[str, tuple[str, int]], **others: Any) -> Any:
+    """A tuple that has the types of all of that kind, if nothing in it."""
+    numbers = {
+        name: hint(0) for name, hint in get_type_hints(kind).items() if hint in (int, float, bool)
+    }
+    made = {
+        name: np.zeros((1,) * dimensions, dtype) for name, (dtype, dimensions) in arrays.items()
+    }
+    return kind(**numbers, **made, **others)
+
+
+def _type(value: Any) -> str:
+    if isinstance(value, np.ndarray | np.generic):
+        return "bool" if value.dtype == bool else value.dtype.str[1:]
+    return "bool" if isinstance(value, bool) else "i8" if isinstance(value, int) else "f8"
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _numbers(of: Any, sources: Mapping[str, Value]) -> dict[str, Any]:
+    return {
+        name: {"type": _type(getattr(of, name)), "value": value} for name, value in sources.items()
+    }
+
+
+def _constants(of: Any, names: Iterable[str]) -> dict[str, Any]:
+    return {name: _plain(getattr(of, name)) for name in names}
+
+
+def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
+    """Arrays as they are declared with their owners."""
+    shapes: dict[str, Callable[[Any], list[Any]]]
+    shapes = {
+        "agent": lambda rows: [*rows, "lanes"],
+        "lane": lambda rows: ["lanes", *rows],
+        "world": lambda rows: ["worlds", *rows],
+        "batch": list,
+    }
+    return {
+        prefix + name: {
+            "type": np.dtype(array.dtype).str[1:],
+            "shape": shapes[array.owner](array.rows),
+            "fill": array.fill or 0,
+        }
+        for name, array in declared.items()
+    }
+
+
+def _name_of(habitat: Habitat, kind: Any) -> str:
+    return next(
+        name
+        for name in ("setting", "model", "state", "population")
+        if typeof(getattr(habitat, name)) == kind
+    )

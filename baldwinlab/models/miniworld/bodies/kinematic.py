@@ -1,0 +1,116 @@
+"""Bodies beside the paper's: one that can stand still, one that goes in four directions, and one with two wheels.
+
+All of them move by at most `STRIDE` a step, as the paper's body does.
+
+Sources: standing still as an action, S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
+Behavior 3 (1994), whose organisms go ahead, turn left or right, or do nothing; four directions, as on the grids of D. Ackley and
+M. Littman, "Interactions between learning and evolution", Artificial Life II (1991); wheels whose speeds are outputs of the
+network, S. Nolfi and D. Floreano, Evolutionary Robotics (2000), of the Khepera robot. Their sizes here are readings of ours.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import Lane, Value, choose, get, lookup, put
+from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrapped
+from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
+from baldwinlab.parts.agent_parts import Body
+
+FASTEST, QUARTER = np.float32(STRIDE), np.float32(HEADING_COUNT // 4)
+HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
+NINE = np.float32(360 / HEADING_COUNT)  # degrees
+ROUNDER = np.float32(
+    1.5 * 2**23
+)  # added and taken away again, it leaves a whole number: the nearest, of two the even one
+
+
+@compiled
+def _go(model: Model, state: State, heading: Value, speed: Value, lane: Lane) -> None:
+    """Head for `heading`, at most one circle beyond its ends, and go that way."""
+    heading = choose(heading < ZERO, heading + HEADINGS, heading)
+    heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
+    x = get(state.places, 0, lane) + speed * lookup(model.cosine, heading)
+    y = get(state.places, 1, lane) + speed * lookup(model.sine, heading)
+    put(state.places, 0, lane, wrapped(x, model.width))
+    put(state.places, 1, lane, wrapped(y, model.height))
+    put(state.heading, 0, lane, heading)
+
+
+class Stay(Body, name="stay"):
+    """Turns left or right by 9 degrees and moves 1, goes straight on by 2, or stands still."""
+
+    actions: ClassVar[tuple[str, ...]] = ("left", "forward", "right", "stay")
+    stride: ClassVar[float] = STRIDE
+
+    @staticmethod
+    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+        action = get(state.action, 0, lane)
+        turn = choose(action > TWO, ZERO, action - ONE)
+        speed = choose((action > ZERO) & (action < TWO), TWO, choose(action > TWO, ZERO, ONE))
+        _go(model, state, get(state.heading, 0, lane) + turn, speed, lane)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> None:
+        agent.action = agent.outputs.index(max(agent.outputs))
+        agent.heading += (-9, 0, 9, 0)[agent.action]
+        naive.advance(agent, (1, 2, 1, 0)[agent.action])
+
+
+class Grid(Body, name="grid"):
+    """Goes right, down, left or up by 2, wherever it headed before, and heads there."""
+
+    actions: ClassVar[tuple[str, ...]] = ("right", "down", "left", "up")
+    stride: ClassVar[float] = STRIDE
+
+    @staticmethod
+    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+        _go(model, state, get(state.action, 0, lane) * QUARTER, FASTEST, lane)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> None:
+        agent.action = agent.outputs.index(max(agent.outputs))
+        agent.heading = 90 * agent.action
+        naive.advance(agent, 2)
+
+
+class Continuous(Body, name="continuous"):
+    """Two wheels, each as fast as its output: the agent goes on by their sum, 0 to 2, and turns to the side of the slower one.
+
+    It turns by `turn` times the outputs' difference, rounded to 9 degrees, for there are no other headings. The action that is
+    recorded is the number of the faster wheel.
+    """
+
+    turn: float = Field(
+        36.0,
+        ge=0,
+        le=180,
+        description="degrees that it turns where one wheel runs and the other stands still",
+    )
+    actions: ClassVar[tuple[str, ...]] = ("left wheel", "right wheel")
+    stride: ClassVar[float] = STRIDE
+    chooses: ClassVar[bool] = False
+
+    def check(self, experiment: Any) -> None:
+        if experiment.motor.noise > 0:
+            raise ValueError(
+                "motor.noise draws another action, and motor.body = 'continuous' does what its outputs say: it must be 0"
+            )
+
+    @staticmethod
+    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+        rows = state.activations.shape[0]
+        left, right = get(state.activations, rows - 2, lane), get(state.activations, rows - 1, lane)
+        turn = ((left - right) * (part.turn / NINE) + ROUNDER) - ROUNDER
+        _go(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> None:
+        left, right = agent.outputs
+        agent.action = int(right > left)
+        agent.heading += 9 * round((left - right) * float(part.turn) / 9)
+        naive.advance(agent, left + right)

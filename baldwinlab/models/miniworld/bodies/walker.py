@@ -1,0 +1,54 @@
+"""Bodies: what an agent can do.
+
+Source: the paper, "The Simulated World of Foods and Agents".
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.simd import Lane, choose, get, lookup, put
+from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrapped
+from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
+from baldwinlab.parts.agent_parts import Body
+
+HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
+
+
+class Walker(Body, name="walker"):
+    """Turns left or right by 9 degrees and moves 1, or goes straight on by 2."""
+
+    actions: ClassVar[tuple[str, ...]] = ("left", "forward", "right")
+    stride: ClassVar[float] = STRIDE
+
+    @staticmethod
+    def choose_action(part: Any, model: Model, state: State, lane: Lane) -> None:
+        """The largest output, a tie going to the lowest index."""
+        rows = state.activations.shape[0]
+        left = get(state.activations, rows - 3, lane)
+        forward = get(state.activations, rows - 2, lane)
+        right = get(state.activations, rows - 1, lane)
+        action = choose(forward > left, ONE, ZERO)
+        put(state.action, 0, lane, choose((right > left) & (right > forward), TWO, action))
+
+    @staticmethod
+    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+        """Turn by the action, then move."""
+        action = get(state.action, 0, lane)
+        heading = get(state.heading, 0, lane) + (action - ONE)
+        heading = choose(heading < ZERO, heading + HEADINGS, heading)
+        heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
+        speed = choose((action > ZERO) & (action < TWO), TWO, ONE)
+        x = get(state.places, 0, lane) + speed * lookup(model.cosine, heading)
+        y = get(state.places, 1, lane) + speed * lookup(model.sine, heading)
+        put(state.places, 0, lane, wrapped(x, model.width))
+        put(state.places, 1, lane, wrapped(y, model.height))
+        put(state.heading, 0, lane, heading)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> None:
+        agent.action = agent.outputs.index(max(agent.outputs))
+        agent.heading += (-9, 0, 9)[agent.action]
+        naive.advance(agent, (1, 2, 1)[agent.action])

@@ -1,0 +1,348 @@
+"""Worlds: walls, patches of other items, food that drifts, that comes back late, and regions that bear in turn.
+
+Sources of the ideas; what is here is a reading of ours, and none of their worlds is rebuilt. Walls: D. Ackley and M. Littman,
+"Interactions between learning and evolution", Artificial Life II (1991), whose world has walls, plants and carnivores. Food and
+poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
+Animals to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution
+in dynamic environments", TPNC (2018), there from generation to generation, here also within a life. Drift and late regrowth have
+no one source.
+
+Items that are to be out of reach for a while lie far off the map, at `AWAY` times its width: nobody sees or touches them there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.phases import Array
+from baldwinlab.models.miniworld.items import grow, settle
+from baldwinlab.models.miniworld.map import forbidden, wrapped
+from baldwinlab.parts import Field, ItemRegion, WorldFeature, choose, compiled, per_world
+
+ZERO, ONE = np.float32(0), np.float32(1)
+AWAY = np.float32(-3)  # maps' widths: of no image of the map anything there is within sight
+Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
+Count = Annotated[int, Field(ge=0, le=1_000_000)]
+Energy = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
+Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+Patch = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Count, Energy]
+Derived = Mapping[str, Callable[[Any, Any], Any]]
+
+
+def _require_on_the_map(path: str, box: Iterable[float], world: Any) -> None:
+    left, right, upper, lower = box
+    if not (0 <= left < right <= world.width and 0 <= upper < lower <= world.height):
+        listed = ", ".join(f"{edge:g}" for edge in (left, right, upper, lower))
+        raise ValueError(
+            f"{path} = [{listed}] must be left < right and upper < lower, on the map of {world.width:g} x {world.height:g}"
+        )
+
+
+def _walls_and_images(part: Any, experiment: Any) -> Any:
+    """The edges of all walls, and then of their images beyond the edges of the map, as far as anybody sees."""
+    width, height, sight = (
+        experiment.world.width,
+        experiment.world.height,
+        experiment.senses.visual_radius,
+    )
+    shifts = [(x * width, y * height) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
+    images = [
+        (left + x, right + x, upper + y, lower + y)
+        for left, right, upper, lower in part.boxes
+        for x, y in shifts
+    ]
+    near = [
+        (left, right, upper, lower)
+        for left, right, upper, lower in images
+        if right >= -sight and left <= width + sight and lower >= -sight and upper <= height + sight
+    ]
+    return np.array([*part.boxes, *near], np.float32)
+
+
+def _frame(part: Any, experiment: Any) -> Any:
+    """What the images follow from beside the walls; it stands among the constants, so that a page without a server keeps it."""
+    return np.array(
+        [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
+        np.float32,
+    )
+
+
+@compiled
+def _inside(edges: Any, count: int, x: Any, y: Any) -> Any:
+    """Whether a place lies in any of the first `count` walls."""
+    found = x * ZERO > ONE
+    for wall in range(count):
+        found = found | (
+            (x >= edges[wall, 0])
+            & (x <= edges[wall, 1])
+            & (y >= edges[wall, 2])
+            & (y <= edges[wall, 3])
+        )
+    return found
+
+
+@compiled
+def _in_the_way(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+    """Whether a line meets a wall: by the shares of its way at which it enters and leaves the wall's two strips."""
+    enters_x, leaves_x = (edges[wall, 0] - x) / dx, (edges[wall, 1] - x) / dx
+    enters_y, leaves_y = (edges[wall, 2] - y) / dy, (edges[wall, 3] - y) / dy
+    first_x, last_x = (
+        choose(enters_x < leaves_x, enters_x, leaves_x),
+        choose(enters_x < leaves_x, leaves_x, enters_x),
+    )
+    first_y, last_y = (
+        choose(enters_y < leaves_y, enters_y, leaves_y),
+        choose(enters_y < leaves_y, leaves_y, enters_y),
+    )
+    first = choose(first_x > first_y, first_x, first_y)
+    last = choose(last_x < last_y, last_x, last_y)
+    return (first <= last) & (last >= ZERO) & (first <= ONE)
+
+
+class Walls(WorldFeature, name="walls"):
+    """Walls stop motion and sight; nobody is born and nothing grows inside them."""
+
+    boxes: tuple[Box, ...] = Field(
+        ((280.0, 300.0, 100.0, 160.0), (280.0, 300.0, 180.0, 240.0)),
+        min_length=1,
+        max_length=64,
+        description="of each wall its left, right, upper and lower edge, units of length",
+    )
+    derived: ClassVar[Derived] = {
+        "edges": _walls_and_images,
+        "count": lambda part, experiment: len(part.boxes),
+        "frame": _frame,
+    }
+
+    def check(self, experiment: Any) -> None:
+        """A wall that is thinner than a step could be stepped over, and what lies in a wall as a whole has no place."""
+        world, stride, start = (
+            experiment.world,
+            experiment.part("motor.body").stride,
+            experiment.world.start,
+        )
+        disc = (
+            start.x - start.radius,
+            start.x + start.radius,
+            start.y - start.radius,
+            start.y + start.radius,
+        )
+        whole = {"world.start": disc} | {
+            f"world.food[{k}]": (*food.x, *food.y) for k, food in enumerate(world.food)
+        }
+        for number, (left, right, upper, lower) in enumerate(self.boxes):
+            path = f"world.walls.boxes[{number}]"
+            _require_on_the_map(path, (left, right, upper, lower), world)
+            if min(right - left, lower - upper) < stride:
+                raise ValueError(
+                    f"{path} must be at least {stride:g} thick, or it could be stepped over"
+                )
+            for name, box in whole.items():
+                if left <= box[0] and box[1] <= right and upper <= box[2] and box[3] <= lower:
+                    raise ValueError(f"{path} leaves no room in {name}, which lies inside of it")
+
+    def map_shapes(self) -> tuple[dict[str, Any], ...]:
+        return tuple(
+            {
+                "shape": "rectangle",
+                "x": (left, right),
+                "y": (upper, lower),
+                "color": "grey",
+                "label": "wall",
+            }
+            for left, right, upper, lower in self.boxes
+        )
+
+    @staticmethod
+    def blocks_placement(part: Any, model: Any, x: Any, y: Any) -> Any:
+        return _inside(part.edges, part.count, x, y)
+
+    @staticmethod
+    def blocks_movement(part: Any, model: Any, x: Any, y: Any) -> Any:
+        return _inside(part.edges, part.count, x, y)
+
+    @staticmethod
+    def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+        found = dx * ZERO > ONE
+        for wall in range(part.edges.shape[0]):
+            found = found | _in_the_way(part.edges, wall, x, y, dx, dy)
+        return found
+
+    @staticmethod
+    def oracle(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+        """A way meets a wall unless it lies beside it, or has all of its corners at the same hand."""
+        walls = [[float(edge) for edge in wall] for wall in part.edges]
+
+        def meets(left: float, right: float, upper: float, lower: float) -> bool:
+            beside = max(x, x + dx) < left or min(x, x + dx) > right
+            above = max(y, y + dy) < upper or min(y, y + dy) > lower
+            hands = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
+            return not (beside or above) and min(hands) <= 0 <= max(hands)
+
+        inside = any(
+            left <= x <= right and upper <= y <= lower
+            for left, right, upper, lower in walls[: part.count]
+        )
+        return {
+            "blocks_placement": inside,
+            "blocks_movement": inside,
+            "blocks_sight": any(meets(*wall) for wall in walls),
+        }
+
+
+class Patches(WorldFeature, name="patches"):
+    """Patches hold items of a kind of their own, whose energy may be below 0, as a poison's is."""
+
+    patches: tuple[Patch, ...] = Field(
+        ((400.0, 560.0, 80.0, 240.0, 20, -1.0),),
+        min_length=1,
+        max_length=64,
+        description="of each patch its left, right, upper and lower edge, units of length; its items; the energy of an item",
+    )
+
+    def check(self, experiment: Any) -> None:
+        for number, patch in enumerate(self.patches):
+            _require_on_the_map(f"world.patches.patches[{number}]", patch[:4], experiment.world)
+
+    def items(self) -> tuple[ItemRegion, ...]:
+        return tuple(
+            ItemRegion(
+                kind="patch", x=(left, right), y=(upper, lower), count=count, energy=energy,
+                color="vermilion" if energy < 0 else "sky",
+            )
+            for left, right, upper, lower, count, energy in self.patches
+        )  # fmt: skip
+
+
+@compiled
+def _drifted(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
+    """A place a step later, wrapped at the edges of its region, from `low` on; as an item's place, on the map."""
+    place = (
+        choose(place < low, place + world_span, place) + velocity
+    )  # rounding may have put one over the map's edge
+    place = choose(place < low, place + span, place)
+    place = choose(place < low + span, place, place - span)
+    return wrapped(choose(place < low, low, place), world_span)
+
+
+class DriftingFood(WorldFeature, name="drifting-food"):
+    """The items of food drift with a constant velocity; who leaves its region on one side comes back on the other."""
+
+    velocity_x: float = Field(
+        0.5, ge=-1000, le=1000, description="to the right, units of length per step"
+    )
+    velocity_y: float = Field(
+        0.0, ge=-1000, le=1000, description="downwards, units of length per step"
+    )
+
+    def check(self, experiment: Any) -> None:
+        for number, food in enumerate(experiment.world.food):
+            for axis, velocity, (low, high) in (
+                ("x", self.velocity_x, food.x),
+                ("y", self.velocity_y, food.y),
+            ):
+                if abs(velocity) >= high - low:
+                    raise ValueError(
+                        f"world.drifting_food.velocity_{axis} = {velocity:g} must be less than {high - low:g}, the extent of "
+                        f"world.food[{number}]"
+                    )
+
+    @staticmethod
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        """An item that comes to where nothing can grow, as in a wall, appears elsewhere in its region."""
+        for region in range(model.regions.shape[0]):
+            left, width, upper, height = (
+                model.regions[region, 0], model.regions[region, 1], model.regions[region, 2], model.regions[region, 3]
+            )  # fmt: skip
+            if model.region_kind[region] == 0:
+                for item in range(model.region_items[region], model.region_items[region + 1]):
+                    if state.item_x[world, item] >= ZERO:  # else it is away
+                        x = _drifted(
+                            state.item_x[world, item], part.velocity_x, left, width, model.width
+                        )
+                        y = _drifted(
+                            state.item_y[world, item], part.velocity_y, upper, height, model.height
+                        )
+                        state.item_x[world, item], state.item_y[world, item] = x, y
+                        if forbidden(state.features, model, x, y):
+                            grow(model, state, world, region, item)
+                settle(model, state, world, region)
+
+
+class SlowRegrowth(WorldFeature, name="slow-regrowth"):
+    """What is eaten comes back only after some steps."""
+
+    delay: int = Field(
+        100, ge=1, le=100_000_000, description="for which an eaten item is away, steps"
+    )
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "x": per_world("items"),  # where an item that is away will lie
+        "due": per_world(
+            "items", dtype="int32"
+        ),  # the step after which it does; -1 where it is not away
+    }
+
+    def check(self, experiment: Any) -> None:
+        if "regions-in-turn" in experiment.world.features:
+            raise ValueError(
+                "world.features: slow-regrowth and regions-in-turn both put items away, so only one of them can be"
+            )
+
+    @staticmethod
+    def init_world(part: Any, model: Any, state: Any, world: int) -> None:
+        for item in range(state.item_x.shape[1]):
+            part.due[world, item] = -1
+
+    @staticmethod
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        """What was eaten in this step has its next place already: that is kept, for when it is due."""
+        for region in range(model.regions.shape[0]):
+            changed = False
+            for item in range(model.region_items[region], model.region_items[region + 1]):
+                if state.touched[world, item] == step:
+                    part.x[world, item], part.due[world, item] = (
+                        state.item_x[world, item],
+                        step + part.delay,
+                    )
+                    state.item_x[world, item] = AWAY * model.width
+                    changed = True
+                elif part.due[world, item] == step:
+                    state.item_x[world, item], part.due[world, item] = part.x[world, item], -1
+                    changed = True
+            if changed:
+                settle(model, state, world, region)
+
+
+class RegionsInTurn(WorldFeature, name="regions-in-turn"):
+    """Of the regions of food one bears at a time, in turn; the others are bare from the second step on.
+
+    The turn goes on within a life, or over the generations, or both: an environment that changes.
+    """
+
+    every: int = Field(500, ge=1, le=100_000_000, description="for which a region bears, steps")
+    generations: int = Field(
+        0,
+        ge=0,
+        le=100_000_000,
+        description="after which lives begin with the next region; 0: all begin with the first",
+    )
+
+    @staticmethod
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        """Make ready for the next step. Nothing can be put away before a life's first step, as nothing has grown then."""
+        food = 0
+        for region in range(model.regions.shape[0]):
+            food += 1 if model.region_kind[region] == 0 else 0
+        begun = np.int64(state.generation[0]) // part.generations if part.generations > 0 else 0
+        turn = (begun + (step + 1) // part.every) % max(1, food)
+        for region in range(model.regions.shape[0]):
+            if model.region_kind[region] == 0 and (step == 0 or (step + 1) % part.every == 0):
+                for item in range(model.region_items[region], model.region_items[region + 1]):
+                    if region != turn:
+                        state.item_x[world, item] = AWAY * model.width
+                    elif state.item_x[world, item] < ZERO:
+                        grow(model, state, world, region, item)
+                settle(model, state, world, region)

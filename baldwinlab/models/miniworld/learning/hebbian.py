@@ -1,0 +1,168 @@
+"""Plasticity: weights that change by what the units on both of their sides do, without target, teacher or reward.
+
+Floreano's four rules let the *strength* of a weight, in [0, 1], learn, and leave its sign as it was born. A genome of N(0, 1)
+weights is read so: the sign is the weight's own, the strength its size, at most 1 (a reading of ours; there, a genome holds signs
+and rules, and strengths are drawn at birth). `learning.rate` is the step. With x what comes in and y what goes out, the units'
+activations in [0, 1]:
+
+    hebb            (1 - w) x y
+    postsynaptic    w (x - 1) y + (1 - w) x y
+    presynaptic     w x (y - 1) + (1 - w) x y
+    covariance      (1 - w) F where F > 0, else w F, with F = tanh(4 (1 - |x - y|) - 2)
+
+Sources: D. Floreano and F. Mondada, "Evolutionary neurocontrollers for autonomous mobile robots", Neural Networks 11 (1998);
+J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import sigmoid
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import Lane, Value, choose, get, put
+from baldwinlab.models.miniworld.learning.oracle_synapses import synapses
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.parts.agent_parts import LearningRule
+
+ZERO, ONE, TWO, FOUR = np.float32(0), np.float32(1), np.float32(2), np.float32(4)
+HEBB, POSTSYNAPTIC, PRESYNAPTIC, COVARIANCE = 0, 1, 2, 3
+
+LAYERS: Mapping[str, Any] = {
+    "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
+    "biases": lambda part, experiment: experiment.network.biases,
+}
+
+
+@compiled
+def change(rule: int, w: Value, x: Value, y: Value) -> Value:
+    """How fast a strength w changes between units that are at x and y."""
+    if rule == POSTSYNAPTIC:
+        return w * (x - ONE) * y + (ONE - w) * x * y
+    if rule == PRESYNAPTIC:
+        return w * x * (y - ONE) + (ONE - w) * x * y
+    if rule == COVARIANCE:
+        f = TWO * sigmoid(TWO * (FOUR * (ONE - abs(x - y)) - TWO)) - ONE  # tanh
+        return choose(f > ZERO, (ONE - w) * f, w * f)
+    return (ONE - w) * x * y + ZERO * w
+
+
+@compiled
+def _adapt(part: Any, state: State, rule: int, lane: Lane) -> None:
+    """Change every weight by the rule, from the inputs' layer on."""
+    rate, source, weight = get(state.rate, 0, lane), 0, 0
+    for layer in range(part.sizes.size - 1):
+        inputs, outputs = part.sizes[layer], part.sizes[layer + 1]
+        for i in range(inputs + int(part.biases)):
+            for unit in range(outputs):
+                y = get(state.activations, source + inputs + unit, lane)
+                x = (
+                    get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
+                )  # a bias is as if from a 1
+                sign = get(part.signs, weight, lane)
+                strength = get(state.weights, weight, lane) * sign
+                strength = strength + rate * change(rule, strength, x, y)
+                strength = choose(
+                    strength < ZERO, ZERO, choose(strength > ONE, ONE, strength)
+                )  # rounding may pass the ends
+                put(state.weights, weight, lane, sign * strength)
+                weight += 1
+        source += inputs
+
+
+class _Strengths(LearningRule):
+    """What the four rules share."""
+
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "signs": per_agent("weights")
+    }  # 1 or -1, as the weights were born
+    derived: ClassVar[Mapping[str, Any]] = LAYERS
+
+    def check(self, experiment: Any) -> None:
+        rate = experiment.learning.rate
+        if rate > 1 or experiment.learning.evolved_rate:
+            said = (
+                "cannot be a gene (learning.evolved_rate)"
+                if rate <= 1
+                else f"is {rate:g} and must be at most 1"
+            )
+            raise ValueError(
+                f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {said}"
+            )
+
+    @staticmethod
+    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+        """Signs stay as they are born, and strengths are at most 1."""
+        lane = world * model.agents + agent
+        for weight in range(state.weights.shape[0]):
+            born = state.weights[weight, lane]
+            part.signs[weight, lane] = -ONE if born < ZERO else ONE
+            state.weights[weight, lane] = min(max(born, -ONE), ONE)
+
+
+def _told(rule: int, agent: Any, naive: Any) -> None:
+    """The oracle of a rule."""
+    signs = iter(agent.own["signs"])
+    for row, unit, x, y in synapses(naive, agent):
+        sign = next(signs)
+        w = row[unit] * sign
+        f = np.tanh(4 * (1 - abs(x - y)) - 2)
+        faster = (
+            (1 - w) * x * y,
+            w * (x - 1) * y + (1 - w) * x * y,
+            w * x * (y - 1) + (1 - w) * x * y,
+            (1 - w) * f if f > 0 else w * f,
+        )[rule]
+        row[unit] = sign * min(max(w + agent.rate * float(faster), 0.0), 1.0)
+
+
+class Hebb(_Strengths, name="hebb"):
+    """Plain Hebb: strengths grow where both units are active."""
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _adapt(part, state, HEBB, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        _told(HEBB, agent, naive)
+
+
+class Postsynaptic(_Strengths, name="postsynaptic"):
+    """Strengths grow where both units are active, and fall where only the receiving one is."""
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _adapt(part, state, POSTSYNAPTIC, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        _told(POSTSYNAPTIC, agent, naive)
+
+
+class Presynaptic(_Strengths, name="presynaptic"):
+    """Strengths grow where both units are active, and fall where only the sending one is."""
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _adapt(part, state, PRESYNAPTIC, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        _told(PRESYNAPTIC, agent, naive)
+
+
+class Covariance(_Strengths, name="covariance"):
+    """Strengths grow where the units are alike, and fall where they differ."""
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _adapt(part, state, COVARIANCE, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        _told(COVARIANCE, agent, naive)

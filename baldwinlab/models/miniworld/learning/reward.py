@@ -1,0 +1,152 @@
+"""Learning from one's own actions: from an inherited evaluation, or from food itself.
+
+`crbp` is complementary reinforcement backpropagation: where an inherited network's evaluation of what is sensed has risen, the
+action taken before it becomes likelier, and where it has fallen, less likely. `reward` learns from food eaten instead, so
+that "without reward" has its counterpart. Both teach what was done to what was sensed a step ago.
+
+Readings of ours: the evaluation is the first output of the reinforcement module; an action is taken as the largest output, not
+drawn, so its target is 1 and the others' are 0.
+
+Source: D. H. Ackley and M. L. Littman, "Interactions between learning and evolution", Artificial Life II (1991), 487-509;
+CRBP: the same, "Generalization and scaling in reinforcement learning", NIPS 2 (1990).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
+import numpy as np
+from pydantic import Field
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import Lane, Value, choose, get, put
+from baldwinlab.models.miniworld.allocation import item_regions
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.parts.agent_parts import LearningRule, backward, forward
+
+ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+
+MEMORY: Final[dict[str, Array]] = {
+    "worth": per_agent(1),  # the evaluation, or the energy gained in life, a step ago
+    "sensed": per_agent("inputs"),  # and what was sensed,
+    "done": per_agent("actions"),  # and 1 for the action that was done; nothing yet at birth
+    "units": per_agent("units"),
+    "wanted": per_agent("actions"),
+}
+
+
+@compiled
+def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> None:
+    """Teach the last step's action where `worth` has risen since, and the others where it has fallen; then remember this step."""
+    risen, actions = worth - get(part.worth, 0, lane), state.targets.shape[0]
+    if step > 0:
+        for k in range(part.sensed.shape[0]):
+            put(part.units, k, lane, get(part.sensed, k, lane))
+        forward(state.network, state.weights, part.units, lane)
+        for k in range(actions):
+            done = get(part.done, k, lane)
+            put(part.wanted, k, lane, choose(risen > ZERO, done, ONE - done))
+        rate = get(state.rate, 0, lane)
+        rate = choose(risen > ZERO, rate, choose(risen < ZERO, rate * part.punishment, ZERO))
+        backward(state.network, rate, state.weights, part.units, state.errors, part.wanted, lane)
+    put(part.worth, 0, lane, worth)
+    for k in range(part.sensed.shape[0]):
+        put(part.sensed, k, lane, get(state.activations, k, lane))
+    for k in range(actions):
+        put(
+            part.done,
+            k,
+            lane,
+            choose(abs(get(state.action, 0, lane) - np.float32(k)) < HALF, ONE, ZERO),
+        )
+
+
+def _reinforced(part: Any, agent: Any, naive: Any, worth: float) -> None:
+    """The oracle of `_reinforce`."""
+    risen, done = worth - agent.own["worth"][0], agent.own["done"]
+    if risen and any(done):
+        rate = (
+            agent.rate if risen > 0 else agent.rate * float(part.punishment)
+        )  # a float32 would make all of it float32
+        naive.backpropagate(
+            agent.action_module,
+            agent.own["sensed"],
+            done if risen > 0 else [1 - one for one in done],
+            rate,
+        )
+    agent.own |= {
+        "worth": [worth],
+        "sensed": agent.inputs,
+        "done": [float(k == agent.action) for k in range(len(done))],
+    }
+
+
+class _Reinforced(LearningRule):
+    """What both rules share."""
+
+    arrays: ClassVar[Mapping[str, Array]] = MEMORY
+
+    def check(self, experiment: Any) -> None:
+        if not experiment.part("network.kind").is_memoryless:
+            raise ValueError(
+                f"learning.rule = {self.name!r} asks the network again what it answered: it must have no memory"
+            )
+
+    @staticmethod
+    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+        """A newborn has done nothing yet."""
+        lane = world * model.agents + agent
+        part.worth[0, lane] = ZERO
+        for k in range(state.targets.shape[0]):
+            part.done[k, lane] = ZERO
+
+
+class Complementary(_Reinforced, name="crbp"):
+    """What was done becomes likelier where the inherited evaluation has risen since, and less likely where it has fallen."""
+
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    answers: ClassVar[tuple[str, ...]] = ("worth",)
+    punishment: float = Field(
+        0.1, ge=0, le=1, description="rate after a fall, as a share of that after a rise"
+    )
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _reinforce(part, state, get(state.targets, 0, lane), step, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        _reinforced(part, agent, naive, naive.think(agent.reinforcement_module, agent.inputs)[0])
+
+
+class Reward(_Reinforced, name="reward"):
+    """What was done becomes likelier where energy was gained by it, and less likely where it was lost: learning with reward."""
+
+    punishment: float = Field(
+        1.0, ge=0, le=1, description="rate after a loss, as a share of that after a gain"
+    )
+    arrays: ClassVar[Mapping[str, Array]] = MEMORY | {"gained": per_agent(1)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "energies": lambda part, experiment: np.array(
+            [region.energy for region in item_regions(experiment)], np.float32
+        )
+    }
+
+    @staticmethod
+    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
+        """Add up the energy that each has gained in life: integers, which only a per-world hook may read."""
+        for lane in range(world * model.agents, (world + 1) * model.agents):
+            gained = ZERO
+            for region in range(part.energies.size):
+                gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane])
+            part.gained[0, lane] = gained
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _reinforce(part, state, get(part.gained, 0, lane), step, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        _reinforced(part, agent, naive, agent.gained_in_life)

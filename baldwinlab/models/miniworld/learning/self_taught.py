@@ -1,0 +1,120 @@
+"""Learning in life: none, self-teaching, and drift, which is a control for it.
+
+Source: the paper, "The Self-taught neural architecture". Drift is a control of ours: docs/explanation/controls.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import power_of_ten
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.rng import DRIFT, philox
+from baldwinlab.engine.simd import Lane, get, put
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.parts.agent_parts import LearningRule, backward, forward
+
+ZERO, ONE = np.float32(0), np.float32(1)
+FASTEST: Final = 10.0  # the highest rate that an evolved gene can give
+
+
+@compiled
+def expressed(rate: float, gene: Any) -> np.float32:
+    """The learning rate that a gene makes of the experiment's."""
+    return np.float32(min(rate * power_of_ten(gene), FASTEST))
+
+
+class NoLearning(LearningRule, name="none"):
+    """The weights stay as they were born."""
+
+    learns: ClassVar[bool] = False
+
+
+class SelfTaught(LearningRule, name="self-taught"):
+    """Backpropagation: the answer to what was sensed moves towards the reinforcement module's."""
+
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    supports_drift_control: ClassVar[bool] = True
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        rate = get(state.rate, 0, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
+        )
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        target = naive.think(agent.reinforcement_module, agent.inputs)
+        naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
+
+
+class Drift(LearningRule, name="drift"):
+    """A shadow learner teaches itself from what the agent senses; an agent's weights stay as far from birth as the shadow's.
+
+    Some move in the same direction, some in the opposite one, so it is as much change, but nothing is learned.
+    """
+
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    supports_drift_control: ClassVar[bool] = True
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "shadow": per_agent("weights"),  # the weights as self-teaching would have made them
+        "shadow_activations": per_agent("units"),
+        "newborn": per_agent("weights"),  # the weights at birth
+        "signs": per_agent(
+            "weights"
+        ),  # 1 or -1, whether a weight moves as the shadow's or against it
+    }
+
+    @staticmethod
+    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+        """Draw whether each weight will move as self-teaching would move it, or against it."""
+        lane = world * model.agents + agent
+        seed, run = state.keys[world, 0], state.keys[world, 1]
+        for weight in range(state.weights.shape[0]):
+            words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
+            part.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE
+            part.newborn[weight, lane] = state.weights[weight, lane]
+            part.shadow[weight, lane] = state.weights[weight, lane]
+        for unit in range(state.activations.shape[0]):
+            part.shadow_activations[unit, lane] = ZERO  # a network with a memory reads them
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        for k in range(model.inputs):
+            put(part.shadow_activations, k, lane, get(state.activations, k, lane))
+        forward(state.network, part.shadow, part.shadow_activations, lane)
+        rate = get(state.rate, 0, lane)
+        backward(
+            state.network,
+            rate,
+            part.shadow,
+            part.shadow_activations,
+            state.errors,
+            state.targets,
+            lane,
+        )
+        for weight in range(state.weights.shape[0]):
+            moved = get(part.shadow, weight, lane) - get(part.newborn, weight, lane)
+            put(
+                state.weights,
+                weight,
+                lane,
+                get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved,
+            )
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        shadow = naive.module(agent.own["shadow"])
+        naive.backpropagate(
+            shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate
+        )
+        agent.own["shadow"] = naive.weights(shadow)
+        each = zip(agent.own["newborn"], agent.own["signs"], agent.own["shadow"], strict=True)
+        agent.action_module = naive.module(
+            [born + sign * (taught - born) for born, sign, taught in each]
+        )

@@ -1,0 +1,102 @@
+"""The map: births, and what may get in the way on a torus.
+
+Source: the paper, "The Simulated World of Foods and Agents"; docs/explanation/model.md for what the paper leaves open.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import for_each, select_by_type
+from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
+from baldwinlab.engine.simd import Lane, Mask, Value, choose, get, put
+from baldwinlab.models.miniworld.state import HEADING_COUNT, Model, State
+from baldwinlab.parts.agent_parts import blocks_movement, blocks_placement, move
+
+ZERO, ONE, TWO, HALF = np.float32(0), np.float32(1), np.float32(2), np.float32(0.5)
+HEADINGS = np.float32(HEADING_COUNT)
+MOST_PLACES = 100_000  # that are tried, before somebody is born where it is forbidden
+
+
+@compiled
+def either(one: Mask, other: Mask) -> Mask:
+    """Where any of two masks is true."""
+    return one | other
+
+
+forbidden = for_each(blocks_placement, False, either)  # True if any feature blocks placement
+stopped_by = for_each(blocks_movement, False, either)  # True if any feature blocks movement
+
+
+@compiled
+def wrapped(position: Value, span: np.float32) -> Value:
+    """`position`, at most one map's span outside of it, brought back into [0, span)."""
+    position = choose(position < ZERO, position + span, position)
+    return choose(position < span, position, position - span)
+
+
+@compiled
+def shortest(difference: Value, span: np.float32) -> Value:
+    """The difference of two positions on a circle of length `span`, the short way round."""
+    half = span * HALF
+    difference = choose(difference > half, difference - span, difference)
+    return choose(difference < -half, difference + span, difference)
+
+
+@compiled
+def spawn(model: Model, state: State, world: int, agent: int, number: int) -> None:
+    """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere: each number has its own."""
+    seed, run = state.keys[world, 0], state.keys[world, 1]
+    x, y, attempt = ONE, ONE, 0
+    lane, searching = world * model.agents + agent, True
+    while (
+        searching
+    ):  # of a square's points, the first that lies in the disc, and where no feature blocks it
+        words = philox(attempt, number, state.generation[0], BIRTHPLACE, seed, run)
+        x = TWO * unit(words[0]) - ONE
+        y = TWO * unit(words[1]) - ONE
+        attempt += 1
+        state.places[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
+        state.places[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
+        taken = (
+            forbidden(state.features, model, state.places[0, lane], state.places[1, lane])
+            and attempt < MOST_PLACES
+        )
+        searching = bool(x * x + y * y > ONE) or taken
+    state.heading[0, lane] = ZERO
+    if model.random_headings:
+        words = philox(0, number, state.generation[0], HEADING, seed, run)
+        state.heading[0, lane] = np.float32(int(HEADINGS * unit(words[0])))
+
+
+@compiled
+def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
+    """Motor noise: now and then, another action than the chosen one, drawn at random of all there are."""
+    words = philox(
+        step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1]
+    )
+    if unit(words[0]) < model.action_noise:
+        state.action[0, lane] = np.float32(int(np.float32(state.targets.shape[0]) * unit(words[1])))
+
+
+@compiled
+def _stay_out(features: Any, model: Model, state: State, lane: Lane) -> None:
+    """Do the action. An agent whose way is blocked stays where it is."""
+    old_x, old_y = get(state.places, 0, lane), get(state.places, 1, lane)
+    move(state.body, model, state, lane)
+    x, y = get(state.places, 0, lane), get(state.places, 1, lane)
+    stopped = stopped_by(features, model, x, y)
+    put(state.places, 0, lane, choose(stopped, old_x, x))
+    put(state.places, 1, lane, choose(stopped, old_y, y))
+
+
+@compiled
+def _move_freely(features: Any, model: Model, state: State, lane: Lane) -> None:
+    """Do the action, where there is nothing that could stop anybody."""
+    move(state.body, model, state, lane)
+
+
+travel = select_by_type(_stay_out, _move_freely)

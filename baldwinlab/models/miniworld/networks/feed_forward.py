@@ -1,0 +1,258 @@
+"""Feed-forward networks of logistic units: one network a lane, any layer sizes, with or without biases.
+
+Units are numbered through the layers from the input on, and so are the rows of `activations` and `errors`. The order of the
+weights is layer by layer from the input; within a layer by the unit they come from, then by the unit they go to; with
+biases, a layer's bias weights follow, as if from one more unit that is always 1.
+
+Source: the paper, "The neural network controller".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.arithmetic import sigmoid
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import Lane, Value, any_of, get, put
+from baldwinlab.parts.agent_parts import Network
+
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+
+Sizes = npt.NDArray[np.int64]  # units in each layer, from the input to the output
+Rows = npt.NDArray[np.float32]  # [row, lane]
+
+
+@compiled
+def blind(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
+    """Whether all inputs are 0 and nothing else drives the first layer: its units are then at 1/2, and its weights do not learn.
+
+    Most agents see nothing most of the time, and this saves half of their thinking and learning, to the same bits.
+    """
+    at_rest = not biases
+    for i in range(inputs):
+        at_rest = at_rest and not any_of(get(activations, i, lane) > ZERO)
+    return at_rest
+
+
+@compiled
+def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
+    """Fill `activations` from its first rows, the inputs, on."""
+    source, weight = 0, 0  # the layer's first input unit, and its first weight
+    at_rest = blind(biases, sizes[0], activations, lane)
+    for layer in range(sizes.size - 1):
+        inputs, outputs = sizes[layer], sizes[layer + 1]
+        target = source + inputs
+        for unit in range(outputs):
+            if layer == 0 and at_rest:
+                put(activations, target + unit, lane, HALF)
+                continue
+            total = get(weights, weight + unit, lane) * get(activations, source, lane)
+            for i in range(1, inputs):
+                total = total + get(weights, weight + i * outputs + unit, lane) * get(
+                    activations, source + i, lane
+                )
+            if biases:
+                total = total + get(weights, weight + inputs * outputs + unit, lane)
+            put(activations, target + unit, lane, sigmoid(total))
+        weight += (inputs + int(biases)) * outputs
+        source = target
+
+
+@compiled
+def backpropagate(
+    sizes: Sizes,
+    biases: bool,
+    rate: Value,
+    weights: Rows,
+    activations: Rows,
+    errors: Rows,
+    targets: Rows,
+    lane: Lane,
+) -> None:
+    """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
+
+    `activations` must be those of `feed_forward` with the same weights. `errors` is scratch, a row a unit.
+    Source: Rumelhart, Hinton and Williams, 1986, which the paper cites for its learning.
+    """
+    layers = sizes.size - 1
+    target, weight = (
+        0,
+        0,
+    )  # the layer's first output unit, and its first weight; from the last layer back to the first
+    for layer in range(layers):
+        target += sizes[layer]
+        weight += (sizes[layer] + int(biases)) * sizes[layer + 1]
+    for unit in range(sizes[layers]):
+        y = get(activations, target + unit, lane)
+        put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
+    lowest = 1 if blind(biases, sizes[0], activations, lane) else 0
+    for layer in range(layers - 1, lowest - 1, -1):
+        inputs, outputs = sizes[layer], sizes[layer + 1]
+        source = target - inputs
+        weight -= (inputs + int(biases)) * outputs
+        if layer > lowest:
+            _blame(inputs, outputs, source, weight, weights, activations, errors, lane)
+        for i in range(inputs):
+            a = get(activations, source + i, lane)
+            for unit in range(outputs):
+                w = weight + i * outputs + unit
+                put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane) * a)
+        if biases:
+            for unit in range(outputs):
+                w = weight + inputs * outputs + unit
+                put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane))
+        target = source
+
+
+@compiled
+def _blame(
+    inputs: int,
+    outputs: int,
+    source: int,
+    weight: int,
+    weights: Rows,
+    activations: Rows,
+    errors: Rows,
+    lane: Lane,
+) -> None:
+    """Fill the errors of a layer's input units, the first of which is `source`, from those of its outputs, which follow them."""
+    target = source + inputs
+    for i in range(inputs):
+        a = get(activations, source + i, lane)
+        error = get(errors, target, lane) * get(weights, weight + i * outputs, lane)
+        for unit in range(1, outputs):
+            error = error + get(errors, target + unit, lane) * get(
+                weights, weight + i * outputs + unit, lane
+            )
+        put(errors, source + i, lane, error * a * (ONE - a))
+
+
+@compiled
+def forward_of_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> None:
+    """`feed_forward` from three inputs through so many hidden units to three outputs, without biases."""
+    outputs = 3 + hidden
+    if blind(False, 3, activations, lane):
+        for unit in range(hidden):
+            put(activations, 3 + unit, lane, HALF)
+    else:
+        left, front, right = (
+            get(activations, 0, lane),
+            get(activations, 1, lane),
+            get(activations, 2, lane),
+        )
+        for unit in range(hidden):
+            total = get(weights, unit, lane) * left + get(weights, hidden + unit, lane) * front
+            put(
+                activations,
+                3 + unit,
+                lane,
+                sigmoid(total + get(weights, 2 * hidden + unit, lane) * right),
+            )
+    w, a = 3 * hidden, get(activations, 3, lane)
+    first, second, third = (
+        get(weights, w, lane) * a,
+        get(weights, w + 1, lane) * a,
+        get(weights, w + 2, lane) * a,
+    )
+    for unit in range(1, hidden):
+        w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
+        first = first + get(weights, w, lane) * a
+        second = second + get(weights, w + 1, lane) * a
+        third = third + get(weights, w + 2, lane) * a
+    put(activations, outputs, lane, sigmoid(first))
+    put(activations, outputs + 1, lane, sigmoid(second))
+    put(activations, outputs + 2, lane, sigmoid(third))
+
+
+@compiled
+def _error(rate: Value, activations: Rows, output: int, target: Value, lane: Lane) -> Value:
+    """Of an output unit, times the rate."""
+    y = get(activations, output, lane)
+    return rate * (y - target) * y * (ONE - y)
+
+
+@compiled
+def backward_of_three(
+    hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane
+) -> None:
+    """`backpropagate` of the same network."""
+    outputs = 3 + hidden
+    first = _error(rate, activations, outputs, get(targets, 0, lane), lane)
+    second = _error(rate, activations, outputs + 1, get(targets, 1, lane), lane)
+    third = _error(rate, activations, outputs + 2, get(targets, 2, lane), lane)
+    if blind(False, 3, activations, lane):
+        for unit in range(hidden):
+            w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
+            put(weights, w, lane, get(weights, w, lane) - first * a)
+            put(weights, w + 1, lane, get(weights, w + 1, lane) - second * a)
+            put(weights, w + 2, lane, get(weights, w + 2, lane) - third * a)
+        return
+    left, front, right = (
+        get(activations, 0, lane),
+        get(activations, 1, lane),
+        get(activations, 2, lane),
+    )
+    for unit in range(hidden):
+        w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
+        to_first, to_second, to_third = (
+            get(weights, w, lane),
+            get(weights, w + 1, lane),
+            get(weights, w + 2, lane),
+        )
+        error = (first * to_first + second * to_second + third * to_third) * a * (ONE - a)
+        put(weights, w, lane, to_first - first * a)
+        put(weights, w + 1, lane, to_second - second * a)
+        put(weights, w + 2, lane, to_third - third * a)
+        put(weights, unit, lane, get(weights, unit, lane) - error * left)
+        put(weights, hidden + unit, lane, get(weights, hidden + unit, lane) - error * front)
+        put(weights, 2 * hidden + unit, lane, get(weights, 2 * hidden + unit, lane) - error * right)
+
+
+@compiled
+def _of_three(sizes: Sizes, biases: bool) -> bool:
+    return sizes.size == 3 and sizes[0] == 3 and sizes[2] == 3 and not biases
+
+
+class FeedForward(Network, name="feed-forward"):
+    """Layers of logistic units, without memory.
+
+    Three inputs, one hidden layer and three outputs, as in the paper, are written out, to the same bits: loops of three rounds
+    took longer than what was in them (whole lives of learners take 0.6 to 0.95 of the time).
+    """
+
+    derived: ClassVar[Mapping[str, Any]] = {
+        "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
+        "biases": lambda part, experiment: experiment.network.biases,
+    }
+
+    @staticmethod
+    def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+        if _of_three(part.sizes, part.biases):
+            forward_of_three(part.sizes[1], weights, activations, lane)
+        else:
+            feed_forward(part.sizes, part.biases, weights, activations, lane)
+
+    @staticmethod
+    def backward(
+        part: Any,
+        rate: Value,
+        weights: Rows,
+        activations: Rows,
+        errors: Rows,
+        targets: Rows,
+        lane: Lane,
+    ) -> None:
+        if _of_three(part.sizes, part.biases):
+            backward_of_three(part.sizes[1], rate, weights, activations, targets, lane)
+        else:
+            backpropagate(
+                part.sizes, part.biases, rate, weights, activations, errors, targets, lane
+            )
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> Any:
+        return naive.think(agent.action_module, agent.inputs)

@@ -1,0 +1,89 @@
+"""Foragers whose networks grow: the network kind `growing`, bred by the variation `neat`, best with the selection `species`.
+
+The genome is a graph (see `graphs.py`), and it stands where the weights of a layered network would: `network.hidden = [40]` gives
+it room for forty links, as far as so many entries hold them. The rows of units are the inputs, one for each link that there is
+room for, which is that of the hidden node that the link once made (0 where it made none), and the outputs.
+
+Source: Stanley and Miikkulainen 2002, section 3; that a node answers when all that it hears have answered is ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from baldwinlab.engine.simd import Lane, first_lane, lanes_of
+from baldwinlab.evolution.neat import oracle
+from baldwinlab.evolution.neat.genome import (
+    INFINITE_GENES,
+    answer,
+    entries,
+    list_links,
+    require_neat,
+)
+from baldwinlab.parts import Field, Network
+
+
+def links_with_room(weights: int, hidden: int) -> int:
+    """For how many links there is room in so many entries, with a row of units for each."""
+    return max(0, min(hidden, (weights - entries(0)) // (entries(1) - entries(0))))
+
+
+def _room(experiment: Any) -> int:
+    return links_with_room(experiment.weight_count, sum(experiment.network.hidden))
+
+
+class Growing(Network, name="growing"):
+    """A network without loops whose nodes and links evolve (NEAT). It does not learn in life."""
+
+    graphs: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
+    required_settings: ClassVar[Mapping[str, Any]] = {
+        "network.hidden": [40],
+        "learning.rule": "none",
+        "evolution.variation": "neat",
+        "evolution.selection": "species",
+    }
+    steepness: float = Field(
+        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+    )
+
+    derived: ClassVar[Mapping[str, Any]] = {
+        "inputs": lambda part, experiment: len(experiment.inputs),
+        "outputs": lambda part, experiment: len(experiment.actions),
+        "room": lambda part, experiment: _room(experiment),
+    }
+
+    def check(self, experiment: Any) -> None:
+        network = experiment.network
+        if experiment.learning.rule != "none":
+            raise ValueError(
+                f"network.kind = 'growing' does not learn: learning.rule = {experiment.learning.rule!r} must be 'none'"
+            )
+        require_neat(experiment, "network.kind = 'growing'")
+        if network.biases:
+            raise ValueError(
+                "network.kind = 'growing' has its bias as a node: network.biases must be false"
+            )
+        needed = (len(experiment.inputs) + 1) * len(experiment.actions)
+        if len(network.hidden) != 1 or _room(experiment) < needed:
+            raise ValueError(
+                f"network.kind = 'growing' begins with {needed} links, and there is room for {_room(experiment)}: "
+                "network.hidden must be one number, the links that there shall be room for, such as [40]"
+            )
+
+    @staticmethod
+    def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
+        for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
+            answer(weights[:, one], part.inputs, part.outputs, part.steepness, activations[:, one])
+
+    @staticmethod
+    def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
+        return list_links(weights[:, lane], part.inputs, part.outputs, units, found)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> Any:
+        graph = [float(entry) for entry in naive.weights(agent.action_module)][
+            : entries(int(part.room))
+        ]
+        return oracle.activate(graph, float(part.steepness), [*agent.inputs, 1.0])

@@ -1,0 +1,199 @@
+"""Networks with a memory: hidden units that hear themselves, a step later or in continuous time.
+
+What is remembered lies in the rows of units between the inputs and the hidden ones, so that each module has a memory of its
+own. A newborn remembers nothing: these rows are 0 (where Elman begins with 0.5, by our reading).
+
+Sources: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990), for `simple-recurrent`; R. D. Beer, "On the
+dynamics of small continuous-time recurrent neural networks", Adaptive Behavior 3 (1995), for `continuous-time`, whose
+outputs are here logistic units of their own, and whose time constants are all alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import sigmoid
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import Lane, Value
+from baldwinlab.models.miniworld.networks.feed_forward import FeedForward, Rows, feed_forward
+from baldwinlab.parts import Field, Network, get, put
+
+ONE = np.float32(1)
+
+
+class _Recurrent(Network):
+    """What both networks share: units behind the inputs that remember the first hidden layer."""
+
+    is_memoryless: ClassVar[bool] = False
+
+    def memory(
+        self, inputs: int, hidden: tuple[int, ...], actions: int
+    ) -> tuple[tuple[int, int], ...]:
+        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
+
+
+class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
+    """Layers of logistic units; the first hidden layer hears itself as it was a step before. Learning does not reach back."""
+
+    derived: ClassVar[Mapping[str, Any]] = {
+        **FeedForward.derived,
+        "inputs": lambda part, experiment: len(experiment.inputs),
+        "context": lambda part, experiment: experiment.network.hidden[0],
+    }
+    backward: ClassVar[Any] = staticmethod(FeedForward.backward)
+
+    def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
+        return (inputs + sum(hidden[:1]), *hidden, actions)
+
+    def check(self, experiment: Any) -> None:
+        if not experiment.network.hidden:
+            raise ValueError(
+                "network.kind = 'simple-recurrent' hears hidden units: network.hidden must have at least one layer"
+            )
+
+    @staticmethod
+    def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+        for unit in range(part.context):
+            put(
+                activations,
+                part.inputs + unit,
+                lane,
+                get(activations, part.inputs + part.context + unit, lane),
+            )
+        feed_forward(part.sizes, part.biases, weights, activations, lane)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> Any:
+        return naive.think(agent.action_module, [*agent.inputs, *agent.hidden])
+
+
+class ContinuousTime(_Recurrent, name="continuous-time"):
+    """Leaky hidden units, each connected to all and to itself, by one Euler step a step of life. Only output weights learn."""
+
+    time_constant: float = Field(
+        4.0,
+        ge=1,
+        le=1_000_000,
+        description="of every hidden unit, steps of life; 1: it forgets at once",
+    )
+
+    derived: ClassVar[Mapping[str, Any]] = {
+        "inputs": lambda part, experiment: len(experiment.inputs),
+        "hidden": lambda part, experiment: experiment.network.hidden[0],
+        "actions": lambda part, experiment: len(experiment.actions),
+        "biases": FeedForward.derived["biases"],
+    }
+
+    def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
+        """The inputs and the states of the hidden units; how these fire; the outputs."""
+        return (inputs + sum(hidden), sum(hidden), actions)
+
+    def check(self, experiment: Any) -> None:
+        if len(experiment.network.hidden) != 1:
+            raise ValueError(
+                "network.kind = 'continuous-time' has one layer of hidden units: network.hidden must have one entry"
+            )
+
+    @staticmethod
+    def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+        sources, new = part.inputs + part.hidden, ONE / part.time_constant
+        old = ONE - new  # of a state, what a step leaves of it; the new is what drives it
+        _fire(
+            part, weights, activations, lane
+        )  # once more as a step before, since neither birth nor learning does it
+        for unit in range(part.hidden):
+            drive = get(weights, unit, lane) * get(activations, 0, lane)
+            for i in range(1, part.inputs):
+                drive = drive + get(weights, i * part.hidden + unit, lane) * get(
+                    activations, i, lane
+                )
+            for i in range(
+                part.inputs, sources
+            ):  # by the weight of its state, a hidden unit is heard as it fires
+                drive = drive + get(weights, i * part.hidden + unit, lane) * get(
+                    activations, i + part.hidden, lane
+                )
+            state = part.inputs + unit
+            put(activations, state, lane, old * get(activations, state, lane) + new * drive)
+        _fire(part, weights, activations, lane)
+        first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
+        for unit in range(part.actions):
+            total = get(weights, first + unit, lane) * get(activations, sources, lane)
+            for i in range(1, part.hidden):
+                total = total + get(weights, first + i * part.actions + unit, lane) * get(
+                    activations, sources + i, lane
+                )
+            if part.biases:
+                total = total + get(weights, first + part.hidden * part.actions + unit, lane)
+            put(activations, outputs + unit, lane, sigmoid(total))
+
+    @staticmethod
+    def backward(
+        part: Any,
+        rate: Value,
+        weights: Rows,
+        activations: Rows,
+        errors: Rows,
+        targets: Rows,
+        lane: Lane,
+    ) -> None:
+        """The delta rule for what leads to the outputs. What leads to hidden units is left to evolution."""
+        sources = part.inputs + part.hidden
+        first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
+        for unit in range(part.actions):
+            y = get(activations, outputs + unit, lane)
+            error = rate * (y - get(targets, unit, lane)) * y * (ONE - y)
+            for i in range(part.hidden):
+                weight = first + i * part.actions + unit
+                put(
+                    weights,
+                    weight,
+                    lane,
+                    get(weights, weight, lane) - error * get(activations, sources + i, lane),
+                )
+            if part.biases:
+                bias = first + part.hidden * part.actions + unit
+                put(weights, bias, lane, get(weights, bias, lane) - error)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> Any:
+        """`agent.own` keeps the states from step to step."""
+        hidden, outputs = agent.action_module
+        states = agent.own.get("states", [0.0] * part.hidden)
+        biases = hidden[-1] if part.biases else [0.0] * part.hidden
+        sources = [*agent.inputs, *_answers(states, biases)]
+        drives = [
+            sum(x * row[unit] for x, row in zip(sources, hidden, strict=False))
+            for unit in range(part.hidden)
+        ]
+        states = [
+            state + (drive - state) / part.time_constant
+            for state, drive in zip(states, drives, strict=True)
+        ]
+        agent.own["states"] = states
+        fired = _answers(states, biases) + [1.0] * part.biases
+        totals = [
+            sum(x * row[unit] for x, row in zip(fired, outputs, strict=True))
+            for unit in range(part.actions)
+        ]
+        return _answers(totals, [0.0] * part.actions)
+
+
+@compiled
+def _fire(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+    """How the hidden units fire, from their states and biases."""
+    biases = (part.inputs + part.hidden) * part.hidden
+    for unit in range(part.hidden):
+        state = get(activations, part.inputs + unit, lane)
+        if part.biases:
+            state = state + get(weights, biases + unit, lane)
+        put(activations, part.inputs + part.hidden + unit, lane, sigmoid(state))
+
+
+def _answers(states: Sequence[float], biases: Sequence[float]) -> list[float]:
+    """The oracle's logistic units."""
+    return [1 / (1 + math.exp(-state - bias)) for state, bias in zip(states, biases, strict=True)]

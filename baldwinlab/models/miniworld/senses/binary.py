@@ -1,0 +1,150 @@
+"""Binary senses in addition to the sight of food: patches, other agents, the last action, touch and the heading.
+
+Sources of the ideas; the readings here are ours. What an agent did a step ago as an input: S. Nolfi, J. L. Elman and D. Parisi,
+"Learning and evolution in neural networks", Adaptive Behavior 3 (1994), whose networks are told their last motor action. Bumpers
+and compasses: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from baldwinlab.engine.phases import Array
+from baldwinlab.models.miniworld.allocation import kind_number
+from baldwinlab.models.miniworld.map import shortest
+from baldwinlab.models.miniworld.senses.sight import as_bits, in_sectors, see
+from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.parts import Sense, per_agent, per_world
+
+Sectors = tuple[tuple[float, float] | None, ...]
+QUARTER = HEADING_COUNT // 4  # headings
+
+
+class PatchSight(Sense, name="patch"):
+    """Three binary sensors: whether any item of a patch is at the left, in front, or at the right."""
+
+    inputs: ClassVar[tuple[str, ...]] = ("patch left", "patch in front", "patch right")
+    sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
+    item_kind: ClassVar[str] = "patch"
+    only_items: ClassVar[bool] = True
+    derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {"number": kind_number("patch")}
+
+    @staticmethod
+    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+        return see(model, state, world, agent, part.number)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        return naive.seen(agent, [item for item in items if item.kind == "patch"])
+
+
+class Neighbours(Sense, name="neighbours"):
+    """Three binary sensors: whether any other agent is at the left, in front, or at the right, as food is seen.
+
+    All are where they were when the step began; under the sequential update, when the agent's own turn began.
+    """
+
+    inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
+    sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "places": per_world(2, "agents")
+    }  # x and y of each, for all to see
+
+    @staticmethod
+    def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        for agent in range(model.agents):
+            for axis in range(2):
+                part.places[world, axis, agent] = state.places[axis, world * model.agents + agent]
+
+    @staticmethod
+    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+        lane, bits = world * model.agents + agent, 0
+        x, y, heading = state.places[0, lane], state.places[1, lane], int(state.heading[0, lane])
+        for other in range(model.agents):
+            if other != agent:
+                dx = shortest(part.places[world, 0, other] - x, model.width)
+                dy = shortest(part.places[world, 1, other] - y, model.height)
+                left, front, right = in_sectors(model, state, x, y, dx, dy, heading)
+                bits |= as_bits(left, front, right)
+        return bits
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        return naive.seen(agent, agent.others)
+
+
+class LastAction(Sense, name="last-action"):
+    """Which of its three actions the agent did a step ago; a newborn has done none."""
+
+    inputs: ClassVar[tuple[str, ...]] = (
+        "did the first action",
+        "did the second action",
+        "did the third action",
+    )
+    sectors: ClassVar[Sectors] = (None, None, None)
+
+    def check(self, experiment: Any) -> None:
+        """How many inputs a sense has cannot depend on the body."""
+        if len(experiment.actions) > len(self.inputs):
+            raise ValueError(
+                f"senses.kinds: 'last-action' tells of {len(self.inputs)} actions, and there are {len(experiment.actions)} of "
+                f"motor.body = {experiment.motor.body!r}"
+            )
+
+    @staticmethod
+    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+        lane = world * model.agents + agent
+        if state.code[0, lane] < 0:  # its first look
+            return 0
+        return 1 << int(state.action[0, lane])
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        """`agent.own` is empty at birth, and what is put there stays."""
+        newborn = not agent.own
+        agent.own["alive"] = True
+        return [not newborn and agent.action == action for action in range(3)]
+
+
+class Touch(Sense, name="touch"):
+    """Whether the agent's last step left it where it was, as when a wall stops it."""
+
+    inputs: ClassVar[tuple[str, ...]] = ("stopped",)
+    sectors: ClassVar[Sectors] = (None,)
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "place": per_agent(2)
+    }  # where it was when it last sensed
+
+    @staticmethod
+    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+        lane = world * model.agents + agent
+        x, y = state.places[0, lane], state.places[1, lane]
+        stayed = state.code[0, lane] >= 0 and x == part.place[0, lane] and y == part.place[1, lane]
+        part.place[0, lane] = x
+        part.place[1, lane] = y
+        return 1 if stayed else 0
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        before = agent.own.get("before")
+        agent.own["before"] = (agent.x, agent.y)
+        return [before == (agent.x, agent.y)]
+
+
+class Compass(Sense, name="compass"):
+    """Four binary inputs, one for each quarter of the compass: right, down, left and up, of which the agent heads for one."""
+
+    inputs: ClassVar[tuple[str, ...]] = ("heads right", "heads down", "heads left", "heads up")
+    sectors: ClassVar[Sectors] = (None, None, None, None)
+
+    @staticmethod
+    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+        """A quarter begins 45 degrees before its middle, and ends short of 45 degrees behind it."""
+        turned = int(state.heading[0, world * model.agents + agent]) + QUARTER // 2
+        return 1 << (turned // QUARTER % 4)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        quarter = int((agent.heading + 45) % 360 // 90)
+        return [quarter == each for each in range(4)]

@@ -1,0 +1,108 @@
+"""The exclusive or, the classic first task of NEAT: no network without hidden nodes solves it, so one must grow.
+
+    baldwinlab reproduce stanley-miikkulainen-2002
+
+Two inputs and a bias; the output must be above 1/2 where one of the inputs is 1, and below where none or both are. A life is to
+be asked the four questions; fitness is (4 - the sum of the distances from the right answers)^2.
+
+Source: Stanley and Miikkulainen 2002, section 4.1 (all numbers) and 4.2, where 100 runs of 150 networks take 32 generations
+on average, 4,755 networks (SD 2,553), and find solutions of 2.35 hidden nodes and 7.48 enabled links.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine import poison
+from baldwinlab.engine.jit import entry
+from baldwinlab.evolution.neat import oracle
+from baldwinlab.evolution.neat.genome import INFINITE_GENES, answer, entries, minimal, require_neat
+from baldwinlab.models.neat.measures import SHAPE, of_solutions, shape_of
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
+
+QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
+ANSWERS: Final = (0, 1, 1, 0)
+
+
+class NeatXor(Model, name="neat-xor"):
+    """Networks that grow until they know the exclusive or."""
+
+    links: int = Field(
+        60, ge=3, le=1000, description="links for which a genome has room, enabled or not (ours)"
+    )
+    steepness: float = Field(
+        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+    )
+    newborn_range: float = Field(
+        1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)"
+    )
+
+    graphs: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 150},
+        "evolution": {"generations": 150, "selection": "species", "variation": "neat"},
+        "record": {"genome_every": 10},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "right": Variable(OF_AGENT, np.int32, "answers", "answers that are right, of four"),
+        **SHAPE,
+    }
+
+    measures: ClassVar[Mapping[str, Measure]] = of_solutions(
+        lambda runs: runs["right"] == len(QUESTIONS)
+    )
+
+    def without_learning(self) -> NeatXor:
+        return self
+
+    def check(self, experiment: Any) -> None:
+        require_neat(experiment, f"model = {self.name!r}")
+
+    def weights(self) -> int:
+        return entries(self.links)
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        inputs = len(QUESTIONS[0]) + 1  # and the bias
+        draws = moment.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
+        return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        graphs = np.ascontiguousarray(genomes[:, :, 0])
+        answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
+        units = poison.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
+        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), units, answers)
+        wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
+        right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
+        energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
+        return LifeResults(
+            energy, np.zeros_like(energy), None, {"right": right, **shape_of(graphs)}
+        )
+
+    def oracle(self, graph: Any) -> float:
+        """The fitness of one network, [entry]."""
+        answers = [
+            oracle.activate(graph, self.steepness, (*question, 1))[0] for question in QUESTIONS
+        ]
+        return float(
+            (4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True)))
+            ** 2
+        )
+
+
+@entry
+def ask(graphs: Any, questions: Any, steepness: Any, units: Any, answers: Any) -> None:
+    """Fill `answers` [run, agent, question] with what the output says. `units` is scratch, with room as `answer` has it."""
+    for run in range(graphs.shape[0]):
+        for agent in range(graphs.shape[1]):
+            for question in range(questions.shape[0]):
+                for number in range(questions.shape[1]):
+                    units[number] = questions[question, number]
+                answer(graphs[run, agent], questions.shape[1], 1, steepness, units)
+                answers[run, agent, question] = units[units.size - 1]

@@ -1,0 +1,154 @@
+"""Foreign parts: loaded from a file that somebody gives, known by their source and its SHA-256.
+
+A file is executed because its owner gives it, by `--part`, by an import or by installing a package; nothing that is found in a
+study ever is. Its module has a name that carries the hash, so that compiled code which names its types is never taken for
+another's.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterable
+from importlib.machinery import SourceFileLoader
+from importlib.metadata import entry_points
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final, NamedTuple
+
+from baldwinlab.core.errors import PartError
+from baldwinlab.core.files import PART_FILE, read_bytes
+from baldwinlab.experiment import registry
+
+PREFIX: Final = "baldwinlab_part_"
+GROUP: Final = "baldwinlab.parts"
+
+
+class Source(NamedTuple):
+    """Where a foreign part comes from: what a study keeps of it."""
+
+    kind: str
+    name: str
+    text: str
+    file: str  # its name, without folders
+
+    @property
+    def sha256(self) -> str:
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+
+def load_file(path: str | Path) -> ModuleType:
+    """Execute a file with parts and make them known, in the place of those of the same names. Raises PartError."""
+    place = Path(path)
+    try:
+        text = read_bytes(place, PART_FILE).decode()
+    except UnicodeDecodeError:
+        raise PartError(f"cannot read the part {place}: it is not UTF-8 text") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise PartError(f"cannot read the part {place}: {reason}") from None
+    return load_text(text, place)
+
+
+def load_text(text: str, place: Path) -> ModuleType:
+    """As `load_file`, of its text: for workers elsewhere, to whom the text is sent by whoever gave the file."""
+    name = f"{PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    before = registry.foreign()
+    if name in sys.modules:
+        _make_known(sys.modules[name])
+        return sys.modules[name]
+    spec = spec_from_file_location(
+        name, place, loader=SourceFileLoader(name, str(place))
+    )  # whatever the file's ending is
+    assert spec is not None
+    module = module_from_spec(spec)
+    module.__dict__["__source__"] = text
+    sys.modules[name] = module
+    try:
+        exec(compile(text, str(place), "exec"), module.__dict__)
+        if not _make_known(module):
+            raise PartError(
+                f"{place} holds no part: a class derived from a kind of part, with a name, is wanted"
+            )
+    except BaseException as error:
+        del sys.modules[name]
+        _restore(before)
+        if isinstance(error, PartError) or not isinstance(error, Exception):
+            raise
+        raise PartError(
+            f"{place} cannot be loaded: {type(error).__name__}: {' '.join(str(error).split())}"
+        ) from None
+    return module
+
+
+def parts_in(module: ModuleType) -> list[Any]:
+    """The parts that a module declares."""
+    from baldwinlab.parts.agent_parts import Part
+
+    return [
+        each
+        for each in vars(module).values()
+        if isinstance(each, type)
+        and issubclass(each, Part)
+        and each.name
+        and each.__module__ == module.__name__
+    ]
+
+
+def _make_known(module: ModuleType) -> bool:
+    """Whether there is any part in a module that has been executed. Makes each known again."""
+    found = parts_in(module)
+    for part in found:
+        registry.add(part.kind, part.name, part)
+    return bool(found)
+
+
+def _restore(before: dict[tuple[str, str], type]) -> None:
+    for kind, name in registry.foreign():
+        if (kind, name) not in before:
+            registry.forget(kind, name)
+    for (kind, name), part in before.items():
+        registry.add(kind, name, part)
+
+
+def load_entry_points() -> None:
+    """Import the modules that installed packages name in the group `baldwinlab.parts`. Raises PartError for one that fails.
+
+    A part that is there already, because somebody gave its file, keeps its place.
+    """
+    before = registry.foreign()
+    for entry in entry_points(group=GROUP):
+        try:
+            entry.load()
+        except Exception as error:  # whatever a foreign module raises
+            raise PartError(
+                f"the part {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}"
+            ) from None
+    for (kind, name), part in before.items():
+        registry.add(kind, name, part)
+
+
+def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
+    """The foreign parts that experiments choose, in an order of their own: kind and name."""
+    from baldwinlab.experiment.base import foreign_choices
+
+    chosen = {each for experiment in experiments for each in foreign_choices(experiment)}
+    return tuple(source_of(kind, name) for kind, name in sorted(chosen))
+
+
+def source_of(kind: str, name: str) -> Source:
+    """Raises PartError for a part that is not here, or whose source cannot be had."""
+    part = registry.foreign().get((kind, name))
+    if part is None:
+        raise PartError(f"{name!r} is a {kind} that is not here: give it by --part FILE")
+    module = sys.modules[part.__module__]
+    text = getattr(module, "__source__", None)
+    if text is None:
+        try:
+            text = Path(str(module.__file__)).read_text("utf-8")
+        except (OSError, AttributeError, UnicodeDecodeError):
+            raise PartError(
+                f"the {kind} {name!r} has no file: a part must be in one, so that a study can keep its source"
+            ) from None
+    return Source(kind, name, text, Path(str(module.__file__)).name)

@@ -1,0 +1,131 @@
+"""The text of `study.toml`, written and read, and the seal in its last line and in that of every `experiment.toml`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from baldwinlab.core.files import FileKind, is_local, text_of
+from baldwinlab.experiment import NAME_PATTERN
+from baldwinlab.experiment.factors import KINDS, SWEEP, Factors, Kind
+from baldwinlab.studies import format_1, part_sources
+from baldwinlab.studies.records import MOST_RUNS
+
+if TYPE_CHECKING:
+    from baldwinlab.parts.loading import Source
+
+FORMAT = 3
+_SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
+
+
+def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
+    """What `study.toml` says of them. Raises KeyError or ValueError where it is not what `create` writes."""
+    match facts.get("format"):
+        case 1:
+            return format_1.kind_and_factors(directory, facts["conditions"])
+        case 2 | 3:
+            kind = facts["kind"]
+            tables = {name: _rename_factors(table) for name, table in facts["factors"].items()}
+        case unknown:
+            raise ValueError(
+                f"it has format {unknown}, and this version reads formats 1 to {FORMAT}"
+            )
+    if kind not in KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
+    for name in tables:
+        if unknown := set(tables[name]) - set(Factors._fields):
+            raise ValueError(
+                f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}"
+            )
+    return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
+
+
+def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
+    """Return the factors of a condition by their names of today: `variant` was `reading`."""
+    return {("variant" if name == "reading" else name): value for name, value in table.items()}
+
+
+def sealed(text: str) -> str:
+    """A text, which says in its last line if it has been changed since."""
+    return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
+
+
+def require_seal(text: str, written: int) -> None:
+    """Raises ValueError for a text that is not what was written. Studies of formats 1 and 2 may lack seals."""
+    above, seal, digest = text.rpartition(_SEAL)
+    if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
+        raise ValueError(
+            "it has been changed since the study was made, so it is not what its runs were made with; undo that"
+        )
+
+
+def read_own_text(path: Path, kind: FileKind) -> str:
+    """Read a text file of a study. Raises as `text_of` does, and ValueError for a link to another folder."""
+    if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
+        raise ValueError("it is a link to a file elsewhere")
+    return text_of(path, kind)
+
+
+def require_sense(seed: Any, names: Any) -> None:
+    """Raises ValueError unless these are a study's seed and the names of its conditions, each of which is a folder's below it."""
+    if type(seed) is not int or not 0 <= seed < MOST_RUNS:
+        raise ValueError(
+            f"seed = {seed!r} must be a whole number, at least 0 and less than {MOST_RUNS}"
+        )
+    if not isinstance(names, list):
+        raise ValueError(f"conditions = {names!r} must be a list of names")
+    for name in names:
+        if not isinstance(name, str) or not re.match(NAME_PATTERN, name):
+            raise ValueError(f"conditions: {name!r} is no name of a condition")
+    if len(set(names)) < len(names):
+        raise ValueError("conditions: a name stands there twice")
+
+
+def changes_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
+    """The assignments that changed the model of the paper. Raises ValueError where they are no list of texts."""
+    changes = facts.get("changes", [])
+    if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
+        raise ValueError(
+            f'changes = {changes!r} must be a list of assignments, such as "lifetime.steps=100"'
+        )
+    return tuple(changes)
+
+
+def describe_changes(changes: Sequence[str]) -> str:
+    """Return the sentence about a changed model; "" where nothing is changed."""
+    if not changes:
+        return ""
+    return f"Changed model: {', '.join(changes)}. No verdict here is about the model of the paper."
+
+
+def text_of_study(
+    names: Sequence[str],
+    seed: int,
+    kind: Kind,
+    factors: Mapping[str, Factors],
+    paper: str,
+    changes: Sequence[str],
+    sources: Sequence[Source],
+) -> str:
+    """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
+    lines = [
+        f"format = {FORMAT}",
+        f'kind = "{kind}"',
+        f"seed = {seed}",
+        f"conditions = {json.dumps(names)}",
+    ]
+    lines += [f"paper = {json.dumps(paper)}"] * bool(paper)
+    lines += [f"changes = {json.dumps(list(changes))}"] * bool(changes)
+    lines += [*part_sources.lines(sources), "", "[factors]"]
+    for name in names if kind != SWEEP else ():
+        found = factors.get(name, Factors())
+        found = found._replace(learner=found.learner or name)
+        lines += [
+            f'[factors."{name}"]',
+            *(f"{key} = {json.dumps(value)}" for key, value in found._asdict().items() if value),
+        ]
+    return "".join(f"{line}\n" for line in lines)

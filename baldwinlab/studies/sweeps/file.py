@@ -1,0 +1,194 @@
+"""What a sweep's file says: an experiment, the fields that are swept, and the design by which points are chosen."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
+
+from baldwinlab.core.files import SWEEP_FILE, text_of, toml_of
+from baldwinlab.experiment import ExperimentError, Fields
+from baldwinlab.experiment.fields import brief, lines
+from baldwinlab.simulation.simulate import SEED_LIMIT
+
+MOST_POINTS = 10_000
+
+
+class Range(Fields):
+    """What a field may be in a random or a Sobol sample: a number from `low` to `high`, both included."""
+
+    low: float
+    high: float
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"low {self.low:g} must be less than high {self.high:g}")
+        if self.scale == "log" and self.low <= 0:
+            raise ValueError(f"low {self.low:g} must be more than 0 on a log scale")
+        return self
+
+    def number(self, share: float) -> float:
+        """The number that lies `share` (0 to 1) of the way from low to high, on this scale."""
+        return self._between(self.low, self.high, share)
+
+    def whole_number(self, share: float) -> int:
+        """A whole number from low to high; on the linear scale all are as likely."""
+        low, high = math.ceil(self.low), math.floor(self.high)
+        return min(math.floor(self._between(low, high + 1, share)), high)
+
+    def _between(self, low: float, high: float, share: float) -> float:
+        place = (
+            low * math.exp(share * math.log(high / low))
+            if self.scale == "log"
+            else low + share * (high - low)
+        )
+        return min(max(place, low), high)  # rounding may leave the range
+
+
+def _kind(value: Any) -> str:
+    return "range" if isinstance(value, dict | Range) else "values"
+
+
+Values = Annotated[list[Any], Field(min_length=1)]
+
+
+class Sweep(Fields):
+    """What a sweep's file says. Whether its fields are an experiment's, `experiments` finds out."""
+
+    experiment: str = Field(min_length=1)
+    runs: int = Field(10, ge=1)
+    seed: int = Field(0, ge=0, lt=SEED_LIMIT)
+    design: Literal["grid", "list", "random", "sobol"] = "grid"
+    samples: int | None = Field(None, ge=1, le=MOST_POINTS)
+    fixed: dict[str, Any] = Field({}, alias="set")
+    fields: dict[
+        str,
+        Annotated[
+            Annotated[Values, Tag("values")] | Annotated[Range, Tag("range")], Discriminator(_kind)
+        ],
+    ]
+
+    @field_validator("fixed", "fields", mode="before")
+    @classmethod
+    def _by_path(cls, tables: Any) -> Any:
+        """`learning.rate = 1`, `"learning.rate" = 1` and `[learning] rate = 1` are the same."""
+        return dict(_leaves(tables)) if isinstance(tables, dict) else tables
+
+    @model_validator(mode="after")
+    def _fields_apart(self) -> Self:
+        if not self.fields:
+            raise ValueError("fields: name at least one field to sweep")
+        for path in (*self.fixed, *self.fields):
+            if path == "name":
+                raise ValueError("name: a sweep names its points itself")
+        for swept in self.fields:
+            for path in (*self.fixed, *(other for other in self.fields if other != swept)):
+                if path == swept or path.startswith(f"{swept}."):
+                    raise ValueError(f"{path}: is set here, but {swept} is swept; keep one of them")
+        return self
+
+    @model_validator(mode="after")
+    def _values_are_plain(self) -> Self:
+        fixed = {f"set.{path}": [value] for path, value in self.fixed.items()}
+        for path, values in (
+            fixed | {f"fields.{path}": values for path, values in self.lists.items()}
+        ).items():
+            if not all(map(_plain, values)):
+                raise ValueError(
+                    f"{path}: a value must be a number, true or false, a text, or a list of these"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _design_has_what_it_needs(self) -> Self:
+        if self.design in ("random", "sobol"):
+            if self.samples is None:
+                raise ValueError(
+                    f'samples: is missing; design = "{self.design}" needs the number of points'
+                )
+            return self
+        if self.samples is not None:
+            raise ValueError(
+                f'samples = {self.samples}: only design = "random" and "sobol" have samples'
+            )
+        for path in self.fields.keys() - self.lists.keys():
+            raise ValueError(
+                f'fields.{path}: a range needs design = "random" or "sobol"; a {self.design} needs a list'
+            )
+        lengths = {path: len(values) for path, values in self.lists.items()}
+        if self.design == "list" and len(set(lengths.values())) > 1:
+            found = ", ".join(f"{path} has {length}" for path, length in lengths.items())
+            raise ValueError(f"fields: a list needs as many values of every field, and {found}")
+        points = math.prod(lengths.values()) if self.design == "grid" else max(lengths.values())
+        if points > MOST_POINTS:
+            raise ValueError(
+                f"fields: this {self.design} has {points:,} points; at most {MOST_POINTS:,} are allowed"
+            )
+        return self
+
+    @property
+    def lists(self) -> dict[str, list[Any]]:
+        """The fields whose values are listed."""
+        return {
+            path: values for path, values in self.fields.items() if not isinstance(values, Range)
+        }
+
+
+def _leaves(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in tables.items():
+        if isinstance(value, dict) and not {"low", "high"} & value.keys():
+            yield from _leaves(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", value
+
+
+def _plain(value: Any) -> bool:
+    return (
+        all(map(_plain, value))
+        if isinstance(value, list)
+        else isinstance(value, bool | int | float | str)
+    )
+
+
+def read(path: Path) -> Sweep:
+    """The sweep in a TOML file. Raises ExperimentError with a line for every fault."""
+    try:
+        tree = toml_of(text_of(path, SWEEP_FILE))
+    except tomllib.TOMLDecodeError as error:
+        raise ExperimentError(f"{path} is not TOML: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ExperimentError(f"cannot read {path}: {reason}") from None
+    return validate(tree, str(path))
+
+
+def validate(tree: Mapping[str, Any], where: str) -> Sweep:
+    """The sweep that `tree` describes, as its file would. Raises ExperimentError with a line for every fault."""
+    try:
+        return Sweep.model_validate(tree)
+    except ValidationError as error:
+        raise ExperimentError(
+            lines(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")
+        ) from None
+
+
+def _sentence(fault: Any) -> str:
+    location = [str(step) for step in fault["loc"]]
+    if location[:1] == ["fields"]:
+        del location[2:3]  # whether it was read as a list or as a range
+    where, message = brief(".".join(location)), str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden":
+        part = Range if len(location) > 1 else Sweep
+        names = [field.alias or name for name, field in part.model_fields.items()]
+        return f"{where}: there is no such key; there are: {', '.join(names)}"
+    if fault["type"] == "missing":
+        return f"{where}: is missing"
+    if not where or isinstance(fault["input"], dict):
+        return f"{where}: {message}" if where else message
+    return f"{where} = {brief(repr(fault['input']))}: {message[0].lower()}{message[1:]}"

@@ -1,0 +1,204 @@
+"""Assays made by hand, so that what must be said of them is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.core.variables import ASSAYS, LIVES, dataset
+from baldwinlab.core.variables import NEWBORNS as TWINS
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.papers.presets import factors, load
+from baldwinlab.studies.store import StudyStore
+
+RUNS, GENERATIONS, AGENTS, STEPS = 12, 40, 4, 600
+LAYERS = ("sensors to hidden", "hidden to actions")
+NEWBORNS = ("random genome", "generation 0", "generation 20", "generation 39")
+MODULES = (
+    "both evolved",
+    "evolved reinforcement, random action",
+    "random reinforcement, evolved action",
+    "both random",
+)
+SETTINGS = (
+    ("as evolved", ""), ("map", "A"), ("map", "B"), ("world.food.0.count", "10"), ("world.food.0.count", "100"),
+    ("senses.visual_radius", "10"), ("senses.visual_radius", "80"), ("learning.rate", "0.001"), ("learning.rate", "0.1"),
+)  # fmt: skip
+
+Course = Callable[[float], float]  # from 0, the first generation, to 1, the last
+
+
+def constant(value: float) -> Course:
+    return lambda progress: value
+
+
+def rising(first: float, last: float) -> Course:
+    return lambda progress: first + (last - first) * progress
+
+
+def experiment(condition: str) -> Experiment:
+    """The experiment of a condition that was assayed."""
+    return load(condition).replace(
+        evolution={"generations": GENERATIONS},
+        lifetime={"steps": STEPS},
+        population={"size": AGENTS},
+    )
+
+
+class Assayed(NamedTuple):
+    """The study whose assays these are."""
+
+    directory: Path
+    factors: Mapping[str, Factors] = MappingProxyType({})
+    seed: int = 1
+
+    @property
+    def experiments(self) -> dict[str, Experiment]:
+        return {
+            name: experiment(name) for name in ("evo/A", "evo+self-taught/A", "evo+self-taught/B")
+        }
+
+    def runs(self, condition: str) -> list[int]:
+        return list(range(RUNS))
+
+
+def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, Any]) -> xr.Dataset:
+    runs = next(iter(arrays.values())).shape[0]
+    provenance = {
+        "experiment": to_toml(experiment(condition)),
+        "seed": 1,
+        **factors()[condition]._asdict(),
+    }
+    return dataset(ASSAYS[assay], arrays, provenance).assign_coords(
+        coords | {"run": np.arange(runs)}
+    )
+
+
+def spread(runs: int, *shape: int) -> np.ndarray:
+    """Runs differ a little, each in its own way: around 1."""
+    return np.broadcast_to(
+        1 + 0.01 * np.arange(runs).reshape(-1, *(1 for _ in shape)), (runs, *shape)
+    )
+
+
+def innate(
+    condition: str, distance: Course | None = None, runs: int = RUNS, **lives: Course
+) -> xr.Dataset:
+    """Food of every agent in each kind of life, by how far evolution has come; kinds that are not given were not lived."""
+    progress = np.linspace(0, 1, GENERATIONS)
+    distance = distance or constant(1)
+    energy = np.full((runs, GENERATIONS, len(LIVES), AGENTS), np.nan)
+    for life, course in lives.items():
+        values = np.array([course(place) for place in progress])
+        energy[:, :, LIVES.index(life), :] = values[:, None] * spread(runs, GENERATIONS, AGENTS)
+    moved = np.array([distance(place) for place in progress])[:, None, None] * spread(
+        runs, GENERATIONS, len(LAYERS), AGENTS
+    )
+    coords = {"generation": np.arange(GENERATIONS), "life": list(LIVES), "layer": list(LAYERS)}
+    arrays = {"energy": energy} | ({"distance": moved} if "on" in lives else {})
+    return _made("innate", condition, arrays, coords)
+
+
+def neutral(
+    condition: str, evolved: Sequence[float], twin: Sequence[float], runs: int = RUNS
+) -> xr.Dataset:
+    """Food of the last ten generations' newborns and of their neutral twins, with learning off and on."""
+    energy = np.array([evolved, twin], float)[:, :, None] * spread(runs, 10, len(TWINS), 2, AGENTS)
+    coords = {
+        "generation": np.arange(GENERATIONS - 10, GENERATIONS),
+        "newborns": list(TWINS),
+        "life": list(LIVES[:2]),
+    }
+    return _made("neutral", condition, {"energy": energy}, coords)
+
+
+def within_life(
+    condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS
+) -> xr.Dataset:
+    """Items an agent eats in a window of its life, rising from random genomes to the last generation; 0 is never."""
+    amounts = np.linspace(blank, evolved, len(NEWBORNS))
+    eaten = np.round(
+        amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)
+    ).astype(int)
+    meals = np.where(amounts > 0, STEPS / (1 + amounts), np.nan)
+    coords = {"newborns": list(NEWBORNS), "window": np.arange(windows) * (STEPS // windows)}
+    first = meals[:, None] * spread(runs, len(NEWBORNS), AGENTS)
+    return _made("within-life", condition, {"eaten_in_window": eaten, "first_meal": first}, coords)
+
+
+def modules(condition: str, food: Sequence[float], runs: int = RUNS) -> xr.Dataset:
+    energy = np.array(food, float)[:, None] * spread(runs, len(MODULES), AGENTS)
+    return _made("modules", condition, {"energy": energy}, {"modules": list(MODULES)})
+
+
+def reaction(condition: str, food: float, runs: int = RUNS) -> xr.Dataset:
+    energy = (
+        food * np.linspace(0, 1, len(SETTINGS))[::-1, None] * spread(runs, len(SETTINGS), AGENTS)
+    )
+    fields, values = zip(*SETTINGS, strict=True)
+    coords = {"field": ("setting", list(fields)), "value": ("setting", list(values))}
+    return _made("reaction", condition, {"energy": energy}, coords)
+
+
+def descent(condition: str, runs: int = RUNS) -> xr.Dataset:
+    age = np.where(np.arange(GENERATIONS) < 5, np.nan, np.arange(GENERATIONS) - 3.0) * spread(
+        runs, GENERATIONS
+    )
+    ancestors = AGENTS / (1 + 0.1 * np.arange(GENERATIONS)) * spread(runs, GENERATIONS)
+    return _made(
+        "descent", condition, {"common_ancestor_age": age, "effective_ancestors": ancestors},
+        {"generation": np.arange(GENERATIONS)},
+    )  # fmt: skip
+
+
+def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
+    """Every assay: on map A what is learned becomes innate, on map B nobody eats without learning."""
+    a, b, evo = "evo+self-taught/A", "evo+self-taught/B", "evo/A"
+    on, drift = rising(50, 100), constant(20)
+    return {
+        "innate": {
+            a: innate(
+                a,
+                rising(2, 1),
+                runs,
+                off=rising(10, 90),
+                on=on,
+                frozen=rising(55, 110),
+                drift=drift,
+            ),
+            b: innate(
+                b, rising(1, 2), runs, off=constant(0), on=on, frozen=constant(0), drift=drift
+            ),
+            evo: innate(evo, runs=runs, off=rising(10, 60)),
+        },
+        "neutral": {
+            a: neutral(a, (90, 100), (10, 50), runs),
+            b: neutral(b, (0, 100), (0, 50), runs),
+            evo: neutral(evo, (60, np.nan), (10, np.nan), runs),
+        },
+        "within-life": {a: within_life(a, 1, 9, runs=runs), b: within_life(b, 0, 5, runs=runs)},
+        "modules": {a: modules(a, (100, 40, 90, 20), runs), b: modules(b, (100, 90, 0, 0), runs)},
+        "reaction": {
+            a: reaction(a, 100, runs),
+            b: reaction(b, 50, runs),
+            evo: reaction(evo, 60, runs),
+        },
+        "descent": {name: descent(name, runs) for name in (a, b, evo)},
+    }
+
+
+def of_study(made: xr.Dataset, study: StudyStore, condition: str) -> xr.Dataset:
+    """An assay made by hand as one of a condition of a study, with as many runs as that has."""
+    facts = {
+        "experiment": to_toml(study.experiments[condition]),
+        "seed": study.seed,
+        "condition": condition,
+    }
+    return made.isel(run=slice(len(study.runs(condition)))).assign_attrs(facts)

@@ -1,0 +1,13 @@
+"""One study with all its assays, which the tests of this folder only read."""
+
+from __future__ import annotations
+
+import pytest
+
+from baldwinlab.studies.store import StudyStore
+from tests.studies.assays.studies import measured
+
+
+@pytest.fixture(scope="package")
+def study(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
+    return measured(tmp_path_factory.mktemp("assays") / "study")

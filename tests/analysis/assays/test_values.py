@@ -1,0 +1,273 @@
+"""Assays read back from their files, and what they come to in each run."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.analysis.assays.values import distances, factors_of, quantities
+from baldwinlab.core.netcdf import opened, sealed
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.studies.assays.run import missing_assays, open_assay, run_assays
+from baldwinlab.studies.assays.storage import assay_path, read
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore
+from tests.analysis.assays.assayed import (
+    RUNS,
+    STEPS,
+    Assayed,
+    constant,
+    innate,
+    rising,
+    spread,
+    whole,
+    within_life,
+)
+from tests.small import ignore, silent, small, small_study
+from tests.studies.assays.studies import measured
+
+A = "evo+self-taught/A"
+
+
+def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) -> Path:
+    path = folder / "assays" / assay / f"{A}.nc"
+    path.parent.mkdir(parents=True)
+    (innate(A, off=constant(1), on=constant(2), runs=2) if data is None else data).to_netcdf(
+        path, engine="scipy"
+    )
+    return path
+
+
+def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
+    for assay, conditions in whole(runs=2).items():
+        for condition, data in conditions.items():
+            path = tmp_path / "assays" / assay / f"{condition}.nc"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            data.to_netcdf(path, engine="scipy")
+    found = read(Assayed(tmp_path))
+    assert {assay: set(conditions) for assay, conditions in found.items()} == {
+        assay: set(conditions) for assay, conditions in whole(runs=2).items()
+    }
+    assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
+    assert factors_of(found["innate"][A]) == Factors(learner=A)
+    assert (
+        factors_of(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
+        == "A"
+    )
+    assert quantities(found, A, 10).keys() == quantities(whole(runs=2), A, 10).keys()
+
+
+def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
+    assert read(Assayed(tmp_path)) == {}
+
+
+@pytest.mark.parametrize("keep", [0, 3, 200])
+def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
+    path = stored(tmp_path)
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(
+        ValueError,
+        match=r"A\.nc is damaged: .*; `baldwinlab assay .* --only innate` measures it again",
+    ):
+        read(Assayed(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "foreign",
+    ["other variables", "no coordinates", "text for numbers", "no experiment", "experiment 5"],
+)
+def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(
+    tmp_path: Path, foreign: str
+) -> None:
+    data = innate(A, off=constant(1), on=constant(2), runs=2)
+    other = {
+        "other variables": xr.Dataset({"rain": ("day", np.zeros(3))}, attrs=data.attrs),
+        "no coordinates": data.drop_vars(list(data.coords)),
+        "text for numbers": data.assign(energy=data.energy.astype("S1")),
+        "no experiment": data.drop_attrs(deep=False),
+        "experiment 5": data.assign_attrs(experiment=5),
+    }[foreign]
+    stored(tmp_path).write_bytes(sealed(other))
+    with pytest.raises(
+        ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"
+    ):
+        read(Assayed(tmp_path))
+
+
+def test_the_last_of_more_generations_than_there_could_be_are_all(tmp_path: Path) -> None:
+    stored(tmp_path)
+    found = quantities(read(Assayed(tmp_path)), A, 10**18 - 1)
+    np.testing.assert_allclose(found["off", "last"], found["off", "throughout"])
+
+
+def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
+    stored(tmp_path, "within-life")
+    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'within-life' stores"):
+        read(Assayed(tmp_path))
+
+
+def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
+    found = quantities(
+        {"innate": {A: innate(A, off=rising(0, 39), on=constant(78), runs=3)}}, A, last=4
+    )
+    own = spread(3)
+    np.testing.assert_allclose(found["off", "first"].values, 1.5 * own)
+    np.testing.assert_allclose(found["off", "last"].values, 37.5 * own)
+    np.testing.assert_allclose(found["gain", "last"].values, 40.5 * own)
+    np.testing.assert_allclose(found["innate share", "last"].values, 37.5 / 78)
+    assert found["drift", "last"].isnull().all() and found["kept share", "last"].isnull().all()
+
+
+def test_a_share_of_nothing_is_undefined() -> None:
+    found = quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
+    assert found["innate share", "last"].isnull().all()
+    assert (found["gain", "last"] == 0).all()
+
+
+def test_learning_is_held_against_drift_where_drift_was_lived() -> None:
+    data = innate(A, off=constant(1), on=rising(0, 39), drift=constant(5), runs=2)
+    data["energy"].loc[{"life": "drift", "generation": range(1, 39)}] = np.nan
+    found = quantities({"innate": {A: data}}, A, 10)
+    np.testing.assert_allclose(found["on, where drift was lived", "last"].values, 39 * spread(2))
+    np.testing.assert_allclose(found["on", "last"].values, 34.5 * spread(2))
+
+
+def test_layers_add_up_to_a_distance_as_perpendicular_ways_do() -> None:
+    data = innate(A, on=constant(1), runs=1)
+    data["distance"][{"layer": 0}], data["distance"][{"layer": 1}] = 3, 4
+    found = distances(data)
+    assert (found["distance"] == 5).all() and (found["distance, hidden to actions"] == 4).all()
+
+
+def test_who_never_ate_counts_with_the_whole_life() -> None:
+    data = within_life(A, 0, 5, runs=1)
+    data["first_meal"][{"newborns": -1}] = [[100, 200, np.nan, np.nan]]
+    found = quantities({"within-life": {A: data}}, A, 10)
+    assert float(found["first meal", "evolved"][0]) == (100 + 200 + 2 * STEPS) / 4
+    assert float(found["ever ate", "evolved"][0]) == 0.5
+    assert float(found["first meal", "random genome"][0]) == STEPS
+    assert float(found["eaten in life", "evolved"][0]) == 6 * 50
+
+
+def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
+    found = quantities(whole(), A, 10)
+    assert ("setting", "as evolved") in found and ("setting, relative", "as evolved") not in found
+    np.testing.assert_allclose(found["setting, relative", "map = A"].values, 7 / 8)
+    assert found["setting", "learning.rate = 0.1"].shape == (RUNS,)
+
+
+def test_a_window_has_at_least_one_generation() -> None:
+    with pytest.raises(ValueError, match="at least 1"):
+        quantities(whole(), A, 0)
+
+
+def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_path: Path) -> None:
+    study = measured(tmp_path, names=["innate"])
+    path = next(iter(sorted((study.directory / "assays" / "innate").rglob("*.nc"))))
+    condition = path.relative_to(study.directory / "assays" / "innate").with_suffix("").as_posix()
+    sound = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for position in [0, len(sound) - 1, *rng.integers(0, len(sound), 60)]:
+        damaged = bytearray(sound)
+        damaged[position] ^= 1 << rng.integers(8)
+        path.write_bytes(bytes(damaged))
+        with pytest.raises(ValueError, match=str(path)):
+            read(study)
+    assert missing_assays(study, ["innate"])[condition] == ["innate"]
+
+
+def test_an_assay_in_another_s_place_is_named(tmp_path: Path) -> None:
+    study = measured(tmp_path, names=["innate"])
+    first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
+    second.write_bytes(first.read_bytes())
+    with pytest.raises(ValueError, match=re.escape(f"{second} is of the condition")):
+        read(study)
+
+
+CONDITION = "evo+self-taught/A"
+
+
+def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2) -> Path:
+    """The file of the assay `innate` of a study of one condition."""
+    study = small_study(folder, [experiment], runs, seed)
+    run_assays(study, missing_assays(study, ["innate"]), 1, silent, ignore)
+    return assay_path(folder, "innate", experiment.name)
+
+
+@pytest.mark.parametrize(
+    ("other", "why"),
+    [
+        ({"seed": 6}, "is of a study with seed 6, and this study has seed 5"),
+        (
+            {"lifetime": {"steps": 299}},
+            "was measured on another experiment than that of evo+self-taught/A in this study",
+        ),
+        ({"runs": 3}, "is of run 2, and runs/evo+self-taught/A/0002.nc is not stored"),
+    ],
+    ids=["another seed", "another experiment", "other runs"],
+)
+def test_an_assay_of_another_study_is_refused_and_measured_again(
+    tmp_path: Path, other: dict[str, Any], why: str
+) -> None:
+    path = innate_of(tmp_path / "own", small())
+    own = path.read_bytes()
+    numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
+    shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
+    study = StudyStore(tmp_path / "own")
+    again = f"`baldwinlab assay {study.directory} --only innate` measures it again"
+    for refused in (lambda: read(study), lambda: open_assay(study.directory, "innate", CONDITION)):
+        with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
+            refused()
+    missing = missing_assays(study, ["innate"])
+    assert missing == {CONDITION: ["innate"]}
+    run_assays(study, missing, 1, silent, ignore)
+    assert path.read_bytes() == own
+
+
+def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
+    innate_of(tmp_path, small(), runs=1)
+    study = small_study(tmp_path, [small()], runs=2)
+    assert read(study)["innate"][CONDITION]["run"].values.tolist() == [0]
+
+
+@pytest.mark.parametrize("lacking", ["seed", "experiment", "run"])
+def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
+    tmp_path: Path, lacking: str
+) -> None:
+    path = innate_of(tmp_path, small())
+    data = opened(path.read_bytes())
+    if lacking == "run":
+        data = data.drop_vars("run")
+    else:
+        del data.attrs[lacking]
+    path.write_bytes(sealed(data))
+    with pytest.raises(ValueError, match=re.escape(str(path))):
+        read(StudyStore(tmp_path))
+
+
+def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Path) -> None:
+    path = innate_of(tmp_path, small())
+    foreign = assay_path(tmp_path, "innate", "evo/C")
+    foreign.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(path, foreign)
+    with pytest.raises(
+        ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"
+    ):
+        read(StudyStore(tmp_path))
+
+
+def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
+    path = stored(tmp_path)
+    os.truncate(path, 20 * 10**9)
+    with pytest.raises(
+        ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"
+    ):
+        read(Assayed(tmp_path))

@@ -1,0 +1,272 @@
+"""Every figure can be drawn of any study, to the same bytes each time."""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import Image
+
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.claims import evaluate
+from baldwinlab.analysis.figures.emergence import density, unwrapped
+from baldwinlab.analysis.figures.fitness import conditions
+from baldwinlab.analysis.figures.style import series
+from baldwinlab.analysis.multiverse.figures import variants, variants_shares
+from baldwinlab.experiment import World
+from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.papers.claims import Claim
+from baldwinlab.papers.presets import load
+from tests.analysis.multiverse.variants import (
+    NOBODY_EATS,
+    TAUGHT_BEAT_EVOLVED,
+    multiverse_of,
+    variant_of,
+)
+from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, study, trace
+
+FORAGERS = "evo+self-taught/B"
+MULTIVERSE = multiverse_of(
+    variant_of(),
+    variant_of("literal", NOBODY_EATS),
+    variant_of("literal+rank", TAUGHT_BEAT_EVOLVED),
+)
+MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
+
+STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
+STRINGS = STRINGS.assign(dict.fromkeys(("ones", "unset", "used"), STRINGS["energy"] / 5))
+MEASURED = figures.Measured(
+    "items",
+    "items of a run",
+    {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
+)
+STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
+
+
+def six_traces() -> list[xr.Dataset]:
+    return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
+
+
+def kind(name: str, modules: int) -> figures.Kind:
+    named = ("action module", "reinforcement module: teaches, fixed for life")[:modules]
+    return figures.Kind(
+        name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named
+    )
+
+
+DRAW: dict[str, Callable[[], Figure]] = {
+    "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
+    "final-fitness": lambda: figures.fitness_boxes(
+        study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))
+    ),
+    "overview": lambda: figures.overview({"": STANDINGS}),
+    "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
+    "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
+    "maps": lambda: figures.world_maps(MAPS, 20),
+    "senses": lambda: figures.agent_senses(look(load("evo/A")).to_dict()),
+    "networks": lambda: figures.networks([kind("evo", 1), kind("taught", 2)]),
+    "shares": lambda: figures.shares(STRINGS[["ones", "unset"]].mean("agent")),
+    "clocks": lambda: figures.clocks(STRINGS, "used"),
+    "measures": lambda: figures.measures(study(AS_THE_PAPER), [MEASURED]),
+    "survival": lambda: figures.survival(STRINGS),
+    "variants": lambda: variants(MULTIVERSE),
+    "variants-shares": lambda: variants_shares(MULTIVERSE),
+}
+
+ODD = {
+    "one run": study({name: [5] for name in AS_THE_PAPER}),
+    "one generation": study(AS_THE_PAPER, generations=1),
+    "one agent": study(AS_THE_PAPER, agents=1, hungry=0),
+    "no food": study({name: [0, 0, 0] for name in AS_THE_PAPER}),
+    "a missing run": study({"evo/A": [1, 2], FORAGERS: [3, math.nan]}),
+    "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
+    "conditions of one's own": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
+}
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_a_figure_has_the_same_bytes_each_time_whatever_the_process_has_set(name: str) -> None:
+    first = figures.svg(DRAW[name]())
+    with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
+        assert figures.svg(DRAW[name]()) == first
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
+    figure = DRAW[name]()
+    figure.draw_without_rendering()
+    texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
+    assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
+    assert figure.get_size_inches()[0] <= 7.2
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
+    odd = ODD[name]
+    condition = str(odd["condition"].values[0])
+    agents = odd.sizes["agent"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for figure in (
+            figures.fitness_curves(odd),
+            figures.fitness_boxes(odd, evaluate(odd)),
+            figures.emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
+        ):
+            assert isinstance(figure, Figure)
+            assert figures.svg(figure)
+
+
+def test_threads_may_draw_at_the_same_time() -> None:
+    alone = figures.svg(DRAW["fitness"]())
+    with ThreadPoolExecutor(3) as threads:
+        assert set(threads.map(lambda _: figures.svg(DRAW["fitness"]()), range(3))) == {alone}
+
+
+def test_where_agents_were_sums_up_to_all_their_time() -> None:
+    shares = density(trace(FORAGERS, 3))
+    assert shares.sum() == pytest.approx(100)
+    assert shares[7].sum() == pytest.approx(100)  # all of it on the line that they walk, at y = 150
+
+
+def test_of_two_networks_one_is_said_to_teach() -> None:
+    texts = [text.get_text() for text in DRAW["networks"]().axes[0].texts]
+    assert texts.count("action module, 3 - 10 - 3 units") == 2
+    assert (
+        texts.count("reinforcement module, 3 - 10 - 3 units")
+        == texts.count("teaches,\nfixed for life")
+        == 1
+    )
+
+
+def test_no_band_of_fitness_reaches_below_nought() -> None:
+    bands = figures.fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
+    assert (
+        bands
+        and min(
+            np.asarray(path.vertices)[:, 1].min() for band in bands for path in band.get_paths()
+        )
+        == 0
+    )
+
+
+def test_a_way_is_broken_where_it_leaves_the_map() -> None:
+    x = np.array([636.0, 638, 0, 2, 2, 2])
+    y = np.array([100.0, 100, 100, 2, 638, 636])
+    way = unwrapped(x, y, World())
+    assert np.flatnonzero(np.isnan(way).any(axis=1)).tolist() == [2, 5]
+    assert np.nanmax(np.abs(np.diff(way, axis=0))) < 320
+    np.testing.assert_array_equal(way[np.isfinite(way).all(axis=1)], np.stack([x, y], axis=1))
+
+
+def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
+    shown = conditions(study(AS_THE_PAPER))
+    assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [
+        ("evo", "A"),
+        ("evo", "B"),
+    ]
+    assert shown[0].look == shown[3].look
+    assert len({(look.line, look.marker) for look in map(series, range(28))}) == 28
+
+
+def test_brackets_show_the_corrected_p() -> None:
+    figure = DRAW["final-fitness"]()
+    labels = [text.get_text() for text in figure.axes[0].texts]
+    assert len(labels) == 3 and all(label.startswith("p ") for label in labels)
+
+
+def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_map() -> None:
+    names = [
+        "evo",
+        "evo+self-taught",
+        *(f"evo+something-that-is-long-{number}" for number in range(10)),
+    ]
+    claims = tuple(
+        Claim.model_validate({"id": f"{a}/{place}", "title": "", "claim": "", "comparisons": [
+            {"a": f"{a}/{place}", "b": f"evo/{place}", "measure": "mean", "rule": "greater"}]})
+        for place in "AB" for a in names[1:]
+    )  # fmt: skip
+    many = study({f"{name}/{place}": range(20, 28) for place in "AB" for name in names})
+    figure = figures.fitness_boxes(many, evaluate(many, 10, Claims(claims)))
+    figures.svg(figure)  # which lays it out
+    upper, lower = (
+        axes for axes in figure.axes if axes.get_title("left").endswith("average agent")
+    )
+    for axes in (upper, lower):
+        labels = [text.get_window_extent() for text in axes.texts]
+        assert (
+            len(labels) == 12 and max(label.y1 for label in labels) <= axes.get_window_extent().y1
+        )
+    assert [label.get_text() for label in lower.get_xticklabels()] == names
+    assert not any(label.get_text() for label in upper.get_xticklabels())
+
+
+def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:
+    texts = [text.get_text() for text in figures.overview({"": STANDINGS}).findobj(Text)]
+    taught, alone = (
+        next(one for one in STANDINGS if one.condition == name)
+        for name in ("evo+self-taught/A", "evo/A")
+    )
+    assert f"{taught.median:.0f} ▲" in texts
+    assert f"{alone.median:.0f}" in texts
+    failed = figures.overview({"Above": [alone], "Below": [taught._replace(direction=-1)]})
+    assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {
+        text.get_text() for text in failed.findobj(Text)
+    }
+
+
+def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:
+    cells = [text.get_text() for text in DRAW["variants"]().axes[0].texts]
+    assert len(cells) == 2 * 9
+    assert cells[:3] == ["✓ +40", "✓ +40", "✓ 0"] and cells[5] == "✓ −70"
+    assert cells[9:12] == ["? 0", "? 0", "✓ 0"]
+
+
+def test_the_map_of_shares_has_a_row_for_each_alternative_with_the_standard() -> None:
+    axes = DRAW["variants-shares"]().axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [
+        "standard  R1",
+        "literal  R1",
+        "standard  R4",
+        "rank  R4",
+    ]
+    cells = [text.get_text() for text in axes.texts]
+    assert (cells[5], cells[14], cells[23], cells[32]) == (
+        "100%",
+        "0%",
+        "50%",
+        "0%",
+    )  # C6 in each row
+
+
+def test_emergence_needs_a_trace() -> None:
+    with pytest.raises(ValueError, match="no trace"):
+        figures.emergence(study(AS_THE_PAPER), [])
+
+
+def test_a_figure_is_kept_as_svg_and_as_png(tmp_path: Path) -> None:
+    drawing = figures.save(DRAW["maps"](), tmp_path / "figures", "maps")
+    assert (tmp_path / "figures" / "maps.svg").read_bytes() == drawing
+    with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
+        assert picture.width == 1440
+
+
+def test_measures_are_drawn_in_a_box_for_each_condition_that_has_any() -> None:
+    some = MEASURED._replace(of=dict(MEASURED.of) | {"evo/B": np.empty(0)})
+    axes = figures.measures(study(AS_THE_PAPER), [MEASURED, some]).axes
+    points = [
+        sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in one.lines)
+        for one in axes
+    ]
+    assert points == [6, 5]
+    assert [label.get_text() for label in axes[0].get_xticklabels()] == ["A", "B"]
+    assert axes[0].get_title(loc="left") == "Items of a run"

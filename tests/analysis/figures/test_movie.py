@@ -1,0 +1,117 @@
+"""A trace becomes a moving picture that other programs can play."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Generator
+from pathlib import Path
+
+import imageio_ffmpeg
+import pytest
+from PIL import Image, ImageColor
+
+from baldwinlab.analysis.figures.movie import (
+    CAPTION,
+    GAP,
+    MovieError,
+    Scene,
+    write_movie,
+    write_movie_of,
+)
+from baldwinlab.analysis.figures.palette import MOVIE
+from baldwinlab.core.extras import installation_command
+from baldwinlab.simulation.replay import replay
+from tests.small import small
+
+
+def rgb(name: str) -> tuple[int, ...]:
+    return ImageColor.getrgb(MOVIE[name])
+
+
+def colours(movie: Image.Image) -> set[tuple[int, ...]]:
+    """Those on the map of the frame that is shown."""
+    shown = movie.convert("RGB")
+    found = shown.crop((0, CAPTION, shown.width, shown.height)).getcolors(2**24)
+    return {colour for _, colour in found or () if isinstance(colour, tuple)}
+
+
+def test_a_gif_has_a_frame_for_every_few_steps_and_the_map_s_proportions(tmp_path: Path) -> None:
+    write_movie(replay(small(), seed=1), 640, 320, tmp_path / "life.gif")
+    with Image.open(tmp_path / "life.gif") as movie:
+        assert movie.size == (640, 320 + CAPTION)
+        assert getattr(movie, "n_frames", 1) > 200
+
+
+@pytest.mark.nightly  # a movie with ffmpeg
+def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "life.mp4"
+    write_movie(replay(small(), seed=1), 640, 640, path)
+    frames = imageio_ffmpeg.read_frames(str(path))
+    assert next(frames)["size"] == (640, 640 + CAPTION)
+    assert sum(1 for _ in frames) == 300
+
+
+def test_an_mp4_that_ffmpeg_could_not_end_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def cut_short(path: str, *size: object, **how: object) -> Generator[None, object, None]:
+        Path(path).write_bytes(b"ftyp, mdat and no index")
+        while True:
+            yield
+
+    monkeypatch.setattr(imageio_ffmpeg, "write_frames", cut_short)
+    with pytest.raises(OSError, match=r"Input/output error.*life\.mp4|no space is left"):
+        write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_path: Path) -> None:
+    long, short = (replay(small().replace(lifetime={"steps": steps}), seed=1) for steps in (40, 15))
+    write_movie_of([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
+    with Image.open(tmp_path / "lives.gif") as movie:
+        assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
+        assert getattr(movie, "n_frames", 1) > 30
+        picture = movie.convert("RGB")
+    assert {picture.getpixel((640 + at, y)) for at in range(GAP) for y in (0, 300, 640)} == {
+        rgb("line")
+    }
+
+
+def test_agents_and_their_region_are_told_by_the_lab_s_marks(tmp_path: Path) -> None:
+    """A hollow agent has not eaten, a full one has, and one that eats now flashes."""
+    near = {
+        "world": {"start": {"x": 330, "y": 160}},
+        "lifetime": {"steps": 60},
+    }  # a little before the food
+    trace = replay(small().replace(**near), seed=1)
+    assert 0 < (trace.eaten.sum("step") > 0).sum() < 20
+    write_movie(trace, 640, 640, tmp_path / "life.gif")
+    with Image.open(tmp_path / "life.gif") as movie:
+        born = colours(movie)
+        movie.seek(next(step for step in range(60) if trace.eaten.values[step].any()))
+        fed = colours(movie)
+    assert not {rgb("agent"), rgb("meal")} & born
+    assert rgb("outline") in born
+    assert {rgb("agent"), rgb("meal"), rgb("outline")} <= fed
+
+
+def test_a_movie_tells_how_far_it_is(tmp_path: Path) -> None:
+    shares: list[float] = []
+    short = replay(small().replace(lifetime={"steps": 10}), seed=1)
+    write_movie_of([Scene(short, 640, 640)], tmp_path / "life.gif", shares.append)
+    assert shares == [step / 10 for step in range(1, 11)]
+
+
+def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:
+    experiment = small("evo/A").replace(
+        world={"food": []}, population={"size": 1}, lifetime={"steps": 1}
+    )
+    write_movie(replay(experiment, seed=1), 640, 640, tmp_path / "life.gif")
+    assert (tmp_path / "life.gif").stat().st_size > 0
+
+
+def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(
+    tmp_path: Path, no_video_extra: None
+) -> None:
+    with pytest.raises(MovieError, match=re.escape(installation_command("video"))):
+        write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")

@@ -1,0 +1,144 @@
+"""Variants made by hand: what depends on which choice, and which is the nearest to the paper."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.analysis.multiverse.analysis import (
+    always,
+    by_verdict,
+    containing,
+    distance,
+    most_held,
+    nearest,
+    overturning,
+    read,
+    shares,
+    summary,
+    weightiest,
+    write,
+)
+from tests.analysis.multiverse.variants import (
+    NOBODY_EATS,
+    TAUGHT_BEAT_EVOLVED,
+    multiverse_of,
+    variant_of,
+    with_gain,
+)
+from tests.analysis.statistics.studies import AS_THE_PAPER
+
+EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
+STANDARD = variant_of()
+OVERTURNED = multiverse_of(STANDARD, variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED))
+
+
+def test_a_study_as_the_paper_says_holds_every_claim_at_no_distance() -> None:
+    assert STANDARD.held == 9 and STANDARD.distance == 0 and STANDARD.runs == (8, 8)
+    outcome = STANDARD.outcomes["C1"]
+    assert (outcome.verdict, outcome.effect, outcome.a12) == ("holds", 40, 1)
+    assert outcome.p_holm is not None and outcome.p_holm < 0.05
+
+
+def test_a_claim_that_one_choice_overturns_depends_on_that_choice_alone() -> None:
+    assert overturning(OVERTURNED, "C6") == {"R4": ["rank"]}
+    assert {claim: overturning(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"} == {
+        claim: {} for claim in EVERY_CLAIM if claim != "C6"
+    }
+    assert always(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
+    groups = {
+        verdict: [variant.name for variant in found]
+        for verdict, found in by_verdict(OVERTURNED, "C6").items()
+    }
+    assert groups == {"holds": ["standard", "biases"], "undecided": [], "does not hold": ["rank"]}
+
+
+def test_a_claim_may_hold_under_no_variant() -> None:
+    assert always(
+        multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "undecided", "does not hold"
+    ) == ["C6"]
+
+
+def test_without_the_standard_variant_nothing_is_overturned() -> None:
+    assert overturning(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
+
+
+def test_the_nearest_variant_is_that_of_the_least_distance() -> None:
+    far, near = variant_of("rank", with_gain(100)), variant_of("biases", with_gain(50))
+    assert far.distance == pytest.approx(1.5) and near.distance == pytest.approx(0.25)
+    assert nearest(multiverse_of(far, near)) == near
+
+
+def test_a_variant_under_which_nobody_eats_is_never_the_nearest() -> None:
+    nobody, far = variant_of("literal", NOBODY_EATS), variant_of("rank", with_gain(140))
+    assert nobody.distance == 1 and far.distance == pytest.approx(2.5)
+    assert nearest(multiverse_of(nobody, far)) == far
+
+
+def test_the_variants_whose_intervals_contain_the_papers_figures_are_found() -> None:
+    several = multiverse_of(
+        STANDARD, variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
+    )
+    assert containing(several) == [STANDARD]
+
+
+def test_the_variants_under_which_most_claims_hold_are_found() -> None:
+    assert [variant.name for variant in most_held(OVERTURNED)] == ["standard", "biases"]
+
+
+def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() -> None:
+    part = variant_of(
+        eaten={name: AS_THE_PAPER[name] for name in ("evo/A", "evo/B", "self-taught/B")}
+    )
+    assert part.distance is None and part.outcomes["C1"].verdict == "not evaluated"
+    assert part.outcomes["C7"].verdict == "holds"
+    several = multiverse_of(part)
+    assert nearest(several) is None
+    assert always(several, "holds") == ["C3", "C7"]
+    assert distance({}) is None
+
+
+def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
+    several = multiverse_of(
+        STANDARD,
+        variant_of("biases"),
+        variant_of("rank", TAUGHT_BEAT_EVOLVED),
+        variant_of("biases+rank", TAUGHT_BEAT_EVOLVED),
+    )
+    assert several.combined and not OVERTURNED.combined
+    assert [variant.name for variant in several.singles.variants] == ["standard", "biases", "rank"]
+    found = {
+        (share.choice, share.alternative): share.share
+        for share in shares(several)
+        if share.claim == "C6"
+    }
+    assert found == {
+        ("R3", "standard"): 0.5,
+        ("R3", "biases"): 0.5,
+        ("R4", "standard"): 1,
+        ("R4", "rank"): 0,
+    }
+    ends = weightiest(shares(several), "C6")
+    assert ends is not None and [end.alternative for end in ends] == ["standard", "rank"]
+
+
+def test_what_is_written_has_no_nan_and_is_read_again(tmp_path: Path) -> None:
+    several = multiverse_of(
+        STANDARD, variant_of("literal", NOBODY_EATS), variant_of("rank", {"evo/A": [1]})
+    )
+    path = write(several, tmp_path / "multiverse.json")
+    record = json.loads(path.read_text(), parse_constant=pytest.fail)
+    assert record["summary"] == json.loads(json.dumps(summary(several)))
+    assert record["variants"][2]["distance"] is None and record["variants"][2]["fields"] == {
+        "evolution.selection": "rank"
+    }
+    assert read(path) == several
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"seed": 0}'])
+def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str) -> None:
+    (tmp_path / "other.json").write_text(text)
+    with pytest.raises(ValueError, match=r"other\.json is not what `baldwinlab multiverse` writes"):
+        read(tmp_path / "other.json")

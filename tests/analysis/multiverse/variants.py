@@ -1,0 +1,46 @@
+"""Multiverses made by hand, so that what they must say is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+from baldwinlab.analysis.multiverse.analysis import (
+    Multiverse,
+    Variant,
+    evaluate_variant,
+    paper_claims,
+)
+from baldwinlab.studies import multiverse
+from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
+
+Eaten = Mapping[str, Sequence[float]]
+
+NOBODY_EATS: Eaten = {name: [0] * RUNS for name in AS_THE_PAPER}
+TAUGHT_BEAT_EVOLVED: Eaten = {
+    **AS_THE_PAPER,
+    "self-taught/A": range(100, 100 + RUNS),
+}  # the opposite of C6, and of C6 alone
+
+
+def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Variant:
+    """A variant of that name, such as `contact-5+rank`, under which agents eat so much."""
+    return _variant_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
+
+
+@cache  # half a second each, and the same few are asked for again and again
+def _variant_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> Variant:
+    parts = () if name == "standard" else tuple(name.split("+"))
+    made = multiverse.Variant(parts)
+    return evaluate_variant(
+        study(dict(eaten), generations=24), name, made.description, made.choices, made.fields
+    )
+
+
+def multiverse_of(*variants: Variant) -> Multiverse:
+    return Multiverse(seed=7, last=10, claims=paper_claims(), variants=variants)
+
+
+def with_gain(gain: float) -> Eaten:
+    """As the paper, but that evo+self-taught eats so much more than evo on map A."""
+    return {**AS_THE_PAPER, "evo+self-taught/A": [eaten + gain for eaten in AS_THE_PAPER["evo/A"]]}

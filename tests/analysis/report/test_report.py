@@ -1,0 +1,411 @@
+"""The report: what it says, that it needs nothing but itself, and that a browser shows it well on a desk and on a phone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+import xarray as xr
+from playwright.sync_api import Browser
+
+from baldwinlab import papers
+from baldwinlab.analysis import statistics
+from baldwinlab.analysis.claims import Finding, evaluate
+from baldwinlab.analysis.report import draw_report, emergence_generations, write_report
+from baldwinlab.analysis.report.content import (
+    describe_variant,
+    fitness_in_words,
+    open_choices,
+    overview,
+    setting,
+    timing,
+    worlds,
+)
+from baldwinlab.analysis.report.phrases import compared, number, probability, sentence
+from baldwinlab.analysis.statistics.contrasts import compare_conditions
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.papers.claims import Comparison
+from baldwinlab.papers.presets import factors, load
+from tests.analysis.report.browsing import complaints_and_width
+from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
+from tests.axe import barriers
+
+PAPER = papers.load()
+LOOKS = {"evo/A": look(load("evo/A")).to_dict()}
+FORAGERS = "evo+self-taught/B"
+FACTS = {
+    "seed": 7,
+    "versions": {"NumPy": "9.9"},
+    "platform": "A machine",
+    "seconds": 10,
+    "agent_steps": 2_000_000_000,
+    "workers": [2],
+}
+
+
+def report_of(
+    data: xr.Dataset,
+    folder: Path,
+    traces: list[xr.Dataset] | None = None,
+    provenance: dict[str, Any] | None = None,
+) -> Path:
+    """The report of the paper's claims."""
+    drawn = draw_report(
+        folder,
+        data,
+        evaluate(data),
+        traces or [],
+        provenance or {},
+        10,
+        PAPER,
+        LOOKS,
+        compare_conditions(data),
+    )
+    return write_report(folder, drawn, folder / "report.html")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    data = study({**AS_THE_PAPER, "self-taught/A": range(80, 88)})
+    traces = [trace(FORAGERS, generation) for generation in emergence_generations(12)]
+    return report_of(data, tmp_path_factory.mktemp("study"), traces, FACTS)
+
+
+def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
+    text = page.read_text("utf-8")
+    for needed in (
+        "C1",
+        "C9",
+        "holds",
+        "undecided",
+        "about 40 items more",
+        "A12",
+        "95&nbsp;%",
+        "Nam Le",
+        "standard but for",
+    ):
+        assert needed in text
+    for needed in (
+        "A machine",
+        "9.9",
+        "200.0 million a second",
+        "workers: 2",
+        "[evolution]",
+        "generations = 12",
+    ):
+        assert needed in text
+    assert "Of the paper's 9 claims, 7 hold, 1 is undecided, 1 does not hold." in text
+    assert "There are 8 runs, where the paper has 30" in text
+
+
+def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -> None:
+    section = page.read_text("utf-8").split('id="differences"')[1].split("<h2")[0]
+    assert "C6" in section and "C2" not in section
+    assert "senses.visual_radius</code> is 40" in section
+
+
+def test_it_needs_nothing_but_itself(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert not re.search(
+        r"""(src|href)\s*=\s*["'](?!data:|#|figures/)|@import|url\(|<script|<link(?! rel="icon")""",
+        text,
+    )
+    assert page.stat().st_size < 4_000_000
+
+
+def test_its_contents_lead_to_every_section(page: Path) -> None:
+    text = page.read_text("utf-8")
+    contents = text.split('aria-label="Contents"')[1].split("</nav>")[0]
+    assert re.findall(r'href="#([^"]+)"', contents) == re.findall(r'<h2 id="([^"]+)"', text)
+    assert text.count("<h2") == text.count('<h2 id="') == contents.count("<li>") > 5
+
+
+def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert re.findall(r'href="#figure-([\w-]+)">Figure\xa0(\d)</a>', text) == [
+        ("networks", "1"), ("senses", "2"), ("maps", "3"), ("fitness", "4"), ("final-fitness", "5"), ("emergence", "6"),
+    ]  # fmt: skip
+    files = re.findall(r'href="(figures/[^"]+)"', text)
+    assert {"figures/emergence.svg", "figures/emergence.png", "figures/emergence.csv"} < set(files)
+    assert all((page.parent / file).is_file() for file in files)
+    assert (
+        "baldwinlab replay . --condition evo+self-taught/B --run 0 --generation 11 --out life.mp4"
+        in text
+    )
+
+
+def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
+    folder, out = tmp_path / "a study", tmp_path / "pages" / "report.html"
+    write_report(folder, draw_report(folder, study(AS_THE_PAPER), [], [], {}), out)
+    assert 'href="../a%20study/figures/fitness.csv"' in out.read_text("utf-8")
+
+
+def test_the_numbers_of_a_curve_are_those_of_its_file(page: Path) -> None:
+    first, *rows = (page.parent / "figures" / "fitness.csv").read_text().splitlines()
+    assert first == "condition,measure,generation,mean,low,high"
+    assert any(row.startswith("evo/A,best,0,83.5,") for row in rows)
+
+
+def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
+    names = {"fitness", "final-fitness", "emergence", "networks", "maps", "senses"}
+    assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
+        f"{name}{end}" for name in names for end in (".svg", ".png")
+    }
+    alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
+    assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier_in_it(
+    browser: Browser, page: Path, scheme: Literal["light", "dark"]
+) -> None:
+    with browser.new_context(color_scheme=scheme) as context:
+        opened = context.new_page()
+        opened.goto(page.as_uri())
+        opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
+        assert barriers(opened) == []
+
+
+def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
+    data = study(AS_THE_PAPER)
+    assert (
+        report_of(data, tmp_path / "one").read_bytes()
+        == report_of(data, tmp_path / "two").read_bytes()
+    )
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        study({"my-rule": [3]}, generations=1, agents=1),
+        study({"evo/A": [1, 2], "evo/B": [float("nan"), float("nan")]}),
+        study({name: [0] for name in AS_THE_PAPER}),
+    ],
+    ids=["one of one's own", "nothing of a condition", "nobody ate"],
+)
+def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None:
+    text = report_of(data, tmp_path).read_text("utf-8")
+    assert (
+        "is about conditions of this study" in text
+        or "not evaluated" in text
+        or "too few runs" in text
+    )
+    assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
+
+
+def test_names_are_text_and_not_markup(tmp_path: Path) -> None:
+    text = report_of(
+        study({"mine": [1, 2]}), tmp_path, provenance={"platform": "<script>alert(1)</script>"}
+    ).read_text("utf-8")
+    assert "<script>" not in text
+
+
+def test_generations_of_the_panel_are_the_denser_the_earlier_with_both_ends() -> None:
+    assert emergence_generations(100) == [0, 1, 3, 10, 31, 99]
+    assert emergence_generations(6) == [0, 1, 2, 3, 4, 5]
+    assert emergence_generations(2) == [0, 1]
+    assert emergence_generations(1) == [0]
+
+
+def test_the_variant_is_named_or_spelt_out() -> None:
+    assert describe_variant(load("evo/A"), PAPER) == "standard"
+    assert describe_variant(load("evo/A", "literal"), PAPER) == "literal"
+    assert (
+        describe_variant(load("evo/A").replace(lifetime={"steps": 9}), PAPER)
+        == "evo/A is standard but for lifetime.steps = 9"
+    )
+    assert (
+        describe_variant(load("evo/A").replace(name="mine"), PAPER)
+        == "mine is an experiment of its own"
+    )
+    worlds_and_minds = papers.load(
+        "worlds-and-minds"
+    )  # whose variants cannot all be laid over every condition
+    assert {
+        describe_variant(experiment, worlds_and_minds)
+        for experiment in worlds_and_minds.experiments()
+    } == {"standard"}
+    assert (
+        setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")})
+        == "40 or 4"
+    )
+
+
+def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
+    data = study(AS_THE_PAPER)
+    write_report(tmp_path, draw_report(tmp_path, data, [], [], {}), tmp_path / "report.html")
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
+        "fitness",
+        "final-fitness",
+        "maps",
+    }
+
+
+def test_maps_are_titled_by_what_tells_them_apart() -> None:
+    paper = {name: load(name) for name in AS_THE_PAPER}
+    assert list(worlds(paper, factors())) == ["Map A", "Map B"]
+    moved = load("evo/A").replace(world={"start": {"x": 100}})
+    own = {"one/A": load("evo/A"), "two/A": moved}
+    assert list(worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})) == [
+        "one/A",
+        "two/A",
+    ]
+
+
+def test_facts_may_be_absent() -> None:
+    assert timing({}) == ""
+    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"] == "7"
+    assert open_choices([], {}) == []
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0, "0"),
+        (286.4, "286"),
+        (-9.75, "−9.75"),
+        (12345.6, "12,346"),
+        (0.001, "0.00"),
+        (float("nan"), "–"),
+    ],
+)
+def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("p", "text"),
+    [(1e-9, "1.0e-09"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")],
+)
+def test_probabilities_are_never_nought(p: float, text: str) -> None:
+    assert probability(p) == text
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
+def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
+    browser: Browser, page: Path, width: int, height: int
+) -> None:
+    assert complaints_and_width(browser, page, width, height) == ([], width)
+
+
+def test_fitness_is_said_in_its_unit() -> None:
+    assert fitness_in_words([load("evo/A")]).endswith(
+        "; an item gives 1, so it is the number of items eaten"
+    )
+    costly = load("evo+self-taught/A").replace(learning={"cost_per_step": 0.1})
+    assert fitness_in_words([costly]).endswith(
+        "in its life, less what learning costs; an item gives 1"
+    )
+    assert fitness_in_words([]) == ""
+
+
+def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
+    opened = browser.new_page()
+    opened.goto(page.as_uri())
+    opened.emulate_media(media="print")
+    heights = opened.evaluate(
+        "[...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)"
+    )
+    assert max(heights) < 265 * 96 / 25.4  # what A4 leaves between its margins, in CSS pixels
+    assert opened.pdf(format="A4").count(b"/Type /Page\n") <= 14
+    opened.close()
+
+
+def text_of(page: Path) -> str:
+    """The words of a page, without pictures and styles."""
+    return re.sub(r'src="[^"]*"|<style>.*?</style>', "", page.read_text("utf-8"), flags=re.DOTALL)
+
+
+def own_report(data: xr.Dataset, folder: Path) -> str:
+    """The report of a study that no paper made."""
+    traces = [trace(str(data["condition"].values[0]), int(data["generation"][-1]))]
+    drawn = draw_report(
+        folder, data, [], traces, FACTS, looks=LOOKS, contrasts=compare_conditions(data)
+    )
+    return text_of(write_report(folder, drawn, folder / "report.html"))
+
+
+def test_claims_that_are_asked_for_and_concern_no_condition_are_left_out(tmp_path: Path) -> None:
+    text = report_of(study({"mine": range(8)}), tmp_path).read_text("utf-8")
+    assert "<h1>Evolution and lifetime learning: mine</h1>" in text
+    assert "None of the claims of Nam Le" in text and "is about conditions of this study." in text
+    assert "not evaluated" not in text
+    assert ">The claims</h2>" not in text
+
+
+@pytest.mark.parametrize(
+    "names", [("mine", "yours"), ("evo/A", "evo+self-taught/A"), ("evo+self-taught/B", "short")]
+)
+def test_a_study_of_no_paper_is_reported_without_a_word_on_papers(
+    names: tuple[str, str], tmp_path: Path
+) -> None:
+    text = own_report(study({names[0]: range(8), names[1]: range(20, 28)}), tmp_path)
+    assert f"<h1>Evolution and lifetime learning: {names[0]}, {names[1]}</h1>" in text
+    words = re.sub(
+        r"<pre.*?</pre>|class=\"[^\"]*\"", "", text, flags=re.DOTALL
+    )  # experiments, and names of styles
+    assert not re.search(r"paper|claim|bracket|reproduction", words, re.IGNORECASE)
+
+
+def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
+    text = own_report(study({"evo/B": range(8), "short": range(20, 28)}), tmp_path)
+    assert re.findall(r'<h2 id="([^"]+)"', text)[0] == "compared"
+    section = text.split('id="compared"')[1].split("<h2")[0]
+    assert "Each condition is compared with evo/B." in section
+    assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
+    assert (
+        "<strong>+20.0</strong>" in section
+        and '<td class="plain" data-label="runs">8, 8</td>' in section
+    )
+
+
+def test_a_report_says_where_so_few_runs_can_give_no_verdict(tmp_path: Path) -> None:
+    text = own_report(study({"evo/A": range(4), "evo+drift/A": range(20, 24)}), tmp_path)
+    assert (
+        "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+        in text
+    )
+    assert text.count("</span> too few runs</span>") == 2 and "</span> undecided</span>" not in text
+
+
+def test_claims_of_too_few_runs_say_so(tmp_path: Path) -> None:
+    few = {name: list(values)[:3] for name, values in AS_THE_PAPER.items()}
+    text = text_of(report_of(study(few), tmp_path))
+    assert re.search(
+        r"With 3 runs and \d+ tests, the smallest corrected p-value is 1\. At least \d+ runs are needed\.",
+        text,
+    )
+    assert "</span> too few runs</span>" in text
+
+
+def test_many_comparisons_are_folded(tmp_path: Path) -> None:
+    text = own_report(
+        study({f"own-{number}": range(8) for number in range(22)}, generations=2, agents=2),
+        tmp_path,
+    )
+    assert "<details><summary>Each comparison</summary>" in text
+
+
+def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
+    """Not as a share of agents, which it was taken for."""
+    comparison = Comparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
+    numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
+    found = sentence(Finding(comparison, numbers, float("nan"), "holds"))
+    assert found == "taught: average agent, mean over runs: 81.5"
+
+
+def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way() -> None:
+    """A few that live on for very long outweigh many that die somewhat sooner."""
+    comparison = Comparison(a="ERL", b="B", measure="survived", rule="survives_longer")
+    numbers = statistics.Comparison(
+        100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
+    )
+    found = Finding(comparison, numbers, 0.0051, "holds", "steps that a population survives")
+    assert (
+        sentence(found)
+        == "steps that a population survives, restricted mean: +304,398 in ERL against B"
+    )
+    assert compared(found) == "ERL 6,002, B 8,343 (steps that a population survives; medians)"

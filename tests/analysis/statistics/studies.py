@@ -1,0 +1,99 @@
+"""Hand-made studies and traces with known results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.factors import Factors, coordinates
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.models.miniworld.appearance import as_text
+from baldwinlab.papers.claims import Claim
+from baldwinlab.papers.presets import load
+
+RUNS = 8
+
+AS_THE_PAPER: Mapping[str, Sequence[float]] = {
+    "evo/A": range(80, 80 + RUNS),
+    "evo+self-taught/A": range(120, 120 + RUNS),
+    "self-taught/A": range(10, 10 + RUNS),
+    "evo/B": [0] * RUNS,
+    "evo+self-taught/B": range(50, 50 + RUNS),
+    "self-taught/B": range(2, 2 + RUNS),
+}
+
+
+class Claims(NamedTuple):
+    """The claims of a paper without measures."""
+
+    claims: tuple[Claim, ...]
+
+    def measures(self, name: str) -> dict[str, Any]:
+        return {}
+
+
+def study(
+    eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: int = 10, hungry: int = 6
+) -> xr.Dataset:
+    """Return a dataset in which every agent of a run eats the given number in every generation.
+
+    NaN is a missing run. In `evo+self-taught/B`, `hungry` agents eat nothing in the first half of
+    the generations.
+    """
+    runs = max(len(values) for values in eaten.values())
+    food = np.full((len(eaten), runs, generations, agents), np.nan)
+    for number, (name, values) in enumerate(eaten.items()):
+        food[number, : len(values)] = np.reshape(list(values), (-1, 1, 1))
+        if name == "evo+self-taught/B":
+            food[number, : len(values), : generations // 2, :hungry] *= 0
+    dims = ("condition", "run", "generation", "agent")
+    coords = {
+        "condition": list(eaten),
+        "run": range(runs),
+        "generation": range(generations),
+        "agent": range(agents),
+    }
+    texts = [to_toml(experiment(name, generations, agents)) for name in eaten]
+    factors = [
+        Factors(*name.rpartition("/")[::2]) if "/" in name else Factors(name) for name in eaten
+    ]
+    data = {
+        "food_eaten": (dims, food),
+        "energy": (dims, food.copy()),
+        "experiment": ("condition", texts),
+    }
+    return xr.Dataset(data, coords | coordinates(factors), {"seed": 7})
+
+
+def experiment(name: str, generations: int, agents: int) -> Experiment:
+    """Return the preset of that name, or a custom experiment."""
+    try:
+        base = load(name)
+    except ExperimentError:
+        base = Experiment(name=name)
+    return base.replace(evolution={"generations": generations}, population={"size": agents})
+
+
+def trace(
+    condition: str, generation: int, run: int = 0, steps: int = 60, agents: int = 10
+) -> xr.Dataset:
+    """Return a trace of agents that walk to the right across the edge; every second agent eats."""
+    x = (160.0 + np.arange(steps)[:, None] * 12.0 + np.arange(agents)) % 640
+    eaten = np.zeros((steps, agents), np.int32)
+    eaten[-1, ::2] = 1
+    dims = ("step", "agent")
+    provenance = {
+        "experiment": to_toml(experiment(condition, 12, agents)),
+        "look": as_text(experiment(condition, 12, agents)),
+        "condition": condition,
+        "run": run,
+        "generation": generation,
+    }
+    return xr.Dataset(
+        {"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)},
+        attrs=provenance,
+    )

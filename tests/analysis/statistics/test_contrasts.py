@@ -1,0 +1,137 @@
+"""Tests of comparisons of conditions, on small hand-made studies."""
+
+from __future__ import annotations
+
+import pytest
+
+from baldwinlab.analysis import statistics
+from baldwinlab.analysis.statistics.contrasts import (
+    COLUMNS,
+    compare_conditions,
+    planned_designs,
+    references,
+)
+from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.experiment.factors import Factors
+from tests.analysis.statistics.studies import study
+
+HIGH, LOW, MIXED = range(100, 108), range(10, 18), [5, 6, 7, 8, 104, 105, 106, 107]
+NOTHING = float("nan")
+
+
+def factors(*names: str) -> dict[str, Factors]:
+    """Return factors as a study stores them: a name with a slash is LEARNER/MAP."""
+    return {name: Factors(*name.split("/")) if "/" in name else Factors(name) for name in names}
+
+
+def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
+    contrasts = compare_conditions(
+        study({"evo/A": LOW, "evo/B": LOW, "evo+drift/A": HIGH, "evo+lamarckian/B": LOW})
+    )
+    pairs = {(row.condition, row.reference) for row in contrasts.rows}
+    assert pairs == {("evo+drift/A", "evo/A"), ("evo+lamarckian/B", "evo/B")}
+    assert [row.measure for row in contrasts.rows] == ["mean", "best"] * 2
+    assert contrasts.pairing == "Each condition is compared with the first condition on its map."
+
+
+@pytest.mark.parametrize(
+    ("names", "pairs"),
+    [
+        (["evo/B", "own"], {"own": "evo/B"}),  # an experiment file has no map
+        (["one", "two", "three"], {"two": "one", "three": "one"}),
+        (["evo/A", "evo/B"], {"evo/B": "evo/A"}),
+        (["evo/A", "own", "other"], {"own": "evo/A", "other": "evo/A"}),
+        (["evo/A", "evo/B", "drift/B"], {"drift/B": "evo/B"}),
+        (
+            ["evo/A", "drift/A", "own", "evo/C"],
+            {"drift/A": "evo/A", "own": "evo/A", "evo/C": "evo/A"},
+        ),
+        (["evo/A"], {}),
+    ],
+)
+def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(
+    names: list[str], pairs: dict[str, str]
+) -> None:
+    assert references(factors(*names)) == pairs
+
+
+def test_a_multiverse_is_compared_within_each_variant() -> None:
+    named = {
+        f"{learner}-{variant}": Factors(learner, "A", variant)
+        for variant in ("R1", "R2")
+        for learner in ("evo", "drift")
+    }
+    assert references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
+
+
+def test_all_conditions_are_compared_with_a_given_baseline() -> None:
+    contrasts = compare_conditions(
+        study({"evo/A": LOW, "evo/B": LOW, "evo+drift/B": HIGH}), baseline="evo+drift/B"
+    )
+    assert {(row.condition, row.reference) for row in contrasts.rows} == {
+        ("evo/A", "evo+drift/B"),
+        ("evo/B", "evo+drift/B"),
+    }
+    assert contrasts.pairing == "Each condition is compared with evo+drift/B."
+
+
+def test_the_description_names_conditions_compared_across_maps() -> None:
+    contrasts = compare_conditions(
+        study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH})
+    )
+    assert contrasts.pairing.endswith(
+        " A condition that is alone on its map, or has no map, is compared with evo/A: evo/C."
+    )
+
+
+def test_a_verdict_needs_a_significant_difference() -> None:
+    contrasts = compare_conditions(study({"a/A": LOW, "b/A": HIGH, "c/A": LOW, "d/A": MIXED}))
+    assert [row.verdict for row in contrasts.rows if row.measure == "mean"] == [
+        "higher",
+        "undecided",
+        "undecided",
+    ]
+    (turned,) = (
+        row
+        for row in compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows
+        if row.measure == "best"
+    )
+    assert turned.verdict == "lower"
+    assert turned.numbers.effect == -90
+    assert turned.p_holm == pytest.approx(2 * 2 / 12870)  # exact, and one of two tests
+
+
+def test_a_row_contains_the_fields_of_the_comparison() -> None:
+    (mean, _) = compare_conditions(study({"a/A": LOW, "b/A": MIXED})).rows
+    row, expected = mean.row(), statistics.compare(MIXED, LOW)
+    assert set(row) == set(COLUMNS)
+    assert [row[name] for name in expected._fields] == list(expected)
+
+
+def test_the_verdict_is_too_few_runs_if_no_data_could_be_significant() -> None:
+    """The smallest p-value of four runs is 2 / 70, or 4 / 70 after correction for two tests."""
+    few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
+    assert [row.verdict for row in few.rows] == ["too few runs"] * 2
+    assert (
+        [row.p_holm for row in few.rows]
+        == pytest.approx([4 / 70] * 2)
+        == [row.smallest_p_holm for row in few.rows]
+    )
+    assert (
+        few.too_few == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
+        "At least 5 runs are needed."
+    )
+    enough = compare_conditions(study({"a/A": LOW[:5], "b/A": HIGH[:5]}))
+    assert [row.verdict for row in enough.rows] == ["higher"] * 2 and enough.too_few == ""
+
+
+def test_planned_designs_give_the_same_warning_as_the_report() -> None:
+    eaten = {"evo/A": LOW[:4], "evo+drift/A": HIGH[:4], "own": LOW[:4]}
+    designs = planned_designs(factors(*eaten), 4)
+    assert describe_too_few(designs) == compare_conditions(study(eaten)).too_few != ""
+
+
+def test_a_condition_without_runs_or_without_a_reference_is_not_compared() -> None:
+    assert compare_conditions(study({"evo/A": LOW})).rows == ()
+    without = compare_conditions(study({"evo/A": [NOTHING] * 8, "evo+drift/A": LOW, "alone": LOW}))
+    assert {(row.condition, row.reference) for row in without.rows} == {("alone", "evo+drift/A")}

@@ -1,0 +1,142 @@
+"""Tests of fitness measures, on studies that are small enough to compute by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.summary import summarize_conditions
+from tests.analysis.statistics.studies import study
+
+NAN = float("nan")
+
+
+def make_dataset(food: list[list[list[list[float]]]]) -> xr.Dataset:
+    """Return a dataset [condition, run, generation, agent] in which an item gives energy 2."""
+    array = np.array(food, np.float64)
+    dims = ("condition", "run", "generation", "agent")
+    coords = {dim: range(size) for dim, size in zip(dims, array.shape, strict=True)}
+    return xr.Dataset({"food_eaten": (dims, array), "energy": (dims, 2 * array)}, coords)
+
+
+def test_best_and_mean_use_energy_and_share_counts_agents() -> None:
+    dataset = make_dataset([[[[0, 1, 5], [0, 0, 0]]]])
+    assert fitness.best(dataset).values.tolist() == [[[10, 0]]]
+    assert fitness.mean(dataset).values.tolist() == [[[4, 0]]]
+    np.testing.assert_allclose(fitness.share(dataset).values, [[[2 / 3, 0]]])
+    assert fitness.largest_gain(dataset).values.tolist() == [[5]]
+
+
+def test_share_accepts_integers() -> None:
+    dataset = make_dataset([[[[0, 1, 5], [0, 0, 0]]]])
+    dataset["food_eaten"] = dataset["food_eaten"].astype(np.int32)
+    np.testing.assert_allclose(fitness.share(dataset).values, [[[2 / 3, 0]]])
+
+
+def test_final_and_initial_average_over_their_window() -> None:
+    dataset = make_dataset([[[[1], [2], [3], [4]]]])
+    assert fitness.final(dataset, "mean", last=2).values.tolist() == [[7]]
+    assert fitness.initial(dataset, "mean", first=2).values.tolist() == [[3]]
+    assert (
+        fitness.final(dataset, "mean", last=99).values.tolist()
+        == fitness.initial(dataset, "mean", 99).values.tolist()
+        == [[5]]
+    )
+
+
+def test_a_shorter_condition_ends_with_its_last_generation() -> None:
+    two = make_dataset([[[[1], [2], [3], [4]]], [[[5], [6], [NAN], [NAN]]]])
+    assert fitness.final(two, "mean", last=1).values.tolist() == [[8], [12]]
+
+
+def test_missing_runs_and_agents_stay_missing() -> None:
+    two = make_dataset([[[[1, NAN]], [[NAN, NAN]]]])
+    for measure in fitness.MEASURES:
+        comparison = fitness.final(two, measure).values[0]
+        assert np.isfinite(comparison[0]) and np.isnan(comparison[1])
+
+
+@pytest.mark.parametrize("window", [fitness.final, fitness.initial])
+def test_a_window_has_at_least_one_generation(window: object) -> None:
+    assert callable(window)
+    with pytest.raises(ValueError, match="at least 1"):
+        window(make_dataset([[[[1]]]]), "mean", 0)
+
+
+def test_the_summary_has_a_row_per_condition_with_runs_and_measure() -> None:
+    rows = summarize_conditions(study({"one": [1, 2, 3, 4], "two": [NAN]}))
+    assert [(row["condition"], row["measure"]) for row in rows] == [
+        ("one", "best"),
+        ("one", "mean"),
+        ("one", "share"),
+    ]
+    best = rows[0]
+    assert (
+        best["n"],
+        best["median"],
+        best["mean"],
+        best["lower_quartile"],
+        best["min"],
+        best["max"],
+    ) == (
+        4,
+        2.5,
+        2.5,
+        1.75,
+        1,
+        4,
+    )
+
+
+def test_an_interval_of_nonnegative_values_ends_at_zero() -> None:
+    average, low, high = fitness.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
+    assert (float(average), float(low)) == (10, 0) and high > 30
+    _, low, _ = fitness.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
+    assert low < 0
+
+
+def test_the_interval_of_a_share_ends_at_one() -> None:
+    ate = [[[1, 1, 1, 1], [1, 1, 1, 0]], [[1, 1, 1, 1], [1, 1, 1, 1]], [[1, 1, 0, 0], [1, 1, 1, 1]]]
+    study = xr.Dataset({"energy": (("run", "generation", "agent"), np.asarray(ate, float))})
+    for shares in (fitness.share(study), fitness.final(study, "share")):
+        average, _, high = fitness.interval_of_mean(shares)
+        assert (average < 1).all() and (high == 1).all()
+    assert (fitness.interval_of_mean(fitness.mean(study))[2] > 1).all()
+
+
+def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
+    middle, low, high = fitness.interval_of_median(xr.DataArray(np.arange(30.0)[::-1], dims="run"))
+    assert (float(middle), float(low), float(high)) == (
+        14.5,
+        9,
+        20,
+    )  # the tenth smallest and the tenth largest
+    _, low, high = fitness.interval_of_median(xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run"))
+    assert (float(low), float(high)) == (1, 6)
+
+
+def test_the_median_of_fewer_than_six_values_has_no_interval() -> None:
+    values = xr.DataArray([[1.0, 2, 3, 4, 5, NAN], [1, 2, 3, 4, 5, 6]], dims=("generation", "run"))
+    middle, low, high = fitness.interval_of_median(values)
+    assert middle.values.tolist() == [3, 3.5]
+    np.testing.assert_array_equal(low, [NAN, 1])
+    np.testing.assert_array_equal(high, [NAN, 6])
+
+
+def test_the_typical_run_is_nearest_to_the_median() -> None:
+    assert fitness.typical_run(study({"evo": [9, 1, 5, 100, NAN]}), "evo") in (0, 2)
+    with pytest.raises(ValueError, match="no run of evo"):
+        fitness.typical_run(study({"evo": [NAN]}), "evo")
+
+
+def test_stored_curves_equal_computed_ones() -> None:
+    two = make_dataset([[[[1, 4], [2, 2]]], [[[3, NAN], [NAN, NAN]]]])
+    stored = fitness.with_curves(two)
+    for measure, compute in fitness.MEASURES.items():
+        xr.testing.assert_equal(compute(stored), compute(two))
+        assert (
+            compute(stored.drop_dims("agent")).sel(condition=1).values.tolist()[0][0]
+            == compute(two).values[1, 0, 0]
+        ), measure

@@ -1,0 +1,95 @@
+"""The figures of a sweep can be drawn of any sweep, to the same bytes each time."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.sweeps.analysis import finals
+from baldwinlab.analysis.sweeps.figures import axis_scale, heat_maps, response_curves
+from tests.analysis.sweeps.made import grid, sample
+
+RATE, COUNT = "learning.rate", "world.food.0.count"
+
+DRAW: dict[str, Callable[[], Figure]] = {
+    "curves": lambda: response_curves(finals(grid())),
+    "scatter": lambda: response_curves(finals(sample(30))),
+    "heat maps": lambda: heat_maps(finals(grid()), RATE, COUNT),
+}
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_print(
+    name: str,
+) -> None:
+    figure = DRAW[name]()
+    assert figures.svg(figure) == figures.svg(DRAW[name]())
+    texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
+    assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
+    assert figure.get_size_inches()[0] <= 7.2
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        grid(runs=1),
+        sample(1),
+        sample(3),
+        grid().isel({RATE: [0], COUNT: [0]}),
+        grid().where(grid()[COUNT] < 50),
+    ],
+    ids=[
+        "one run",
+        "one sampled point",
+        "three sampled points",
+        "one point where nobody eats",
+        "points without a run",
+    ],
+)
+def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert figures.svg(response_curves(finals(data)))
+        if data.attrs["design"] == "grid":
+            assert figures.svg(heat_maps(finals(data), RATE, COUNT))
+
+
+@pytest.mark.parametrize(
+    ("values", "scale"),
+    [
+        ([0.001, 0.01, 0.1], "log"),
+        ([0, 0.001, 0.01, 0.1], "symlog"),
+        ([1, 2, 5, 10, 20, 50], "log"),
+        (list(range(10, 110, 10)), "linear"),
+        ([0, 10, 50], "linear"),
+        ([10, 50], "linear"),
+        ([-1, 1, 100], "linear"),
+        ([0.5], "linear"),
+        ([0], "linear"),
+        (10 ** np.random.default_rng(1).uniform(-4, 0, 64), "log"),
+        (np.random.default_rng(1).uniform(1, 100, 64), "linear"),
+    ],
+)
+def test_an_axis_is_logarithmic_where_the_values_are_spaced_so(
+    values: list[float], scale: str
+) -> None:
+    assert axis_scale(values) == scale
+
+
+def test_heat_maps_write_the_means_into_their_cells() -> None:
+    figure = heat_maps(finals(grid()), RATE, COUNT)
+    assert [text.get_text() for text in figure.axes[1].texts] == [
+        "0",
+        "4.5",
+        "14",
+        "0",
+        "1.5",
+        "10",
+    ]

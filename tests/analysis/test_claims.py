@@ -1,0 +1,425 @@
+"""Each claim on studies that bear it out, contradict it, and say nothing."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shutil
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+from baldwinlab.analysis.claims import ClaimResult, claim_records, evaluate, write
+from baldwinlab.analysis.statistics.rules import RULES, Verdict, conjunction
+from baldwinlab.experiment import Experiment
+from baldwinlab.papers import load
+from baldwinlab.papers.paper import open_paper
+from baldwinlab.papers.presets import paper
+from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
+
+Eaten = Mapping[str, Sequence[float]]
+
+
+def verdicts(eaten: Eaten, **how: Any) -> dict[str, Verdict]:
+    return {result.claim.id: result.verdict for result in evaluate(study(eaten, **how), last=5)}
+
+
+def one(name: str, eaten: Eaten, **how: Any) -> ClaimResult:
+    return next(
+        result for result in evaluate(study(eaten, **how), last=5) if result.claim.id == name
+    )
+
+
+def swapped(first: str, second: str) -> Eaten:
+    return {**AS_THE_PAPER, first: AS_THE_PAPER[second], second: AS_THE_PAPER[first]}
+
+
+def test_where_all_is_as_in_the_paper_every_claim_holds() -> None:
+    assert verdicts(AS_THE_PAPER, hungry=6) == dict.fromkeys(
+        (f"C{number}" for number in range(1, 10)), "holds"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "second"),
+    [
+        ("C1", "evo+self-taught/A", "evo/A"),
+        ("C2", "evo+self-taught/A", "evo/A"),
+        ("C3", "evo/B", "self-taught/B"),
+        ("C4", "evo+self-taught/B", "evo/B"),
+        ("C5", "evo+self-taught/B", "self-taught/B"),
+        ("C6", "self-taught/A", "evo/A"),
+        ("C7", "self-taught/B", "evo/B"),
+        ("C8", "self-taught/A", "self-taught/B"),
+    ],
+)
+def test_where_it_is_the_other_way_round_a_claim_does_not_hold(
+    name: str, first: str, second: str
+) -> None:
+    assert verdicts(swapped(first, second))[name] == "does not hold"
+
+
+def test_where_conditions_do_not_differ_nothing_is_decided_but_zero() -> None:
+    alike = {name: range(RUNS) for name in AS_THE_PAPER}
+    assert set(verdicts(alike, hungry=0).values()) == {"undecided", "does not hold"}
+    assert verdicts(alike, hungry=0)["C3"] == "does not hold"
+
+
+def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
+    assert (
+        verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"
+    )  # all ate from the first generation on
+    few = study(AS_THE_PAPER)
+    late = {"condition": "evo+self-taught/B", "agent": slice(0, 2), "generation": slice(6, None)}
+    few["food_eaten"].loc[late] = 0
+    emergence = evaluate(few, last=5)[8]
+    assert [finding.verdict for finding in emergence.findings] == ["holds", "does not hold"]
+    assert emergence.verdict == "does not hold"
+    assert emergence.record()["effect"] == 0.7
+
+
+def test_emergence_fails_where_the_share_falls() -> None:
+    falling = study(AS_THE_PAPER, hungry=0)
+    falling["food_eaten"].loc[
+        {"condition": "evo+self-taught/B", "agent": 0, "generation": slice(6, None)}
+    ] = 0
+    assert [finding.verdict for finding in evaluate(falling, last=5)[8].findings] == [
+        "does not hold",
+        "holds",
+    ]
+
+
+def test_a_single_item_refutes_that_evo_never_eats() -> None:
+    eaten = study(AS_THE_PAPER)
+    eaten["food_eaten"][{"condition": 3, "run": 1, "generation": 0, "agent": 2}] = 1
+    third = evaluate(eaten, last=5)[2]
+    assert third.verdict == "does not hold" and third.record()["effect"] == 1
+
+
+def test_claims_about_absent_conditions_are_not_evaluated_and_say_so() -> None:
+    some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {
+        "self-taught/A": [math.nan]
+    }
+    found = {result.claim.id: result for result in evaluate(study(some))}
+    assert found["C1"].verdict == found["C2"].verdict == "holds"
+    assert found["C6"].verdict == "not evaluated"
+    assert found["C6"].missing == ("self-taught/A",)
+    assert found["C5"].missing == ("evo+self-taught/B", "self-taught/A", "self-taught/B")
+    assert found["C6"].record()["p"] is None and found["C6"].record()["comparisons"] == []
+
+
+def test_conditions_of_one_s_own_are_no_concern_of_the_claims() -> None:
+    assert set(verdicts({"my-rule": [1, 2, 3]}).values()) == {"not evaluated"}
+
+
+@pytest.mark.parametrize("generations", [1, 3])
+def test_one_run_decides_only_what_needs_no_statistics(generations: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = verdicts(
+            {name: list(values)[:1] for name, values in AS_THE_PAPER.items()},
+            generations=generations,
+            agents=1,
+        )
+    assert found.pop("C3") == "holds"
+    assert set(found.values()) == {"undecided"}
+
+
+def test_all_p_values_of_all_claims_are_one_family() -> None:
+    findings = [finding for result in evaluate(study(AS_THE_PAPER)) for finding in result.findings]
+    tested = [finding for finding in findings if not math.isnan(finding.numbers.p)]
+    smallest = min(tested, key=lambda finding: finding.numbers.p)
+    assert len(tested) == 19
+    assert smallest.p_holm == pytest.approx(19 * smallest.numbers.p)
+
+
+def test_the_record_shows_the_weakest_comparison_and_the_distance_from_the_paper() -> None:
+    weak = {
+        **AS_THE_PAPER,
+        "self-taught/B": [value + 46 for value in AS_THE_PAPER["self-taught/B"]],
+    }
+    fifth = one("C5", weak).record()
+    assert (fifth["condition"], fifth["comparison"]) == ("evo+self-taught/B", "self-taught/B")
+    assert fifth["p_holm"] == max(comparison["p_holm"] for comparison in fifth["comparisons"])
+    first = one("C1", AS_THE_PAPER)
+    assert first.record()["figure"] == 40 and first.from_paper == 0
+    assert one("C4", AS_THE_PAPER).from_paper is None
+
+
+def test_files_are_strict_and_complete(tmp_path: Path) -> None:
+    data = study({**AS_THE_PAPER, "evo/A": [80], "mine": [math.nan]})
+    results = evaluate(data)
+    write(results, data, tmp_path)
+    records = claim_records(results)
+    json.dumps(records, allow_nan=False)
+    needed = {
+        "id",
+        "claim",
+        "condition",
+        "comparison",
+        "measure",
+        "effect",
+        "interval",
+        "p",
+        "p_holm",
+        "a12",
+        "verdict",
+        "rule",
+    }
+    assert all(needed | {"paper", "comparisons"} <= record.keys() for record in records)
+    assert records[0]["interval"] is None  # one run has none
+    with (tmp_path / "statistics.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == sum(len(record["comparisons"]) for record in records)
+    assert rows[0]["claim"] == "C1" and rows[0]["low"] == "" and float(rows[0]["median_a"]) == 123.5
+    with (tmp_path / "summary.csv").open() as file:
+        assert {row["condition"] for row in csv.DictReader(file)} == set(AS_THE_PAPER)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["statistics.csv", "summary.csv"]
+
+
+def test_the_claims_name_only_what_there_is() -> None:
+    names = {experiment.name for experiment in paper()}
+    fields = Experiment().to_dict()
+    for claim in load().claims:
+        for comparison in claim.comparisons:
+            assert comparison.conditions <= names
+            assert comparison.rule in RULES
+        for choice in claim.choices:
+            part, field = choice.field.split(".")
+            assert field in fields[part]
+
+
+def strings(**unset: Sequence[float]) -> xr.Dataset:
+    """Runs of strings whose share of ? at last is that of each run; half succeed in the generation before, where it was 0.9."""
+    conditions = []
+    for name, values in unset.items():
+        share = np.stack(
+            [np.full((len(values), 4), 0.9), np.tile(np.array(values)[:, None], (1, 4))], axis=1
+        )
+        dims = ("run", "generation", "agent")
+        found = {
+            "energy": share + 1,
+            "unset": share,
+            "ones": 1 - share,
+            "zeros": 0 * share,
+            "succeeded": np.ones_like(share),
+        }
+        runs = xr.Dataset({each: (dims, array) for each, array in found.items()})
+        conditions.append(runs.expand_dims(condition=[name.replace("_", "-")]))
+    return xr.concat(conditions, "condition", join="outer")
+
+
+def of_strings(tmp_path: Path, comparison: str, **unset: Sequence[float]) -> ClaimResult:
+    claims = f"""[choices]
+[[claims]]
+id = "S"
+title = "S"
+claim = "S"
+paper = "S"
+comparisons = [{{ a = "guessing", {comparison} }}]
+"""
+    paper = load("hinton-nowlan-1987")
+    shutil.copytree(paper.folder, tmp_path / "strings")
+    (tmp_path / "strings" / "claims.toml").write_text(claims)
+    (result,) = evaluate(strings(**unset), paper=open_paper(tmp_path / "strings"))
+    return result
+
+
+SPREAD = [0.40, 0.42, 0.44, 0.46, 0.48, 0.50]
+
+
+@pytest.mark.parametrize(
+    ("comparison", "verdict"),
+    [
+        ('measure = "unset", rule = "within", bound = [0.3, 0.6]', "holds"),
+        ('measure = "unset", rule = "within", bound = [0.45, 0.6]', "undecided"),
+        ('measure = "unset", rule = "within", bound = [0.6, 0.7]', "does not hold"),
+        ('measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', "holds"),
+        ('measure = "unset", rule = "mean_within", bound = [0.46, 0.48]', "does not hold"),
+        ('measure = "unset", rule = "mean_at_most", bound = 0.451', "holds"),
+        ('measure = "unset", rule = "every_at_most", bound = 0.49', "does not hold"),
+        ('measure = "unset", rule = "every_at_most", bound = 0.50', "holds"),
+        ('measure = "fall", rule = "every_at_least", bound = 0.399', "holds"),
+        ('measure = "fall", rule = "every_at_least", bound = 0.41', "does not hold"),
+        ('measure = "take-off", rule = "within", bound = [0, 0]', "holds"),
+    ],
+)
+def test_a_model_s_own_measure_is_held_to_bounds(
+    tmp_path: Path, comparison: str, verdict: Verdict
+) -> None:
+    assert of_strings(tmp_path, comparison, guessing=SPREAD).verdict == verdict
+
+
+def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_have(
+    tmp_path: Path,
+) -> None:
+    of_strings(
+        tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD
+    )
+    beside_larger = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
+    (result,) = evaluate(beside_larger, paper=open_paper(tmp_path / "strings"))
+    assert result.verdict == "holds" and result.deciding is not None
+    assert result.deciding.numbers.n_a == len(SPREAD)
+
+
+def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
+    comparison, less = (
+        'b = "all-set", measure = "ones", rule = "lower"',
+        [share / 2 for share in SPREAD],
+    )
+    result = of_strings(tmp_path, comparison, guessing=SPREAD, all_set=less)
+    assert result.verdict == "holds" and result.deciding is not None
+    assert result.deciding.numbers.effect == pytest.approx(-0.225)
+    assert result.deciding.meaning == "share of 1 in the last generation"
+
+
+@pytest.mark.parametrize(
+    "rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "all-set"']
+)
+def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: str) -> None:
+    """As of runs in which nobody ever succeeds, so that nothing takes off."""
+    never = strings(guessing=SPREAD, all_set=SPREAD).assign(
+        succeeded=lambda runs: 0 * runs["succeeded"]
+    )
+    comparison = f'measure = "take-off", rule = {rule}'
+    of_strings(tmp_path, comparison, guessing=SPREAD, all_set=SPREAD)
+    (result,) = evaluate(never, paper=open_paper(tmp_path / "strings"))
+    assert result.verdict == "undecided"
+
+
+def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: Path) -> None:
+    """A report needs no part: what the model's own measure would say is left open."""
+    of_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0', guessing=SPREAD)
+    (tmp_path / "strings" / "conditions" / "guessing.toml").write_text(
+        'description = "gone"\nmodel = "gone"\n'
+    )
+    (result,) = evaluate(strings(guessing=SPREAD), paper=open_paper(tmp_path / "strings"))
+    assert result.verdict == "not evaluated" and result.unmeasured == ("ones",)
+
+
+@pytest.mark.parametrize(("shared", "verdict"), [(0.01, "holds"), (0.0, "undecided")])
+def test_runs_in_pairs_tell_a_small_difference_that_all_share(
+    tmp_path: Path, shared: float, verdict: Verdict
+) -> None:
+    more = [share + shared for share in SPREAD]
+    result = of_strings(
+        tmp_path,
+        'b = "all-set", measure = "unset", rule = "greater", paired = true',
+        guessing=more,
+        all_set=SPREAD,
+    )
+    assert result.verdict == verdict and result.deciding is not None
+    assert result.deciding.numbers.effect == pytest.approx(shared, abs=1e-6)
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    apart = of_strings(
+        alone, 'b = "all-set", measure = "unset", rule = "greater"', guessing=more, all_set=SPREAD
+    )
+    assert apart.verdict == "undecided", "as runs differ by more among themselves"
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict"), [(0.0, "holds"), (0.02, "undecided"), (0.2, "does not hold")]
+)
+def test_two_conditions_are_close_where_the_interval_of_their_difference_is(
+    tmp_path: Path, apart: float, verdict: Verdict
+) -> None:
+    """The difference of each pair is `apart`, less or more by 0.015."""
+    others = [
+        share + apart + (0.015 if number % 2 else -0.015) for number, share in enumerate(SPREAD)
+    ]
+    comparison = 'b = "all-set", measure = "unset", rule = "close", paired = true, bound = 0.02'
+    result = of_strings(tmp_path, comparison, guessing=others, all_set=SPREAD)
+    assert result.verdict == verdict and "within 0.02 of 0" in result.claim.rule
+
+
+def populations(**survived: Sequence[float]) -> xr.Dataset:
+    """Populations by strategy that survive so many steps, and are left alone at 1000."""
+    conditions = []
+    for name, times in survived.items():
+        steps = np.array(times, np.float64)[:, None, None]
+        dims = ("run", "generation", "agent")
+        runs = xr.Dataset(
+            {"energy": (dims, steps), "extinct": (dims, (steps < 1000).astype(np.int32))}
+        )
+        conditions.append(
+            runs.assign_coords(run=np.arange(len(times))).expand_dims(condition=[name])
+        )
+    return xr.concat(conditions, "condition", join="outer")
+
+
+EARLY = np.arange(10, 60, 2).tolist()
+LATE = [*range(100, 120), *[1000] * 5]
+
+
+@pytest.mark.parametrize(("first", "second", "verdict"), [
+    (LATE, EARLY, "holds"), (EARLY, LATE, "does not hold"), (LATE, LATE, "undecided"), ([1000] * 25, [1000] * 25, "undecided"),
+])  # fmt: skip
+def test_who_survives_longer_is_told_by_the_log_rank_test(
+    first: list[float], second: list[float], verdict: Verdict
+) -> None:
+    result, *_ = evaluate(populations(ERL=first, E=second), paper=load("ackley-littman-1991"))
+    assert result.claim.id == "A1" and result.verdict == verdict and result.deciding is not None
+    one, other = (
+        stats.CensoredData.right_censored(times, np.array(times) == 1000)
+        for times in (first, second)
+    )
+    with np.errstate(invalid="ignore"):
+        p = stats.logrank(one, other).pvalue
+    assert result.deciding.numbers.p == pytest.approx(1.0 if math.isnan(p) else p)
+    assert result.deciding.numbers.effect == pytest.approx(np.mean(first) - np.mean(second)), (
+        "as all are left alone at the same step"
+    )
+
+
+def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() -> None:
+    """Most die sooner, but two outlive all others by far."""
+    few = [*range(10, 33), 999, 999]
+    first, *_ = evaluate(
+        populations(ERL=few, E=list(range(30, 55))), paper=load("ackley-littman-1991")
+    )
+    assert first.deciding is not None and first.deciding.p_holm < 0.05
+    assert (
+        first.deciding.numbers.effect > 0 > first.deciding.numbers.u
+        and first.verdict == "undecided"
+    )
+
+
+def test_a_run_that_is_missing_counts_neither_as_dead_nor_as_alive() -> None:
+    less, all_of = (
+        evaluate(populations(ERL=LATE, E=each), paper=load("ackley-littman-1991"))[0]
+        for each in (EARLY[:9], EARLY)
+    )
+    assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (
+        25,
+        9,
+    )
+    assert (
+        all_of.deciding is not None
+        and all_of.deciding.numbers.n_b == 25
+        and less.verdict == "holds"
+    )
+
+
+def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
+    assert conjunction(["holds", "holds"]) == "holds"
+    assert conjunction(["holds", "undecided"]) == "undecided"
+    assert conjunction(["undecided", "does not hold", "holds"]) == "does not hold"
+    assert conjunction([]) == "not evaluated"
+
+
+def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
+    data = study(
+        {name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER}
+    )
+    for folder in ("one", "two"):
+        write(evaluate(data), data, tmp_path / folder)
+    for name in ("statistics.csv", "summary.csv"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()

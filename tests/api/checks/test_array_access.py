@@ -1,0 +1,132 @@
+"""Watched hooks: arrays know their names, refuse wrong indices, and outputs that stay unwritten are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baldwinlab.api.checks.array_access import HookError, UnwrittenError, Watch
+from baldwinlab.engine import poison
+from baldwinlab.parts.loading import load_file, parts_in
+
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def watch_part(write_part: Write) -> Callable[[str], tuple[Any, Watch]]:
+    """Loads the only part of a file and watches its hooks."""
+
+    def watch(text: str) -> tuple[Any, Watch]:
+        (part,) = parts_in(load_file(write_part(dedent(text))))
+        return part, Watch([part])
+
+    return watch
+
+
+SELECTION = """
+    from baldwinlab.parts import Selection
+
+    class Part(Selection, name="some-parents"):
+        @staticmethod
+        def select(part, fitness, uniforms, shares, order, parents):
+            {statement}
+"""
+
+
+def select(part: Any) -> Any:
+    parents = np.full((3, 2), 7, np.int32)
+    part.select((), np.zeros(4), np.zeros((3, 2, 4)), np.zeros(4), np.zeros(4, np.int64), parents)
+    return parents
+
+
+@pytest.mark.parametrize(
+    ("statement", "sentence"),
+    [
+        ("order[4] = 1", "index 4 of order, which has 4 entries"),
+        ("order[-1] = 1", "index -1 of order, which has 4 entries; an index must be at least 0"),
+        ("parents[0, 2] = 1", "index 2 of parents, which has 2 columns"),
+        ("parents[3, 0] = 1", "index 3 of parents, which has 3 rows"),
+        ("uniforms[0, 0, 4]", "index 4 of uniforms, which has 4 entries along axis 2"),
+        ("uniforms[:, 1, 0][3]", "index 3 of uniforms[:, 1, 0], which has 3 entries"),
+        ("fitness[0] / None", "TypeError: unsupported operand type"),
+    ],
+)
+def test_an_error_in_a_hook_names_part_hook_line_array_index_and_size(
+    watch_part: Any, statement: str, sentence: str
+) -> None:
+    part, _ = watch_part(SELECTION.format(statement=statement))
+    with pytest.raises(HookError) as failed:
+        select(part)
+    assert str(failed.value).startswith(f"selection 'some-parents': select, line 7: {sentence}")
+
+
+def test_indices_within_an_array_and_slices_are_those_of_numpy(watch_part: Any) -> None:
+    part, _ = watch_part(
+        SELECTION.format(statement="parents[:] = 5; parents[1:, 1] = order[3] + 1")
+    )
+    assert select(part).tolist() == [[5, 5], [5, 1], [5, 1]]
+
+
+def test_parents_that_stay_unwritten_are_found_whatever_was_there_before(watch_part: Any) -> None:
+    part, _ = watch_part(SELECTION.format(statement="parents[:2] = 0; parents[2, 0] = 0"))
+    with pytest.raises(
+        UnwrittenError, match=r"selection 'some-parents': select leaves parents\[2, 1\] unwritten"
+    ):
+        select(part)
+
+
+def test_a_part_of_a_state_keeps_its_type_and_its_arrays_have_dotted_names(watch_part: Any) -> None:
+    part, _ = watch_part(
+        """
+        from baldwinlab.parts import WorldFeature, per_world
+
+        class Part(WorldFeature, name="ticks"):
+            arrays = {"ticks": per_world(2, dtype="int32")}
+
+            @staticmethod
+            def end_step(part, model, state, world, step):
+                part.ticks[world, step] += 1
+        """
+    )
+    ticks = np.zeros((1, 2), np.int32)
+    part.end_step(part.Compiled(ticks), (), (), 0, 1)
+    assert ticks.tolist() == [[0, 1]]
+    with pytest.raises(
+        HookError,
+        match=r"world feature 'ticks': end_step, line 9: index 2 of part.ticks, which has 2 col",
+    ):
+        part.end_step(part.Compiled(ticks), (), (), 0, 2)
+
+
+def test_the_first_look_at_poisoned_memory_is_noted_with_its_line(watch_part: Any) -> None:
+    part, watch = watch_part(SELECTION.format(statement="shares[1] = fitness[2]; parents[:] = 0"))
+    with poison.use_pattern(2):
+        fitness, order = poison.empty(4), np.zeros(4, np.int64)
+        part.select(
+            (), fitness, np.zeros((3, 2, 4)), np.zeros(4), order, np.zeros((3, 2), np.int32)
+        )
+    assert watch.unwritten_read == "selection 'some-parents': select, line 7: fitness[2]"
+
+
+def test_a_child_whose_second_module_stays_unwritten_is_found(watch_part: Any) -> None:
+    part, _ = watch_part(
+        """
+        from baldwinlab.parts import Variation
+
+        class Part(Variation, name="one-module"):
+            @staticmethod
+            def vary(part, fitter, other, draws, gate, child):
+                child[0] = fitter[0]
+        """
+    )
+    one, two = np.ones((1, 3), np.float32), np.ones((2, 3), np.float32)
+    part.vary((), one, one, np.zeros((3, 4)), 0.5, np.zeros_like(one))
+    with pytest.raises(
+        UnwrittenError, match=r"variation 'one-module': vary leaves child\[1, 0\] unwritten"
+    ):
+        part.vary((), two, two, np.zeros((6, 4)), 0.5, np.zeros_like(two))

@@ -1,0 +1,191 @@
+"""Oracles: the arguments of their kind, and which hooks no oracle verifies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import dedent, indent
+
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.api.checks.findings import FailsError
+from baldwinlab.api.checks.signatures import (
+    ORACLES,
+    require_signature,
+    unverified_hooks,
+    verified_hooks,
+)
+from baldwinlab.experiment import registry
+from baldwinlab.parts.loading import load_file, parts_in
+
+Write = Callable[[str], Path]
+
+PAIR = "def select_with_genomes(part, genome, fitness, uniforms, shares, order, parents)"
+VARY_ALL = "def vary_population(part, moment, genome, fitness, parents, draws, children)"
+HOOKS = {  # of each contract: a kind's class and one of its hooks
+    "learning rule": ("LearningRule", "def learn(part, model, state, step, lane)"),
+    "network": ("Network", "def forward(part, weights, activations, lane)"),
+    "body": ("Body", "def move(part, model, state, lane)"),
+    "sense": ("Sense", "def sense(part, model, state, world, agent)"),
+    "world feature": ("WorldFeature", "def blocks_movement(part, model, x, y)"),
+    "selection": ("Selection", "def select(part, fitness, uniforms, shares, order, parents)"),
+    "select_with_genomes": ("Selection", PAIR),
+    "variation": ("Variation", "def vary(part, fitter, other, draws, gate, child)"),
+    "vary_population": ("Variation", VARY_ALL),
+    "inheritance": ("Inheritance", "def inherit(part, born, learned, inherited)"),
+    "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
+}
+
+
+def write_class(kind: str, *methods: str, name: str = "some-part") -> str:
+    """A file with a part of a contract, whose static methods do nothing."""
+    base, hook = HOOKS[kind]
+    bodies = "".join(f"@staticmethod\n{method}:\n    pass\n" for method in (hook, *methods))
+    head = f"from baldwinlab.parts import {base}\n\nclass Part({base}, name={name!r}):\n"
+    return head + indent(bodies, "    ")
+
+
+@pytest.mark.parametrize("kind", ORACLES)
+def test_an_oracle_with_other_arguments_is_refused_with_those_of_its_kind(
+    write_part: Write, kind: str
+) -> None:
+    wrong = "def oracle(part, fitness, agent, oops, more, most)"
+    (part,) = parts_in(load_file(write_part(write_class(kind, wrong))))
+    expected = f"oracle({ORACLES[kind].arguments})"
+    with pytest.raises(FailsError) as refused:
+        require_signature(part)
+    assert (
+        f"{part.kind} 'some-part': oracle has the arguments (part, fitness, agent, oops, more, most)"
+        in str(refused.value)
+    )
+    assert f"it must be a static method {expected}" in str(refused.value)
+
+
+@pytest.mark.parametrize("kind", ORACLES)
+def test_an_oracle_with_the_arguments_of_its_kind_is_right(write_part: Write, kind: str) -> None:
+    right = f"def oracle({ORACLES[kind].arguments})"
+    (part,) = parts_in(load_file(write_part(write_class(kind, right))))
+    require_signature(part)
+    assert len(verified_hooks(part)) == 1
+
+
+def test_every_oracle_that_comes_with_the_package_has_the_arguments_of_its_kind() -> None:
+    kinds = [kind for kind in registry.BUILT_IN if kind != "model"]
+    parts = [registry.find(kind, name) for kind in kinds for name in registry.packaged(kind)]
+    with_oracle = [part for part in parts if hasattr(part, "oracle")]
+    for part in with_oracle:
+        require_signature(part)
+    assert len(with_oracle) > 30
+
+
+def test_an_oracle_that_is_no_static_method_is_refused(write_part: Write) -> None:
+    text = write_class("fitness") + "\n    def oracle(self, energy, cost):\n        pass\n"
+    (part,) = parts_in(load_file(write_part(text)))
+    with pytest.raises(
+        FailsError, match=r"oracle is no static method; it must be .* oracle\(part, energy, cost\)"
+    ):
+        require_signature(part)
+
+
+def test_the_check_refuses_a_wrong_oracle_before_it_compiles_and_names_the_hook_that_decides(
+    write_part: Write,
+) -> None:
+    path = write_part(
+        write_class("select_with_genomes", "def oracle(part, fitness, uniforms)", name="sharing")
+    )
+    failed = [str(one) for one in bl.check_part(path, only=["signature"]) if one.holds is False]
+    sentence = (
+        "does not hold: its oracle has the arguments of its kind: selection 'sharing': oracle has the arguments (part, fitness, "
+        "uniforms); it must be a static method oracle(part, genome, fitness, uniforms), as it has `select_with_genomes`; "
+    )
+    assert len(failed) == 1
+    assert failed[0].startswith(sentence)
+
+
+TWO_PARTS = """
+    import numpy as np
+    from baldwinlab.models.miniworld.learning.self_taught import SelfTaught
+    from baldwinlab.parts import Fitness, LearningRule, WorldFeature
+
+    class Verified(Fitness, name="verified"):
+        @staticmethod
+        def evaluate(part, energy, cost, fitness):
+            for agent in range(fitness.size):
+                fitness[agent] = energy[agent]
+
+        @staticmethod
+        def oracle(part, energy, cost):
+            return energy
+
+    class Tick(WorldFeature, name="tick"):
+        @staticmethod
+        def init_world(part, model, state, world):
+            pass
+
+        @staticmethod
+        def end_step(part, model, state, world, step):
+            pass
+
+    class Again(LearningRule, name="again"):
+        modules = ("action", "reinforcement")
+        learn = staticmethod(SelfTaught.learn)
+"""
+
+
+def test_each_hook_without_an_oracle_is_a_line_of_its_own(
+    write_part: Write, without_compilation: None
+) -> None:
+    path = write_part(dedent(TWO_PARTS))
+    lines = [str(one) for one in bl.check_part(path, only=["oracle"])][1:]
+    assert lines == [
+        "ok: the oracle agrees, step by step (fitness 'verified': evaluate)",
+        "not verified: it has no oracle: world feature 'tick', init_world",
+        "not verified: it has no oracle: world feature 'tick', end_step",
+    ], "a hook that is the package's own is not the part's to verify"
+
+
+def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
+    write_part: Write, without_compilation: None
+) -> None:
+    text = """
+        from baldwinlab.parts import Variation
+
+        class Copies(Variation, name="copies"):
+            @staticmethod
+            def vary(part, fitter, other, draws, gate, child):
+                child[:] = fitter
+        """
+    found = bl.check_part(write_part(dedent(text)), only=["oracle"])
+    assert [str(one) for one in found][1:] == [
+        "not verified: it has no oracle: variation 'copies', vary"
+    ]
+    assert found[-1].holds is None
+
+
+def test_an_oracle_of_a_place_does_not_verify_what_changes_by_itself(write_part: Write) -> None:
+    methods = ("def end_step(part, model, state, world, step)", "def oracle(part, x, y, dx, dy)")
+    (part,) = parts_in(load_file(write_part(write_class("world feature", *methods))))
+    assert list(unverified_hooks(part)) == [("end_step", "its oracle does not cover this hook")]
+
+
+def test_an_oracle_that_raises_is_named_with_its_line(
+    write_part: Write, without_compilation: None
+) -> None:
+    text = """
+        from baldwinlab.parts import Fitness
+
+        class Part(Fitness, name="raises"):
+            @staticmethod
+            def evaluate(part, energy, cost, fitness):
+                for agent in range(fitness.size):
+                    fitness[agent] = energy[agent]
+
+            @staticmethod
+            def oracle(part, energy, cost):
+                return energy + None
+        """
+    path = write_part(dedent(text))
+    (failed,) = [one.sentence for one in bl.check_part(path, only=["oracle"]) if one.holds is False]
+    assert failed.startswith("fitness 'raises': its oracle fails: TypeError: ")
+    assert failed.endswith(f"({path}:12)")

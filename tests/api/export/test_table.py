@@ -1,0 +1,266 @@
+"""The tidy table of a study, against its records: in pandas, in polars, as Parquet and as CSV."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow.parquet as pq
+import pytest
+
+import baldwinlab as bl
+from baldwinlab import Study, StudyError
+from baldwinlab.api.export import files
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.extras import installation_command
+from tests.commands import Command
+from tests.small import small, small_study
+
+KEY = ["condition", "run", "generation", "agent"]
+
+
+@pytest.fixture(autouse=True)
+def _warned_of_is_wrong() -> None:
+    warnings.simplefilter("error")
+
+
+def by_key(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.astype({"condition": str}).set_index(KEY)
+
+
+def require_that_it_is_the_study(frame: pd.DataFrame, study: Study) -> None:
+    """Every number of every record, and nothing else."""
+    rows = 0
+    for condition in study.conditions:
+        for run in study.runs(condition):
+            record = study._stored.read(condition, run)
+            there = frame[(frame["condition"] == condition) & (frame["run"] == run)].reset_index(
+                drop=True
+            )
+            shape = record["energy"].shape
+            assert len(there) == record["energy"].size
+            for name in ("food_eaten", "energy", "ones", "used"):
+                if name in record:
+                    np.testing.assert_array_equal(
+                        there[name].to_numpy().reshape(shape), record[name].values
+                    )
+                else:
+                    assert there[name].isna().all()
+            for number, parent in enumerate(("fitter", "other")):
+                np.testing.assert_array_equal(
+                    there[f"parents_{parent}"].to_numpy().reshape(shape),
+                    record.parents[..., number],
+                )
+            rows += len(there)
+    assert len(frame) == rows and not by_key(frame).index.has_duplicates
+
+
+def test_a_table_of_pandas_is_the_study_with_units_and_labels(mixed: Study) -> None:
+    frame = mixed.to_pandas()
+    require_that_it_is_the_study(frame, mixed)
+    assert frame["learner"].unique().tolist() == ["evo", "guessing"]
+    assert (
+        frame.attrs["units"]["food_eaten"] == "items" and frame.attrs["units"]["used"] == "trials"
+    )
+    assert frame.attrs["long_name"]["ones"] == "share of alleles that are 1, the right one"
+    assert frame.attrs["seed"] == 5
+    assert "energy" not in frame.attrs["units"], "which is of another kind in each model"
+
+
+def test_a_table_of_polars_is_that_of_pandas_with_nothing_where_there_is_nothing(
+    mixed: Study,
+) -> None:
+    frame, there = mixed.to_polars(), mixed.to_pandas()
+    assert frame.columns == there.columns.tolist()
+    assert (
+        frame["food_eaten"].dtype == pl.Int32
+        and frame["food_eaten"].null_count() == there["food_eaten"].isna().sum()
+    )
+    for name in frame.columns:
+        found = (
+            frame[name].cast(pl.Float64 if frame[name].dtype.is_numeric() else pl.String).to_list()
+        )
+        assert found == there[name].astype(object).where(there[name].notna(), None).tolist(), name
+
+
+def test_parquet_is_read_by_pandas_and_polars_as_what_it_was(
+    mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "ROWS", 70)  # two runs in a row group
+    path = tmp_path / "study.parquet"
+    mixed.to_parquet(path)
+    assert pq.ParquetFile(path).num_row_groups == 2
+    read, there = pd.read_parquet(path), mixed.to_pandas()
+    assert read.attrs == there.attrs
+    pd.testing.assert_frame_equal(
+        by_key(read),
+        by_key(there),
+        check_dtype=False,
+        check_index_type=False,
+        check_categorical=False,
+    )
+    assert (
+        pl.read_parquet(path)
+        .with_columns(pl.col(pl.Categorical).cast(pl.String))
+        .equals(mixed.to_polars().with_columns(pl.col(pl.Enum).cast(pl.String)))
+    )
+    field = pq.read_schema(path).field("food_eaten")
+    assert field.metadata == {b"units": b"items", b"long_name": b"items eaten in life"}
+
+
+def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
+    mixed: Study, tmp_path: Path
+) -> None:
+    path = tmp_path / "study.csv"
+    mixed.to_csv(path)
+    there = mixed.to_pandas()
+    read = pd.read_csv(
+        path, keep_default_na=False, na_values={name: "" for name in there.columns if name != "map"}
+    )
+    pd.testing.assert_frame_equal(
+        by_key(read),
+        by_key(there),
+        check_dtype=False,
+        check_index_type=False,
+        check_categorical=False,
+    )
+
+    csvw = pytest.importorskip("csvw")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its own libraries
+        described = csvw.CSVW(str(tmp_path / "study.csv-metadata.json"), validate=True)
+        (table,) = described.tables
+        rows = list(table)
+    assert described.is_valid
+    assert [row["energy"] for row in rows] == there["energy"].tolist()
+    assert [row["food_eaten"] for row in rows[-3:]] == [None] * 3 and isinstance(
+        rows[0]["food_eaten"], int
+    )
+    columns = {
+        each["name"]: each
+        for each in json.loads(path.with_name("study.csv-metadata.json").read_text())[
+            "tableSchema"
+        ]["columns"]
+    }
+    assert columns["food_eaten"]["schema:unitText"] == "items"
+
+
+def test_in_a_sweep_the_fields_that_were_swept_are_columns(tmp_path: Path) -> None:
+    short = {"lifetime.steps": 30, "evolution.generations": 2}
+    fields = {"learning.rate": [0.0, 0.5], "evolution.selection": ["roulette", "truncation"]}
+    given = {"experiment": "evo+self-taught/A", "runs": 1, "set": short, "fields": fields}
+    study = bl.sweep(given, out=tmp_path / "swept")
+    frame = study.to_pandas()
+    assert (
+        frame.groupby(["learning.rate", "evolution.selection"], observed=True)["run"]
+        .count()
+        .tolist()
+        == [40] * 4
+    )
+    study.to_csv(tmp_path / "swept.csv")
+    study.to_parquet(tmp_path / "swept.parquet")
+    assert (
+        study.to_polars()["learning.rate"].to_list()
+        == pd.read_csv(tmp_path / "swept.csv")["learning.rate"].tolist()
+    )
+    assert pd.read_parquet(tmp_path / "swept.parquet")["learning.rate"].unique().tolist() == [
+        0.0,
+        0.5,
+    ]
+
+
+WAYS: list[Callable[[Study, Path], object]] = [
+    lambda study, path: study.to_pandas(),
+    lambda study, path: study.to_polars(),
+    lambda study, path: study.to_arviz(),
+    lambda study, path: study.to_parquet(path / "x.parquet"),
+    lambda study, path: study.to_csv(path / "x.csv"),
+    lambda study, path: study.to_zarr(path / "x.zarr"),
+    lambda study, path: study.to_phylogeny(path / "x.csv"),
+    lambda study, path: study.crate(),
+]
+
+
+def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
+    tmp_path: Path,
+) -> None:
+    study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=2).directory)
+    out = tmp_path / "out"
+    out.mkdir()
+    record = study.directory / "runs" / "evo" / "A" / "0001.nc"
+    record.write_bytes(record.read_bytes()[:-1] + b"?")
+    for way in WAYS:
+        with pytest.raises(StudyError, match=r"0001\.nc is damaged"):
+            way(study, out)
+    record.unlink()
+    record.with_name("0000.nc").unlink()
+    for way in WAYS:
+        with pytest.raises(StudyError, match="holds no finished run yet"):
+            way(study, out)
+    assert not list(out.iterdir())
+
+
+@pytest.mark.parametrize(("library", "way"), [("polars", 1), ("pyarrow", 3), ("zarr", 5)])
+def test_a_library_that_is_not_there_is_told_with_its_extra(
+    mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, way: int
+) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == library]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(RefusedError, match=re.escape(installation_command("exchange"))):
+        WAYS[way](mixed, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
+    mixed: Study, command: Command, tmp_path: Path
+) -> None:
+    source = str(mixed.directory)
+    for ending in ("csv", "parquet"):
+        for _ in range(2):  # its own may be written over
+            done = command("export", source, "--out", f"mine.{ending}")
+            assert (done.code, done.out) == (0, f"mine.{ending}: runs: 3\n"), done.err
+        (tmp_path / f"theirs.{ending}").write_text("condition,years of work\n")
+        refused = command("export", source, "--out", f"theirs.{ending}")
+        assert refused.code == 2 and "is there already, and not made by this command" in refused.err
+        assert command("export", source, "--out", f"theirs.{ending}", "--force").code == 0
+    assert pd.read_parquet("theirs.parquet").shape == (152, 15)
+    assert command("export", source, "--out", "mine.zarr").code == 0
+    refused = command("export", source, "--out", "mine.zarr", "--force")
+    assert (
+        refused.code == 2 and "is there already: choose another name, or remove it" in refused.err
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["--out", "x.xlsx"],
+            "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study",
+        ),
+        (
+            ["--out", "x.csv", "--seed", "3"],
+            "--part, --set and --seed are for pages, which end in .html, and not for x.csv",
+        ),
+        (["--out", "no/x.zarr"], "--out no/x.zarr: there is no folder no"),
+        (["--out", "no/x.csv"], "--out no/x.csv: there is no folder no"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused_in_a_sentence(
+    mixed: Study, command: Command, words: list[str], sentence: str
+) -> None:
+    done = command("export", str(mixed.directory), *words)
+    assert (done.code, done.err) == (2, f"baldwinlab: {sentence}\n")
+
+
+def test_a_preset_has_no_results(command: Command) -> None:
+    done = command("export", "evo/A", "--out", "x.csv")
+    assert (done.code, done.err) == (2, "baldwinlab: evo/A holds no study: it has no study.toml\n")

@@ -1,0 +1,141 @@
+"""An experiment as a problem: the lives that an optimiser is told of are those of the engine."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import neat
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.core.errors import ArgumentError, RefusedError
+from tests.worlds import small
+
+ROOT = Path(__file__).parents[3]
+EXPERIMENT = small("evo+self-taught", population={"size": 5}, record={"genome_every": 1})
+
+
+def test_genomes_of_a_run_have_the_fitness_that_they_had_in_it() -> None:
+    """Of three worlds at once, in any generation, on any number of threads."""
+    runs = [bl.simulate(EXPERIMENT, seed=4, run=run) for run in range(3)]
+    for generation in range(2):
+        lived = [run["energy"].values[generation] for run in runs]
+        genomes = np.concatenate([run["genome"].values[generation] for run in runs])
+        for workers in (1, 2):
+            told = bl.make_problem(EXPERIMENT, seed=4, workers=workers).evaluate(
+                genomes, generation
+            )
+            np.testing.assert_array_equal(told.fitness, np.concatenate(lived))
+    assert np.concatenate(lived).any(), "somebody ate"
+
+
+def test_founders_are_those_of_the_runs() -> None:
+    problem = bl.make_problem(EXPERIMENT, seed=4)
+    first = [bl.simulate(EXPERIMENT, seed=4, run=run)["genome"].values[0] for run in range(2)]
+    np.testing.assert_array_equal(
+        problem.founders(7), np.concatenate(first).reshape(10, problem.length)[:7]
+    )
+
+
+def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
+    problem = bl.make_problem(EXPERIMENT.replace(population={"size": 1}), seed=2)
+    genomes = problem.founders(6)
+    together = problem.evaluate(genomes)
+    changed = genomes.copy()
+    changed[1:] = 0
+    assert together.fitness[0] == problem.evaluate(changed).fitness[0]
+    np.testing.assert_array_equal(
+        together.behaviour, problem.evaluate(genomes.reshape(6, *problem.shape)).behaviour
+    )
+
+
+def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> None:
+    problem = bl.make_problem(EXPERIMENT, seed=4)
+    genomes = bl.simulate(EXPERIMENT, seed=4)["genome"].values[0]
+    trace = bl.replay(EXPERIMENT, seed=4)
+    ended = problem.evaluate(genomes).behaviour
+    before = np.stack(
+        [trace["x"].values[-1], trace["y"].values[-1]], axis=1
+    )  # when the agents last sensed
+    moved = np.abs(ended - before)
+    size = np.array([EXPERIMENT.world.width, EXPERIMENT.world.height])
+    assert (np.minimum(moved, size - moved) <= 10).all(), "a step is short"
+
+    strings = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 4})
+    climbing = bl.make_problem(strings, seed=1)
+    assert climbing.behaviours == ("innate", "learned", "changed")
+    told = climbing.evaluate(climbing.founders(8))
+    np.testing.assert_allclose(
+        told.fitness, told.behaviour[:, 1], rtol=1e-6
+    )  # what it learned, at no cost
+
+
+@pytest.mark.parametrize(
+    ("genomes", "said"),
+    [
+        (np.zeros((5, 7)), "must be \\[genome, "),
+        (np.zeros((0, 1)), "one at least"),
+        (np.zeros(3), "must be \\[genome, "),
+        (np.zeros((6, 1)), "do not fill worlds of 5 agents"),
+        (np.full((5, 1), np.nan), "genome 0 has a number that is not finite"),
+    ],
+)
+def test_genomes_that_cannot_live_are_refused_in_a_sentence(genomes: np.ndarray, said: str) -> None:
+    problem = bl.make_problem(EXPERIMENT, seed=4)
+    if genomes.shape[1:] == (1,):
+        genomes = np.repeat(genomes, problem.length, axis=1)
+    with pytest.raises(RefusedError, match=said):
+        problem.evaluate(genomes)
+
+
+def test_what_is_out_of_range_is_refused() -> None:
+    problem = bl.make_problem(EXPERIMENT)
+    with pytest.raises(ArgumentError):
+        problem.evaluate(problem.founders(5), generation=-1)
+    with pytest.raises(ArgumentError):
+        bl.make_problem(EXPERIMENT, seed=-1)
+    with pytest.raises(ArgumentError):
+        bl.make_problem(EXPERIMENT, workers=0)
+
+
+def test_graphs_that_grow_are_no_free_numbers() -> None:
+    with pytest.raises(RefusedError, match="graphs"):
+        bl.make_problem(bl.load("neat-xor"))
+
+
+def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> (
+    None
+):
+    experiment = small("evo", network={"hidden": [10]})
+    life = bl.replay(experiment, seed=5)
+    kinds = (neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)
+    config = neat.Config(SameUnits, *kinds, ROOT / "examples" / "neat-python.ini").genome_config
+    config.innovation_tracker = neat.innovation.InnovationTracker()
+    config.add_activation("logistic", lambda x: 1 / (1 + math.exp(-x)))
+    genome = SameUnits(0)
+    genome.configure_new(config)
+    links = [(one, other) for one in (-1, -2, -3) for other in range(3, 13)]
+    links += [(one, other) for one in range(3, 13) for other in range(3)]
+    assert genome.connections.keys() == set(links)
+    for link, weight in zip(links, life["weight_birth"].values[0, 0], strict=True):
+        genome.connections[link].weight = float(weight)
+    for node in genome.nodes.values():
+        node.activation = "logistic"
+    network = neat.nn.FeedForwardNetwork.create(genome, SimpleNamespace(genome_config=config))
+    sensed, answers = life["sensor"].values[:, 0], life["output"].values[:, 0]
+    seen = {tuple(map(int, code)): answer for code, answer in zip(sensed, answers, strict=True)}
+    assert len(seen) > 1, "it saw food"
+    for code, answer in seen.items():
+        np.testing.assert_allclose(network.activate(code), answer, rtol=1e-5)
+
+
+class SameUnits(neat.DefaultGenome):  # type: ignore[misc]
+    """As docs/how-to/external-optimizers.md has it."""
+
+    def configure_new(self, config: Any) -> None:
+        config.node_indexer = None
+        super().configure_new(config)

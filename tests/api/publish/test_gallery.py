@@ -1,0 +1,170 @@
+"""The page of all papers that are stored, made by its command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from shutil import copytree, rmtree
+
+import pytest
+
+import baldwinlab as bl
+from baldwinlab import papers
+from baldwinlab.api.publish.gallery import _percent
+from baldwinlab.api.publish.gallery_entries import studies
+from tests.commands import Command
+
+
+@pytest.fixture(scope="module")
+def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two papers, small: runs, assays and claims."""
+    folder = tmp_path_factory.mktemp("papers")
+    for name in ("mayley-1996", "paenke-2007"):
+        bl.reproduce(name, runs=2, generations=4, out=folder / name)
+    return folder
+
+
+@pytest.fixture
+def folder(lived: Path, command: Command) -> Path:
+    copytree(lived, "all")
+    return Path("all")
+
+
+def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder: Path) -> None:
+    done = command("gallery", "all")
+    assert done.code == 0 and "all/gallery.html" in done.out
+    page, record = (
+        Path("all/gallery.html").read_text("utf-8"),
+        json.loads(Path("all/gallery.json").read_text("utf-8")),
+    )
+    assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"], (
+        "in the order of their years"
+    )
+    systems = {system["condition"]: system for system in record["papers"][0]["systems"]}
+    assert (
+        systems["climbing/smooth"]["rival"]
+        == systems["costly-climbing/smooth"]["rival"]
+        == "not-climbing/smooth"
+    )
+    assert systems["climbing/smooth"]["answers"]["gain"]["median"] > 0, "who climbs gains by it"
+    assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
+    assert "climbing/smooth" in page and "undecided" in page
+    assert {path.name for path in Path("all/figures").iterdir()} == {
+        "gallery.svg",
+        "gallery.png",
+        "gallery.csv",
+    }
+    Path("thesis.html").write_text("mine", encoding="utf-8")
+    assert (
+        command("gallery", "all", "--out", "thesis.html").code == 2
+        and Path("thesis.html").read_text("utf-8") == "mine"
+    )
+    assert command("gallery", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
+
+
+def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> None:
+    copytree(folder / "mayley-1996", folder / "another")
+    for record in (folder / "another" / "runs").rglob("0001.nc"):
+        record.unlink()
+    assert studies(folder)["mayley-1996"].directory.name == "mayley-1996"
+    for record in (folder / "mayley-1996" / "runs").rglob("*.nc"):
+        record.unlink()
+    assert studies(folder)["mayley-1996"].directory.name == "another"
+
+
+def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
+    command: Command, folder: Path
+) -> None:
+    rmtree("all/mayley-1996/assays")
+    done = command("gallery", "all")
+    assert done.code == 0 and "paenke-2007 is not asked" not in done.out
+    for said in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
+        assert "mayley-1996 is not asked: the assay innate is not stored" in said
+        assert "baldwinlab assay all/mayley-1996 --only innate" in said
+    assert command("assay", "all/mayley-1996", "--only", "innate").code == 0
+    assert "is not asked" not in command("gallery", "all").out
+
+
+def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> None:
+    for left in (
+        "mayley-1996/assays",
+        "mayley-1996/runs/climbing",
+        "mayley-1996/runs/costly-climbing",
+        "paenke-2007",
+    ):
+        for record in (folder / left).rglob("*.nc"):
+            record.unlink()
+    rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
+    (folder / "mayley-1996" / "claims.json").unlink()  # decided by the runs that are gone
+    said = " ".join(command("gallery", "all").out.split())
+    assert "mayley-1996 is not asked: nobody learns there." in said
+    assert "paenke-2007 is not asked: there are no generations to compare." in said
+
+
+UNREADABLE = {
+    "torn": '[{"id": "M1"',
+    "no list": '{"id": "M1"}',
+    "no verdicts": '[{"id": "M1"}]',
+    "too deep": "[" * 99_999,
+}
+
+
+@pytest.mark.parametrize("text", UNREADABLE.values(), ids=UNREADABLE)
+def test_claims_that_cannot_be_read_are_told_in_a_sentence(
+    command: Command, folder: Path, text: str
+) -> None:
+    (folder / "mayley-1996" / "claims.json").write_text(text)
+    done = command("gallery", "all")
+    assert done.code == 2 and "all/mayley-1996/claims.json" in done.err
+    assert "`baldwinlab report all/mayley-1996` makes it again" in done.err
+    assert not (folder / "gallery.html").exists()
+
+
+@pytest.mark.parametrize("folder", ["nothing", "empty"])
+def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, folder: str) -> None:
+    Path("empty").mkdir()
+    done = command("gallery", folder)
+    assert (
+        done.code == 2
+        and f"{folder} holds no study of a paper" in done.err
+        and "baldwinlab reproduce" in done.err
+    )
+
+
+def test_percents_are_whole_with_a_sign() -> None:
+    assert [_percent(share) for share in (0.123, -0.034, 0.001, -0.001, 12.5, float("nan"))] == [
+        "+12",
+        "−3",
+        "0",
+        "0",
+        "+1,250",
+        "–",
+    ]
+
+
+@pytest.mark.parametrize("name", papers.built_in())
+def test_every_paper_names_conditions_that_it_has_and_that_learn(name: str) -> None:
+    paper = papers.load(name)
+    assert all(paper.experiment(condition).learns for condition in paper.about.compared)
+
+
+@pytest.mark.nightly  # minutes
+def test_all_papers_are_reproduced_by_one_command(command: Command) -> None:
+    assert (
+        command(
+            "reproduce", "all", "--runs", "2", "--generations", "3", "--steps", "40", "--out", "all"
+        ).code
+        == 0
+    )
+    record = json.loads(Path("all/gallery.json").read_text(encoding="utf-8"))
+    assert {entry["paper"] for entry in record["papers"]} == set(papers.built_in())
+
+
+def test_what_is_of_one_paper_or_of_foragers_alone_is_refused_in_one_sentence(
+    command: Command,
+) -> None:
+    refused = command("reproduce", "all", "--variant", "biases")
+    assert refused.code == 2 and "--variant biases is of one paper" in refused.err
+    refused = command("reproduce", "mayley-1996", "--steps", "40")
+    assert refused.code == 2 and "--steps is of foragers; mayley-1996 has none" in refused.err
+    assert not Path("results").exists()

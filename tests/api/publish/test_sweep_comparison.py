@@ -1,0 +1,46 @@
+"""The points of a sweep, compared as its report, its table and Python have them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.api.publish.sweep_comparison import are_compared, describe_too_few_runs
+from baldwinlab.studies.sweeps.file import validate
+
+PLAN = {
+    "experiment": "evo/A",
+    "runs": 4,
+    "set": {"evolution.generations": 2, "lifetime.steps": 60, "world.start.x": 400},
+    "fields": {"world.food.0.count": [50, 5]},
+}
+
+
+def test_points_are_compared_with_the_first_or_with_a_baseline(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = bl.sweep(PLAN, out=tmp_path / "food")
+    needed = "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+    assert needed in capsys.readouterr().out.split("runs: 8")[0], "before the runs"
+    page = study.report().read_text("utf-8")
+    assert "Each condition is compared with world.food.0.count = 50." in page and needed in page
+    assert page.index("Comparison of the points") < page.index("Response to each field")
+    rows, expected = pd.read_csv(study.directory / "statistics.csv"), study.compare()
+    pd.testing.assert_frame_equal(rows, expected[rows.columns], check_dtype=False)
+    turned = study.compare("point-0001")
+    assert (
+        set(turned["condition_a"]) == {"world.food.0.count = 50"}
+        and (turned["effect"] == -expected["effect"]).all()
+    )
+
+
+def test_samples_and_many_points_are_not_compared() -> None:
+    few, drawn = validate(PLAN, "it"), PLAN | {"design": "random", "samples": 5}
+    assert are_compared(few, 100) and not are_compared(few, 101)
+    assert (
+        not are_compared(validate(drawn, "it"), 5)
+        and describe_too_few_runs(validate(drawn, "it"), 5) == ""
+    )

@@ -1,0 +1,67 @@
+"""How a notebook shows a study."""
+
+from __future__ import annotations
+
+import base64
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from baldwinlab.analysis.figures.style import series
+from baldwinlab.api.study import Study, open_study
+from tests.small import small, small_study
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    directory = tmp_path_factory.mktemp("inline") / "<b>small"
+    small_study(directory, runs=2)
+    return open_study(directory)
+
+
+def drawings(page: str) -> list[ElementTree.Element]:
+    return [
+        ElementTree.fromstring(base64.b64decode(code))
+        for code in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page)
+    ]
+
+
+def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study) -> None:
+    page = study._repr_html_()
+    assert "evo+self-taught/A: runs: 2" in page
+    (drawing,) = drawings(page)
+    styles = " ".join(element.get("style", "") for element in drawing.iter())
+    assert [f"stroke: {series(number).colour.lower()}" in styles for number in range(3)] == [
+        True,
+        True,
+        False,
+    ]
+    assert "<b>" not in page
+    assert len(page) < 150_000
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)
+
+
+def test_only_its_first_conditions_are_drawn(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = len(study._repr_html_())
+    monkeypatch.setattr("baldwinlab.api.study.SHOWN", 1)
+    page = study._repr_html_()
+    assert "and 1 more conditions" in page
+    assert len(page) < whole
+
+
+def test_a_study_without_runs_is_told_in_words_alone(tmp_path: Path) -> None:
+    small_study(tmp_path / "new", [small("evo/A")], runs=0)
+    page = open_study(tmp_path / "new")._repr_html_()
+    assert "evo/A: runs: 0" in page
+    assert not drawings(page)
+
+
+def test_where_a_record_is_damaged_the_study_says_so(study: Study, tmp_path: Path) -> None:
+    small_study(tmp_path / "hurt", [small("evo/A")], runs=1)
+    (record,) = (tmp_path / "hurt").rglob("*.nc")
+    record.write_bytes(record.read_bytes()[:-1])
+    page = open_study(tmp_path / "hurt")._repr_html_()
+    assert record.name in page
+    assert not drawings(page)

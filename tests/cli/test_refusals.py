@@ -1,0 +1,405 @@
+"""The command line refuses in one clear sentence, with a non-zero exit."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.core import resources
+from tests.commands import Command
+from tests.small import contents, small_study
+
+DEEP = "[" * 500 + "]" * 500
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study with one run of each condition."""
+    return small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["run", "evo/Z"], "there is no map 'Z'"),
+        (["run", "nothing.toml"], "cannot read nothing.toml: No such file or directory"),
+        (
+            ["run", "evo/A", "--set", "lifetime.steps=0"],
+            "lifetime.steps = 0: input should be greater than or equal to 1",
+        ),
+        (
+            ["run", "evo/A", "--set", "speed=3"],
+            "speed: there is no 'speed' here; there are: name, model, world",
+        ),
+        (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
+        (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
+        (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
+        (["reproduce", "--variant", "sloppy"], "there is no variant 'sloppy'"),
+        (["reproduce", "--generations", "0"], "evolution.generations = 0"),
+        (["report", "study", "--last", "0"], "--last 0 must be at least 1"),
+        (["report", "nowhere"], "nowhere holds no study"),
+        (
+            [
+                "replay",
+                "nowhere",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--generation",
+                "0",
+                "--out",
+                "x.nc",
+            ],
+            "nowhere holds no study",
+        ),
+        (
+            [
+                "replay",
+                "x",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--generation",
+                "0",
+                "--out",
+                "x.avi",
+            ],
+            "must end in .nc, .mp4, .gif or .png",
+        ),
+        (
+            [
+                "replay",
+                "study",
+                "--condition",
+                "evo/B",
+                "--run",
+                "0",
+                "--generation",
+                "0",
+                "--out",
+                "x.nc",
+            ],
+            "has no condition 'evo/B'",
+        ),
+        (
+            [
+                "replay",
+                "study",
+                "--condition",
+                "evo/A",
+                "--run",
+                "7",
+                "--generation",
+                "0",
+                "--out",
+                "x.nc",
+            ],
+            "0007.nc does not exist; runs of evo/A that are stored: 1",
+        ),
+        (
+            [
+                "replay",
+                "study",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--generation",
+                "9",
+                "--out",
+                "x.nc",
+            ],
+            "generation = 9 must be",
+        ),
+        (
+            [
+                "replay",
+                "study",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--generation",
+                "0",
+                "--out",
+                "no/x.gif",
+            ],
+            "no/x.gif",
+        ),
+        (["assay", "nowhere"], "nowhere holds no study"),
+        (
+            ["assay", "study", "--only", "innate,instinct"],
+            "there is no assay 'instinct'; there are innate, neutral",
+        ),
+        (["assay", "study", "--workers", "0"], "--workers 0 must be at least 1"),
+        (
+            ["phylogeny", "study", "--condition", "evo/B", "--run", "0", "--out", "x.csv"],
+            "has no condition 'evo/B'",
+        ),
+        (
+            ["phylogeny", "study", "--condition", "evo/A", "--run", "7", "--out", "x.csv"],
+            "0007.nc does not exist",
+        ),
+        (
+            ["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "no/x.csv"],
+            "there is no folder no",
+        ),
+        (["run", "evo/A", "--out", "study"], "study holds another study"),
+        (["run", "evo/A", "--runs", "many"], "many"),
+        (
+            ["run", "evo/A", "--set", "learning.teacher=shuffled"],
+            'learning.teacher: does nothing with learning.rule = "none"',
+        ),
+        (
+            ["assay", "innate", "mine"],
+            "'mine' is too much; write: baldwinlab assay DIRECTORY; for its options see baldwinlab assay --help",
+        ),
+        (
+            ["assay", "study", "--executor", "cloud"],
+            "--executor cloud must be threads, dask:tcp://HOST:PORT or slurm",
+        ),
+        (["run", "evo/A", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
+        (
+            [
+                "replay",
+                "study",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0.6",
+                "--generation",
+                "0",
+                "--out",
+                "x.nc",
+            ],
+            "'0.6' must be",
+        ),
+        (
+            ["report", "study", "--last", "99999999999999999999"],
+            "must be a whole number of at most 18 digits",
+        ),
+        (["lab", "study", "--port", "0x10"], "--port: '0x10' must be a whole number"),
+        (
+            ["report", "study", "--out", "study/study.toml"],
+            "--out study/study.toml belongs to the study in",
+        ),
+        (
+            [
+                "phylogeny",
+                "study",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--out",
+                "study/runs/evo/A/0000.nc",
+            ],
+            "belongs to the study",
+        ),
+        (
+            ["report"],
+            "DIRECTORY is missing; write: baldwinlab report DIRECTORY; for its options see baldwinlab report --help",
+        ),
+        (
+            ["phylogeny", "mine", "--run", "0"],
+            "--out needs a value; write: baldwinlab phylogeny DIRECTORY --out OUT; for its options see",
+        ),
+        (
+            ["run", "evo/A", "--part", "nothing.py"],
+            "cannot read the part nothing.py: No such file or directory",
+        ),
+        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
+        (["run", "evo/A", "--runs", "100000000"], "runs: 100,000,000: about"),
+        (
+            ["run", "evo/A", "--runs", "3000000000", "--force"],
+            "--runs 3000000000 must be at most 2147483648",
+        ),
+        (
+            ["run", "evo/A", "--set", "population.size=1000000", "evolution.generations=1000000"],
+            "PiB of memory would be needed, and",
+        ),
+        (
+            ["run", "evo/A", "--set", "population.size=1000000", "--force"],
+            "kept_genome would take 22.4 GiB, and netCDF files hold",
+        ),
+        (["reproduce", "--steps", "100000000", "--runs", "1"], "of memory would be needed, and"),
+        (["multiverse", "--runs", "100000000"], "runs: 9,000,000,000: about"),
+        (["check", "part.py", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
+        (
+            ["rum"],
+            "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, claims, crate, doctor",
+        ),
+    ],
+)
+def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
+    command: Command, tmp_path: Path, stored: Path, arguments: list[str], sentence: str
+) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+    before = contents(tmp_path)
+    done = command(*arguments)
+    assert done.code != 0
+    assert sentence in done.err + done.out
+    assert "Traceback" not in done.err
+    assert len(done.err.strip().splitlines()) == 1
+    assert contents(tmp_path) == before
+
+
+def test_what_is_too_large_is_refused_before_a_folder_is_made(
+    command: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "large.toml").write_text(
+        'experiment = "evo/A"\nruns = 100000000\n[fields]\nevolution.elite = [0, 1]'
+    )
+    for arguments in (["sweep", "large.toml"], ["run", "evo/A", "--runs", "100000000"]):
+        done = command(*arguments)
+        assert done.code == 2
+        assert "would be needed, and" in done.err
+        assert "add --force" in done.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["large.toml"]
+
+
+def test_whoever_knows_better_begins_all_the_same(
+    command: Command, tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+    monkeypatch.setattr(resources, "available_memory", lambda: 1_000_000)
+    life = [
+        "replay",
+        "study",
+        "--condition",
+        "evo/A",
+        "--run",
+        "0",
+        "--generation",
+        "0",
+        "--out",
+        "life.nc",
+    ]
+    again = [
+        "run",
+        "evo/A",
+        "--runs",
+        "1",
+        "--set",
+        "lifetime.steps=1",
+        "evolution.generations=1",
+        "--out",
+        "new",
+    ]
+    for arguments in (life, ["report", "study"], ["assay", "study", "--only", "descent"], again):
+        refused = command(*arguments)
+        assert refused.code == 2
+        assert "of memory would be needed, and 976.6 KiB are free on this machine" in refused.err
+        assert command(*arguments, "--force").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        (
+            ["report", "study", "--out", "page.html"],
+            "study/claims.json",
+        ),  # which comes before the page
+        (["run", "evo/A", "--runs", "1", "--out", "new"], "new/runs/evo/A/experiment.toml"),
+        (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "x.csv"], "x.csv"),
+        (
+            ["assay", "study", "--only", "descent", "--workers", "1"],
+            "study/assays/descent/evo+self-taught/A.nc",
+        ),
+        *(
+            (
+                [
+                    "replay",
+                    "study",
+                    "--condition",
+                    "evo/A",
+                    "--run",
+                    "0",
+                    "--generation",
+                    "0",
+                    "--out",
+                    f"x.{kind}",
+                ],
+                f"x.{kind}",
+            )
+            for kind in ("nc", "png", "gif")
+        ),
+    ],
+)
+def test_a_full_disk_is_said_of_the_file_and_of_the_folder(
+    command: Command,
+    tmp_path: Path,
+    stored: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    file: str,
+) -> None:
+    def no_space(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    shutil.copytree(stored, tmp_path / "study")
+    monkeypatch.setattr(os, "fsync", no_space)
+    done = command(*arguments)
+    assert done.code != 0
+    assert file in done.err.splitlines()[-1]
+    assert f"no space is left in {Path(file).parent}" in done.err.splitlines()[-1]
+    assert "Traceback" not in done.err
+
+
+def test_a_message_is_of_a_screen_at_most(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "keys.toml").write_text("".join(f"key{number} = 1\n" for number in range(20_000)))
+    region = "{ x = [9, 0], y = [0, 1], energy = -1 }"
+    (tmp_path / "regions.toml").write_text(f"[world]\nfood = [{', '.join([region] * 65)}]")
+    (tmp_path / "long.toml").write_text(f"{'a' * 5000} = 1\nname = '{'b' * 5000}'")
+    (tmp_path / "sweep.toml").write_text(
+        f'experiment = "evo/A"\n{"".join(f"key{each} = 1{chr(10)}" for each in range(500))}'
+    )
+    for arguments, end in (
+        (["run", "keys.toml"], "and 19,990 more"),
+        (["run", "regions.toml"], ""),
+        (["run", "long.toml"], ""),
+        (["sweep", "sweep.toml"], "and 491 more"),
+        (["c" * 5000], "more characters"),
+    ):
+        done = command(*arguments)
+        assert done.code != 0
+        assert 20 < len(done.err) < 1950
+        assert done.err.strip().endswith(end)
+
+
+def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path: Path) -> None:
+    study = small_study(tmp_path / "study", runs=1)
+    for condition in study.experiments:
+        study.path(condition, 0).unlink()
+    done = command("report", "study")
+    assert done.code != 0
+    assert "holds no finished run yet" in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["show", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
+        (["run", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
+        (["sweep", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
+        (["reproduce", "./deep"], "deep/paper.toml is not TOML: it is nested too deeply"),
+        (["show", "evo/A", "--set", f"world.food={DEEP}"], "world.food = '[[["),
+    ],
+)
+def test_what_is_nested_deeper_than_python_reads_is_refused(
+    command: Command, tmp_path: Path, arguments: list[str], sentence: str
+) -> None:
+    (tmp_path / "deep.toml").write_text(f"a = {DEEP}")
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "paper.toml").write_text(f"a = {DEEP}")
+    before = contents(tmp_path)
+    done = command(*arguments)
+    assert done.code == 2 and contents(tmp_path) == before
+    assert sentence in done.err
+    assert len(done.err.strip().splitlines()) == 1

@@ -1,0 +1,57 @@
+"""A file appears whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.core.files import location, write_atomically
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_no_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "record"
+    write_atomically(path, b"old")
+
+    def no_space(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", no_space)
+    with pytest.raises(OSError, match="no space is left"):
+        write_atomically(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_where_no_space_is_left_the_file_and_the_folder_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_space(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", no_space)
+    with pytest.raises(OSError, match="no space is left in") as raised:
+        write_atomically(tmp_path / "folder" / "record", b"new")
+    assert raised.value.filename == str(tmp_path / "folder" / "record")
+    assert raised.value.strerror == f"no space is left in {tmp_path / 'folder'}"
+    assert raised.value.errno == errno.ENOSPC
+
+
+def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> None:
+    assert location("results/study") == location(Path("results/study")) == Path("results/study")
+    assert location("file:///results/a%20study") == Path("/results/a study")
+    pytest.importorskip("upath")
+    place = location("memory://tests/location")
+    write_atomically(place / "folder" / "file", b"content")
+    assert location(place / "folder").name == "folder"
+    assert [entry.name for entry in location("memory://tests/location/folder").iterdir()] == [
+        "file"
+    ]
+    with pytest.raises(
+        ValueError, match="nowhere://study cannot be reached: Unsupported filesystem: 'nowhere'"
+    ):
+        location("nowhere://study")

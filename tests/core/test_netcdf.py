@@ -1,0 +1,40 @@
+"""A dataset comes back from its file as it was, and a changed bit is noticed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.core.netcdf import DamagedError, opened, sealed, verify
+from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.records import encode
+from tests.small import small
+
+
+def test_names_and_numbers_come_back() -> None:
+    data = xr.Dataset(
+        {"height": ("who", np.arange(2.0))}, {"who": ["Ada", "B\u00e9la"]}, {"seed": 3}
+    )
+    raw = sealed(data)
+    verify(raw)
+    xr.testing.assert_identical(opened(raw).assign_attrs(seed=3), data)
+
+
+def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
+    raw = encode(simulate(small("evo/A"), seed=1))
+    rng = np.random.default_rng(0)
+    for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
+        damaged = bytearray(raw)
+        damaged[position] ^= 1 << rng.integers(8)
+        with pytest.raises(DamagedError):
+            verify(bytes(damaged))
+    for length in (0, 10, len(raw) // 2, len(raw) - 1):
+        with pytest.raises(DamagedError):
+            verify(raw[:length])
+
+
+@pytest.mark.parametrize("raw", [b"", b"CDF", b"nothing of the kind", b"CDF\x01" + b"\xff" * 400])
+def test_other_bytes_are_no_dataset(raw: bytes) -> None:
+    with pytest.raises(DamagedError, match="it is no netCDF file"):
+        opened(raw)

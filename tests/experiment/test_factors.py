@@ -1,0 +1,132 @@
+"""What kind of study it is, and by which factors its conditions differ, is written down and not read out of names."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.api.publish.study import publish
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.papers.presets import load
+from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore, create
+from tests.small import as_older, ignore, small, small_study
+
+PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
+
+
+def older(directory: Path, names: list[str]) -> StudyStore:
+    """A study of these conditions as format 1 had it: without kind and factors."""
+    study = small_study(directory, [small().replace(name=name) for name in names], runs=1)
+    return StudyStore(as_older(study.directory, names))
+
+
+def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
+    factors = {"one": Factors("evo", "A", "rank"), "two": Factors("evo", "B")}
+    create(
+        tmp_path,
+        [load("evo/A").replace(name=name) for name in ("one", "two", "three")],
+        1,
+        "multiverse",
+        factors,
+    )
+    study = StudyStore(tmp_path)
+    assert study.kind == "multiverse"
+    assert study.factors == factors | {"three": Factors("three")}
+    found = open_runs(tmp_path)
+    assert found["learner"].values.tolist() == ["evo", "evo", "three"]
+    assert found.sel(condition="two")["map"] == "B"
+    assert found["variant"].values.tolist() == ["rank", "", ""]
+
+
+def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None:
+    create(tmp_path, [load("evo/A").replace(name="mine")], 1)
+    assert {"learner", "map", "variant"} & set(open_runs(tmp_path).coords) == {"learner"}
+
+
+def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
+    names = ["a.b+c_d-e", "1/2/3"]
+    create(
+        tmp_path,
+        [load("evo/A").replace(name=name) for name in names],
+        1,
+        factors={"1/2/3": Factors('"é\\', "x y")},
+    )
+    assert list(tomllib.loads((tmp_path / "study.toml").read_text())["factors"]) == names
+    assert StudyStore(tmp_path).factors["1/2/3"] == Factors('"é\\', "x y")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'kind = "conditions"',
+            'kind = "parade"',
+            "kind = 'parade' must be one of conditions, sweep, multiverse",
+        ),
+        (
+            'learner = "mine"',
+            'moon = "full"',
+            "factors.mine: there is no factor 'moon'; there are learner, map, variant",
+        ),
+        ("format = 3", "format = 4", "it has format 4, and this version reads formats 1 to 3"),
+    ],
+)
+def test_what_is_no_factor_is_refused_in_a_sentence(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    create(tmp_path, [load("evo/A").replace(name="mine")], 1)
+    path = tmp_path / "study.toml"
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(StudyError, match=f"study.toml cannot be read: {message}"):
+        StudyStore(tmp_path)
+
+
+def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -> None:
+    factors = {"rank/evo/A": Factors("evo", "A", "rank")}
+    create(tmp_path, [load("evo/A").replace(name="rank/evo/A")], 1, factors=factors)
+    path = tmp_path / "study.toml"
+    text = path.read_text().partition("# SHA-256")[0]
+    assert 'variant = "rank"' in text
+    path.write_text(text.replace("variant =", "reading =").replace("format = 3", "format = 2"))
+    assert StudyStore(tmp_path).factors == factors
+
+
+def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
+    tmp_path: Path,
+) -> None:
+    study = older(tmp_path, [*PAPER, "mine/A"])
+    assert study.kind == "conditions"
+    assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
+    assert study.factors["mine/A"] == Factors("mine/A")  # is not of the paper's presets
+    publish(study, tmp_path / "report.html", 1, ignore)
+    picture = (tmp_path / "figures/fitness.svg").read_text()
+    assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
+    assert "<!-- evo+self-taught -->" in picture and "<!-- mine/A -->" in picture
+
+
+def test_a_multiverse_of_the_older_format_is_one(tmp_path: Path) -> None:
+    study = older(tmp_path, ["standard/evo/A", "contact-5+rank/evo+self-taught/B"])
+    assert study.kind == "multiverse"
+    assert study.factors["contact-5+rank/evo+self-taught/B"] == Factors(
+        "evo+self-taught", "B", "contact-5+rank"
+    )
+
+
+def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
+    older(tmp_path, ["point-0000"])
+    (tmp_path / "sweep.toml").touch()
+    assert StudyStore(tmp_path).kind == "sweep"
+
+
+def test_conditions_of_ones_own_that_look_like_variants_are_no_multiverse(tmp_path: Path) -> None:
+    assert older(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
+    study = create(
+        tmp_path / "new",
+        [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")],
+        1,
+    )
+    assert study.kind == "conditions" and study.factors["rank/evo/A"] == Factors("rank/evo/A")

@@ -1,0 +1,116 @@
+"""A trace in a notebook: what is in its player, and that it plays."""
+
+from __future__ import annotations
+
+import re
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from playwright.sync_api import Browser, expect
+
+from baldwinlab.evolution import Moment
+from baldwinlab.experiment import Experiment
+from baldwinlab.lab import notebook_player
+from baldwinlab.lab.binary_frames import unpack
+from baldwinlab.lab.life_query import Life, Past, Span
+from baldwinlab.lab.recording import record
+from baldwinlab.simulation.replay import genome_at, replay
+from tests.lab.conftest import offline
+from tests.small import small
+
+
+@pytest.fixture(scope="module")
+def trace() -> xr.Dataset:
+    return replay(small(), seed=5, run=1, generation=0)
+
+
+def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
+    """The same life as the lab records it, which lives it again and looks at no trace."""
+    moment = Moment(5, 1, 0)
+    life = Life(experiment, moment, lambda: Past(genome_at(experiment, moment, None), None))
+    return unpack(record(life, Span(0, experiment.lifetime.steps), {}))[1]
+
+
+@pytest.mark.parametrize("kinds", [["food"], ["food", "nearest"]])
+@pytest.mark.usefixtures("in_plain_python")
+def test_the_player_has_the_life_that_the_lab_records_to_the_bit(kinds: list[str]) -> None:
+    experiment = small("evo/A").replace(
+        senses={"kinds": kinds}, lifetime={"steps": 40}, world={"start": {"x": 480}}
+    )
+    found = unpack(notebook_player.recording(replay(experiment, seed=5, run=1, generation=0)))[1]
+    wanted = recorded(experiment)
+    assert wanted.keys() == found.keys()
+    assert wanted["eaten_in_life"][-1].sum() > 0
+    for name, values in wanted.items():
+        assert np.array_equal(found[name], values), name
+
+
+def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(
+    trace: xr.Dataset,
+) -> None:
+    part = trace.isel(step=slice(10, 30))
+    header, arrays = unpack(notebook_player.recording(part))
+    assert (header["first"], header["last"], header["steps"]) == (0, 20, 20)
+    assert (arrays["x"] == trace.x.values[10:30]).all()
+    assert "<iframe" in notebook_player.html(part)
+    for other in (
+        trace.drop_vars("x"),
+        trace.isel(agent=0),
+        trace.isel(step=slice(0)),
+        trace.drop_attrs(),
+        xr.Dataset(),
+    ):
+        assert not notebook_player.plays(other)
+        assert "<iframe" not in notebook_player.html(other)
+        assert "xr-wrap" in notebook_player.html(other)
+
+
+def test_of_a_life_that_is_too_long_the_beginning_plays(
+    trace: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(notebook_player, "MOST", 20 * 7)
+    header, arrays = unpack(notebook_player.recording(trace))
+    assert (header["last"], header["steps"], len(arrays["x"])) == (7, trace.sizes["step"], 7)
+
+
+def test_an_ordinary_life_is_at_most_300_kilobytes_and_names_no_other_place(
+    trace: xr.Dataset,
+) -> None:
+    page = notebook_player.html(replay(small().replace(lifetime={"steps": 5000}), seed=5))
+    assert len(page) < 300_000
+    frame = unescape(re.findall(r'srcdoc="([^"]*)"', page)[0])
+    assert "default-src 'none'" in frame
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", frame)
+
+
+def test_whatever_a_trace_says_of_itself_is_text(trace: xr.Dataset) -> None:
+    page = notebook_player.html(trace.assign_attrs(condition="</iframe><b>\"'", run="<i>"))
+    assert "<b>" not in page
+    assert "<i>" not in page
+
+
+def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(
+    browser: Browser, trace: xr.Dataset, tmp_path: Path
+) -> None:
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!doctype html><meta charset='utf-8'><body>{notebook_player.html(trace)}")
+    with offline(browser, 800) as (page, asked):
+        page.goto(path.as_uri())
+        frame = page.frame_locator("iframe")
+        frame.get_by_test_id("timeline").fill("17")
+        expect(frame.get_by_test_id("replay-step")).to_have_text("step 17 of 300")
+        eaten = int(trace.eaten.values[:18].sum())
+        expect(frame.get_by_test_id("replay-canvas-count")).to_contain_text(f"{eaten} eaten")
+        frame.get_by_role("button", name="Play").click()
+        expect(frame.get_by_role("button", name="Pause")).to_be_visible()
+        inside = page.frames[1]
+        assert (
+            inside.evaluate(
+                "(() => { try { return parent.document.title } catch { return 'closed' } })()"
+            )
+            == "closed"
+        )
+    assert [url for url in asked if not url.startswith(("data:", "file:", "about:"))] == []

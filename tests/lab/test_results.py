@@ -1,0 +1,102 @@
+"""What Results ask for piece by piece: the curves of a condition's runs, and reaction norms."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.api.publish import lab_results
+from baldwinlab.core.netcdf import sealed
+from baldwinlab.core.variables import AS_EVOLVED
+from baldwinlab.studies.open import open_runs
+from tests.analysis.assays.assayed import of_study, reaction
+from tests.lab.asking import LabServer, data, refusal
+from tests.lab.conftest import serving
+from tests.small import small, small_study
+
+ONE = {"study": "small", "condition": "evo+self-taught/A"}
+
+
+@pytest.mark.parametrize("measure", ["best", "mean", "share"])
+def test_the_curve_of_every_run_is_what_the_condition_s_mean_is_made_of(
+    lab_server: LabServer, measure: str
+) -> None:
+    found = data(lab_server.address, "results/runs", **ONE, measure=measure)
+    values = fitness.MEASURES[measure](open_runs(lab_server.root / "small")).sel(
+        condition=ONE["condition"]
+    )
+    assert list(found) == ["0", "1"]
+    for run, curve in found.items():
+        assert np.array_equal(curve, values.sel(run=int(run)))
+
+
+def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_sentence(
+    lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ONE | {"measure": "best"}
+    assert "has no condition 'evo'" in refusal(
+        lab_server.address, "results/runs", 404, **asked | {"condition": "evo"}
+    )
+    sentence = refusal(lab_server.address, "results/runs", 400, **asked | {"measure": "worst"})
+    assert sentence == "measure = 'worst' must be one of best, mean, share"
+    monkeypatch.setattr(lab_results, "MOST_PLACES", 5)
+    shutil.copytree(lab_server.root / "small", tmp_path / "small")
+    with serving(tmp_path) as server:
+        sentence = refusal(server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
+    assert sentence.startswith(
+        "evo/A has 2 runs of 3 generations; lines of at most 5 generations in all"
+    )
+
+
+def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evolved_with(
+    tmp_path: Path,
+) -> None:
+    study = small_study(tmp_path / "it", [small("evo/A")], runs=6)
+    with serving(tmp_path) as server:
+        assert data(server.address, "results/reaction", study="it") == {"unit": "", "panels": []}
+        folder = tmp_path / "it" / "assays" / "reaction" / "evo"
+        folder.mkdir(parents=True)
+        made = of_study(reaction("evo/A", 60), study, "evo/A")
+        (folder / "A.nc").write_bytes(sealed(made))
+        found = data(server.address, "results/reaction", study="it")
+        assert found["unit"] == "fitness (energy)"
+        panels = {panel["field"]: panel for panel in found["panels"]}
+        count = panels["world.food.0.count"]
+        assert (count["map"], count["values"], count["evolved"]) == (
+            "A",
+            ["10", "50", "100"],
+            ["50"],
+        )
+        food = made["energy"].mean("agent")
+        settings = [
+            (made["field"] == "world.food.0.count") & (made["value"] == "10"),
+            made["field"] == AS_EVOLVED,
+        ]
+        medians = [float(food.where(setting, drop=True).median()) for setting in settings]
+        assert count["norms"]["evo/A"]["median"][:2] == pytest.approx(medians)
+        assert count["norms"]["evo/A"]["low"][0] < medians[0] < count["norms"]["evo/A"]["high"][0]
+        (folder / "A.nc").write_bytes(b"torn")
+        assert "A.nc is damaged" in refusal(server.address, "results/reaction", 400, study="it")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes there")
+def test_neither_a_pipe_nor_a_link_that_leads_out_is_read(
+    lab_server: LabServer, tmp_path: Path
+) -> None:
+    folder = tmp_path / "root" / "it" / "assays" / "reaction"
+    shutil.copytree(lab_server.root / "small", tmp_path / "root" / "it")
+    folder.mkdir(parents=True)
+    os.mkfifo(folder / "evo.nc")
+    with serving(tmp_path / "root") as server:
+        assert refusal(server.address, "results/reaction", 400, study="it").endswith(
+            "evo.nc is no file"
+        )
+        (folder / "evo.nc").unlink()
+        (tmp_path / "other.nc").write_bytes(b"")
+        (folder / "evo.nc").symlink_to(tmp_path / "other.nc")
+        assert "lies outside of" in refusal(server.address, "results/reaction", 400, study="it")

@@ -1,0 +1,327 @@
+"""The GPU's launcher, without a GPU: in Numba's simulator it has the CPU's bits, and its machine code rounds as the CPU does."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import baldwinlab
+from baldwinlab.core.extras import missing_extra
+from baldwinlab.engine.gpu import uncontracted
+from baldwinlab.engine.simd import bundle, lanes_in_bundle
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
+from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
+from baldwinlab.models.miniworld.backends.choice import GPU_PAYS, Batch, choose
+from baldwinlab.parts import load_file
+from baldwinlab.parts.loading import load_text
+from tests.worlds import small
+
+PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
+WORLDS = 3
+STEPS = 10
+FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
+MANY = [
+    {"x": [20, 100], "y": [10, 90], "count": 300},
+    {"x": [0, 10], "y": [0, 10], "count": 3},
+]  # sorted by cells
+
+WIND = '''
+"""A wind that turns with every step, and moves all items."""
+import numpy as np
+from baldwinlab.parts import WorldFeature, per_world
+
+
+class Wind(WorldFeature, name="wind"):
+    arrays = {"speed": per_world(1)}
+
+    @staticmethod
+    def init_world(part, model, state, world):
+        part.speed[world, 0] = np.float32(world + 1)
+
+    @staticmethod
+    def end_step(part, model, state, world, step):
+        part.speed[world, 0] = -part.speed[world, 0]
+        for item in range(state.item_x.shape[1]):
+            state.item_x[world, item] += part.speed[world, 0]
+        state.stale[world, 0] = 1
+'''
+
+
+def experiments() -> list[Experiment]:
+    changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
+    found = [
+        small(
+            condition,
+            **changes | {"lifetime": {"steps": STEPS, "update": update}},
+            world={"food": FEW},
+        )
+        for condition in ("evo", "evo+self-taught")
+        for update in ("simultaneous", "sequential")
+    ]
+    in_cells = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
+    assert make_model(in_cells, 1).grid.prod(axis=1).max() > 10
+    found.append(in_cells)
+    found.append(small("evo+self-taught", **changes, world={"food": []}))
+    wild = {"food": FEW, "start": {"headings": "random"}}
+    drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
+    found.append(
+        small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting)
+    )
+    return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
+
+
+def foreign() -> list[Experiment]:
+    """Experiments with parts beside the built-in ones: agents by themselves, agents that are looked at, and both updates."""
+    changes: dict[str, Any] = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
+    for name in ("social", "poison", "obstacles", "elman", "self_taught_again"):
+        load_file(PARTS / f"{name}.py")
+    load_text(WIND, Path("wind.py"))
+    walled = {"food": FEW, "features": ["obstacles"], "obstacles": {"x": [55, 65], "y": [45, 55]}}
+    poisoned = walled | {
+        "features": ["poison", "obstacles"],
+        "poison": {"x": [30, 70], "y": [40, 60]},
+    }
+    social = {"rule": "social", "rate": 0.3}
+    numbers = ["neighbours", "nearest", "smell", "rays", "energy"]
+    in_turn = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
+    return [
+        small(
+            "evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}
+        ),
+        small("evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}),
+        small("evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}),
+        small("evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}),
+        small(
+            "evo+self-taught",
+            **changes,
+            world={"food": FEW},
+            learning={"rule": "self-taught-again"},
+        ),
+        small(
+            "evo+self-taught",
+            **changes,
+            world={"food": FEW},
+            senses={"kinds": numbers},
+            motor={"body": "continuous"},
+        ),
+    ]
+
+
+def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
+    """What there is to see of three worlds after a life in two parts."""
+    shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
+    for generation in (0, 1):
+        batch.begin(
+            generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32)
+        )
+        batch.simulate(0, 4)
+        batch.simulate(4, STEPS)
+    arrays = named_arrays(batch.state, *shape[:2])
+    del arrays[
+        "errors"
+    ]  # scratch: those of a layer that rests are not asked for, and a bundle rests as one
+    del arrays["awake"]  # scratch: a list of many, or of each by itself
+    return arrays | {
+        "eaten": batch.eaten_in_life(),
+        "items": batch.items(),
+        "weights": batch.weights(),
+    }
+
+
+def simulate_gpu(path: str) -> None:
+    """Live all experiments in the simulator, worlds in pairs, and write down what came of them."""
+    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
+    lives = [
+        life(cuda.Batch(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()
+    ]
+    arrays: dict[str, Any] = {
+        f"{number} {name}": array
+        for number, found in enumerate(lives)
+        for name, array in found.items()
+    }
+    np.savez(path, **arrays)
+
+
+def simulate_foreign(number: int) -> None:
+    """Live an experiment with parts of one's own in the simulator, worlds in pairs, and in plain Python."""
+    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
+    experiment = foreign()[number]
+    found, expected = (
+        life(venue.Batch(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu)
+    )
+    assert expected["eaten"].any()
+    for name, array in expected.items():
+        assert found[name].tobytes() == array.tobytes(), name
+
+
+def in_the_simulator(command: str) -> None:
+    root = Path(baldwinlab.__file__).parents[1]
+    environment = {
+        **os.environ,
+        "NUMBA_ENABLE_CUDASIM": "1",
+        "NUMBA_DISABLE_JIT": "1",
+        "PYTHONPATH": str(root),
+    }
+    command = f"from tests.models.miniworld import test_cuda; test_cuda.{command}"
+    subprocess.run(
+        [sys.executable, "-W", "ignore::RuntimeWarning", "-c", command],
+        env=environment,
+        cwd=root,
+        check=True,
+    )
+
+
+def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
+    in_the_simulator(f"simulate_gpu({str(tmp_path / 'lives.npz')!r})")
+    found = np.load(tmp_path / "lives.npz")
+    for number, experiment in enumerate(experiments()):
+        expected = life(cpu.Batch(experiment, 5, range(WORLDS)), experiment)
+        assert expected["eaten"].any() == bool(experiment.world.food)
+        for name, array in expected.items():
+            assert found[f"{number} {name}"].tobytes() == array.tobytes(), (
+                experiment.name,
+                number,
+                name,
+            )
+
+
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(number, marks=pytest.mark.nightly) for number in range(1, 6))]
+)
+def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number: int) -> None:
+    in_the_simulator(f"simulate_foreign({number})")
+
+
+def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
+    load_file(PARTS / "elman.py")
+    experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
+    genomes = (
+        np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
+    )
+    first, second = cpu.Batch(experiment, 5, [0]), cpu.Batch(experiment, 5, [0])
+    first.begin(0, genomes)
+    first.simulate(0, STEPS)
+    for batch in (first, second):
+        batch.begin(1, genomes)
+        batch.simulate(0, 1)
+    assert first.state.activations.tobytes() == second.state.activations.tobytes()
+
+
+def machine_code(experiment: Experiment) -> str:
+    """The kernels in NVIDIA's assembly language, for compute capability 9.0."""
+    from numba.cuda import compile_ptx, types
+    from numba.cuda.typing.typeof import typeof
+
+    model, state = make_model(experiment, 2), make_state(experiment, 2)
+    source = cuda_kernels.source_of_life(model, state, experiment.lifetime.update == "sequential")
+    begin, live = (
+        cuda_kernels.begin_kernel(512),
+        cuda_kernels.live_kernel(512, source, type(state.network).part),
+    )
+    arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
+    genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
+    with uncontracted():
+        return "".join(
+            compile_ptx(kernel.py_func, (*arguments, *others), cc=(9, 0))[0]
+            for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
+        )
+
+
+@pytest.fixture
+def h200(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device to compile for, though there is none to run on."""
+    if importlib.util.find_spec("numba_cuda") is None:
+        assert "CI" not in os.environ, "the kernels must be compiled in CI: make cuda"
+        pytest.skip("needs the extra 'cuda': make cuda")
+    device = SimpleNamespace(compute_capability=(9, 0))
+    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
+
+
+@pytest.mark.nightly  # to compile a kernel takes half a minute
+@pytest.mark.parametrize("which", ["sequential", "simultaneous", 0, 1, 3, 5])
+def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
+    own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
+    experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]
+    code = machine_code(experiment)
+    operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
+    arithmetic = {
+        each
+        for each in operations
+        if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)
+    }
+    assert arithmetic - {"sqrt.rn.f32"} == {
+        "add.rn.f32",
+        "sub.rn.f32",
+        "mul.rn.f32",
+        "div.rn.f32",
+    }  # .rn: nor contracted later
+    assert not any(".f64" in each or ".ftz" in each for each in operations)
+    assert (
+        sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512
+    )  # bytes a thread, beside its registers
+    assert not re.search(r"^\s+call", code, re.MULTILINE)
+
+
+def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
+    from numba.cuda import compile_ptx, types
+
+    def step_and_lane(out: npt.NDArray[np.int64]) -> None:
+        out[0] = lanes_in_bundle()
+        out[1] = bundle(7)
+
+    out = np.zeros(2, np.int64)
+    numba.njit(lambda out: lanes_in_bundle() + (bundle(3) is None))(
+        out
+    )  # the CPU's meaning, known before the GPU's
+    assert numba.njit(lambda: lanes_in_bundle())() == 16
+    code, _ = compile_ptx(step_and_lane, (types.int64[::1],), cc=(9, 0))
+    assert re.findall(r"mov\.[ubs]64\s+\S+, (\d+);", code) == ["1", "7"]
+
+
+def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    extra = str(missing_extra("cuda", "backend cuda"))
+    assert cuda.available() == extra
+    with pytest.raises(ValueError, match=re.escape(extra)):
+        choose("cuda")
+    with pytest.raises(ValueError, match=re.escape(extra)):
+        cuda.Batch(small("evo"), 0, [0])
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
+    monkeypatch.setattr("numba.cuda.is_available", lambda: False)
+    assert cuda.available() == "backend cuda needs an NVIDIA GPU, and none was found"
+    assert choose("auto", GPU_PAYS).name == "cpu"
+
+
+def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cuda, "available", lambda: None)
+    assert choose("cpu", 10**6).name == "cpu"
+    assert choose("auto", 1).name == "cpu"
+    assert choose("auto", GPU_PAYS).name == "cuda"
+    assert choose("auto", GPU_PAYS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
+    assert choose("cuda").batch is cuda.Batch
+    with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
+        choose("gpu")
+    with pytest.raises(ValueError, match="at most 1024 agents in a world"):
+        cuda.Batch(small("evo", population={"size": 1025}), 0, [0])
+
+
+@pytest.mark.parametrize(
+    ("agents", "worlds", "expected"),
+    [(20, 1, 1), (20, 180, 1), (20, 300, 2), (20, 10_000, 6), (500, 99, 1)],
+)
+def test_worlds_share_a_thread_block_only_where_there_are_many(
+    agents: int, worlds: int, expected: int
+) -> None:
+    assert cuda.worlds_in_thread_block(agents, worlds) == expected

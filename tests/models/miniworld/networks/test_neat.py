@@ -1,0 +1,123 @@
+"""Foragers whose networks grow: they answer as their graphs say, evolve, and are refused where they do not fit."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.api.checks import check_part
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution.neat import oracle
+from baldwinlab.evolution.neat.genome import HEAD, answer, entries, links_of, makes_a_node, nodes_of
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.models.miniworld.networks.neat import Growing
+from baldwinlab.papers.presets import load
+from baldwinlab.parts.agent_parts import compiled_values
+from baldwinlab.simulation.simulate import simulate_batch
+
+EVERY_CODE = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
+
+
+def foragers(**changes: Any) -> Experiment:
+    experiment: Experiment = load("evo/A", "neat")
+    return experiment.replace(
+        **({"lifetime": {"steps": 1000}, "evolution": {"generations": 30}} | changes)
+    )
+
+
+@pytest.fixture(scope="module")
+def run() -> Any:
+    fast = {"neat": {"add_node": 0.2, "add_link": 0.3}, "generations": 30}
+    return simulate_batch(foragers(evolution=fast), seed=3, runs=[0])[0]
+
+
+def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[np.float32]:
+    """What all units of a forager answer."""
+    experiment = foragers()
+    values = compiled_values(experiment.part("network.kind"), experiment, lambda array: None)
+    units = np.zeros(sum(experiment.layer_sizes), np.float32)
+    units[:3] = inputs
+    answer(graph, values.inputs, values.outputs, values.steepness, units)
+    return units
+
+
+def test_a_founder_links_each_sense_and_the_bias_with_each_action() -> None:
+    experiment = foragers()
+    genome = draw_genome(experiment, Moment(0, 0, 0))
+    assert {(links_of(graph), nodes_of(graph)) for graph in genome[:, 0]} == {(12, 7)}
+    weights = genome[:, 0, HEAD + 3 : entries(12) : 5]
+    assert abs(weights.mean()) < 0.3 and 0.8 < weights.std() < 1.2, "of N(0, 1)"
+    as_layers = draw_genome(load("evo/A").replace(network={"hidden": [40]}), Moment(0, 0, 0))
+    assert weights.tolist() == as_layers[:, 0, :12].tolist(), "the first that are drawn"
+
+
+def test_units_answer_as_the_graph_does_in_plain_python(run: Any) -> None:
+    grown = 0
+    for graph in run["genome"].values[-1][:, 0]:
+        grown += nodes_of(graph) > 7
+        for inputs in EVERY_CODE:
+            expected = oracle.activate(graph[: entries(40)].tolist(), 4.9, [*inputs, 1.0])
+            assert answers(graph, inputs)[-3:] == pytest.approx(expected, abs=2e-5)
+    assert grown > 10, "or the test says little"
+
+
+def test_the_row_of_a_hidden_node_is_that_of_the_link_it_is_named_by(run: Any) -> None:
+    graph = max(run["genome"].values[-1][:, 0], key=nodes_of)
+    units = answers(graph, [1.0, 0.0, 1.0])
+    hidden = [link for link in range(links_of(graph)) if makes_a_node(graph, link)]
+    assert np.flatnonzero(units[3:-3]).tolist() == hidden
+    assert ((units[3:-3] == 0) | ((units[3:-3] > 0) & (units[3:-3] < 1))).all()
+
+
+def test_networks_grow_and_find_more_food_than_their_founders(run: Any) -> None:
+    genome, eaten = run["genome"].values[:, :, 0], run["food_eaten"].mean("agent").values
+    assert max(nodes_of(graph) for graph in genome[-1]) > 8
+    assert eaten[-10:].mean() > 2 * eaten[0]
+
+
+def test_it_keeps_the_contract_of_a_part() -> None:
+    assert [
+        str(found)
+        for found in check_part(
+            Growing, only=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
+        )
+        if found.holds is False
+    ] == []
+
+
+@pytest.mark.nightly
+def test_it_keeps_all_of_the_contract() -> None:
+    assert [str(found) for found in check_part(Growing) if found.holds is False] == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        (
+            {"learning": {"rule": "self-taught"}},
+            "does not learn: learning.rule = 'self-taught' must be 'none'",
+        ),
+        (
+            {"evolution": {"variation": "gaussian"}},
+            "is bred by evolution.variation = 'neat', and not 'gaussian'",
+        ),
+        ({"network": {"biases": True}}, "has its bias as a node: network.biases must be false"),
+        ({"network": {"hidden": [10]}}, "begins with 12 links, and there is room for 10"),
+        ({"network": {"hidden": [40, 40]}}, "network.hidden must be one number"),
+    ],
+)
+def test_where_it_does_not_fit_a_sentence_says_so(changes: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ExperimentError, match=re.escape(sentence)):
+        foragers(**changes)
+
+
+def test_what_breeds_graphs_needs_graphs() -> None:
+    with pytest.raises(
+        ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'growing'"
+    ):
+        bl.load("evo/A").replace(evolution={"variation": "neat"})

@@ -1,0 +1,258 @@
+"""Strings that guess: as in plain Python, trial by trial; and as exact theory has it.
+
+The closed forms follow from the model's text: of a string with q alleles ? and no 0, a trial succeeds with chance 2^-q.
+"""
+
+from __future__ import annotations
+
+from math import comb
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import xarray as xr
+
+import baldwinlab as bl
+from baldwinlab.api.checks import check_part
+from baldwinlab.evolution import Moment, breed, draw_genome
+from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
+from baldwinlab.parts import LIFE, uniforms
+from baldwinlab.simulation.simulate import live_batch
+
+LOCI, TRIALS = 20, 1000
+
+
+def expected_fitness(unset: Any, trials: int = TRIALS) -> Any:
+    """Of a string without 0: 1 + 19 E[trials that remain] / trials."""
+    chance = 0.5**unset
+    return 1 + 19 * (1 - (1 - (1 - chance) ** trials) / (chance * trials))
+
+
+def strings(unset: int, agents: int, zeros: int = 0) -> npt.NDArray[np.float32]:
+    """[run, agent, module, locus], all alike."""
+    alleles = np.array([0.5] * unset + [0.0] * zeros + [1.0] * (LOCI - unset - zeros), np.float32)
+    return np.tile(alleles, (1, agents, 1, 1))
+
+
+def lives(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
+    return HintonNowlan(**fields).simulate(7, [0], 3, genomes)
+
+
+@pytest.mark.parametrize(
+    "fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}]
+)
+def test_a_life_is_worth_what_it_is_trial_by_trial(fields: dict[str, Any]) -> None:
+    genomes = np.random.default_rng(1).choice(
+        np.array([0, 0.5, 1, 1, 1, 1], np.float32), (1, 300, 1, 6)
+    )
+    found = lives(genomes, loci=6, **fields).energy[0]
+    luck = uniforms(7, 0, 3, LIFE, (300, 1))[:, 0, 0]
+    model = HintonNowlan(loci=6, **fields)
+    assert found.tolist() == [
+        model.oracle(one[0].tolist(), chance) for one, chance in zip(genomes[0], luck, strict=True)
+    ]
+    assert len(set(found.tolist())) > (2 if fields.get("guessing", True) else 1)
+
+
+@pytest.mark.parametrize("unset", range(0, 21, 2))
+def test_mean_fitness_is_that_of_the_closed_form(unset: int) -> None:
+    energy = lives(strings(unset, 4000)).energy
+    error = energy.std() / np.sqrt(energy.size)
+    assert abs(energy.mean() - expected_fitness(unset)) <= 4 * error + 1e-9
+
+
+def test_the_closed_form_has_the_values_of_the_specification() -> None:
+    expected = [
+        19.981,
+        19.962,
+        19.924,
+        19.848,
+        19.696,
+        19.392,
+        18.784,
+        17.569,
+        15.233,
+        11.649,
+        7.868,
+        4.965,
+        3.140,
+        2.113,
+    ]
+    assert [round(expected_fitness(unset), 3) for unset in range(14)] == expected
+
+
+def test_who_has_a_0_never_succeeds_and_tries_all_its_life() -> None:
+    found = lives(strings(3, 50, zeros=1))
+    assert (
+        (found.energy == 1).all()
+        and (found.records["succeeded"] == 0).all()
+        and (found.records["used"] == TRIALS).all()
+    )
+
+
+def test_what_is_learned_is_what_was_guessed_and_alleles_add_up_to_all() -> None:
+    found = lives(strings(2, 50))
+    assert (found.learned == 1).all() and (found.records["succeeded"] == 1).all()
+    shares = {name: found.records[name] for name in ("ones", "unset", "zeros")}
+    assert {name: share[0, 0].item() for name, share in shares.items()} == pytest.approx(
+        {"ones": 0.9, "unset": 0.1, "zeros": 0}
+    )
+
+
+def test_founders_have_a_half_of_question_marks_and_the_rest_alike() -> None:
+    genomes = np.concatenate(
+        [draw_genome(bl.load("guessing"), Moment(0, run, 0)) for run in range(40)]
+    )
+    shares = [float((genomes == allele).mean()) for allele in (0, 0.5, 1)]
+    assert shares == pytest.approx([0.25, 0.5, 0.25], abs=4 * 0.5 / np.sqrt(genomes.size))
+    able = (genomes[:, 0] != 0).all(axis=-1)
+    expected = 0.75**LOCI * len(able)
+    assert abs(able.sum() - expected) < 4 * np.sqrt(expected), "who could ever learn it"
+
+
+def exact_step(shares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The shares of 1, 0 and ? after a generation of an infinite population whose loci are independent."""
+    ones, zeros, unset = shares
+    q = np.arange(LOCI + 1)
+    of_q = np.array([comb(LOCI, int(k)) for k in q]) * unset**q * ones ** (LOCI - q)
+    gain = of_q * (expected_fitness(q) - 1)
+    mean = 1 + gain.sum()
+    after = [ones + (gain * (LOCI - q) / LOCI).sum(), zeros, unset + (gain * q / LOCI).sum()]
+    return np.array([share / mean for share in after])
+
+
+def test_the_exact_recursion_has_the_values_of_the_specification() -> None:
+    shares = np.array([0.25, 0.25, 0.5])
+    seen = {}
+    for generation in range(1, 51):
+        shares = exact_step(shares)
+        seen[generation] = shares
+    assert seen[10] == pytest.approx([0.2662, 0.2310, 0.5029], abs=1e-4)
+    assert seen[20] == pytest.approx([0.3045, 0.1892, 0.5063], abs=1e-4)
+    assert seen[50] == pytest.approx([0.8231, 0, 0.1769], abs=1e-4)
+
+
+AGENTS = 20_000
+PAYING = np.array([0.6, 0.02, 0.38])  # shares of 1, 0 and ? at which learning pays
+
+
+def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.float64]:
+    """By generation: the shares of 1, 0 and ? in a large population, less those of the exact recursion."""
+    experiment = assign(
+        bl.load("guessing"), [f"evolution.variation={variation}", f"population.size={AGENTS}"]
+    )
+    generator, expected, found = np.random.default_rng(seed), PAYING, []
+    genome = generator.choice(np.array([1, 0, 0.5], np.float32), (AGENTS, 1, LOCI), p=PAYING)
+    for generation in range(1, generations + 1):
+        energy = HintonNowlan().simulate(seed, [0], generation - 1, genome[None]).energy[0]
+        genome, _ = breed(experiment, genome, energy, Moment(seed, 0, generation))
+        expected = exact_step(expected)
+        found.append([(genome == allele).mean() for allele in (1, 0, 0.5)] - expected)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("variation", ["crossover", "gene-pool"])
+def test_a_generation_from_independent_loci_follows_the_exact_recursion(variation: str) -> None:
+    """From independent loci, recombination by two parents and by the gene pool have the same shares."""
+    after = exact_step(PAYING)
+    error = (
+        4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3
+    )  # parents are drawn, so children are not independent
+    assert (abs(distances(variation, 1, seed=5)[0]) < error).all() and abs(after - PAYING)[
+        0
+    ] > 2 * error[0]
+
+
+def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> None:
+    """Two parents leave half of the linkage, so their population is more than .01 from the recursion soon."""
+    pool, pairs = (
+        np.mean([distances(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1]
+        for variation in ("gene-pool", "crossover")
+    )
+    assert (abs(pool) < 0.002).all()
+    assert abs(pairs[2]) > 0.008
+
+
+def test_only_with_guessing_is_the_needle_found_and_then_the_wrong_alleles_vanish() -> None:
+    guessing, all_set = (
+        [_measured(history) for history in live_batch(bl.load(name), 0, range(4))]
+        for name in ("guessing", "all-set")
+    )
+    assert all(
+        one["taken-off"] == 1 and one["zeros"] < 0.005 and one["fall"] > 0 for one in guessing
+    )
+    assert sum(one["hit"] for one in all_set) <= 1
+
+
+def _measured(history: Any) -> dict[str, float]:
+    names = ("ones", "unset", "zeros", "succeeded")
+    run = xr.Dataset(
+        {name: (("run", "generation", "agent"), history.of_agents(name)[None]) for name in names}
+    )
+    return {name: float(measure.of(run).item()) for name, measure in HintonNowlan.measures.items()}
+
+
+def test_a_run_that_never_takes_off_has_no_take_off() -> None:
+    never: Experiment = assign(
+        bl.load("never-guessing"), ["evolution.generations=3", "population.size=20"]
+    )
+    (history,) = live_batch(never, 0, [0])
+    found = _measured(history)
+    assert (
+        np.isnan(found["take-off"])
+        and np.isnan(found["unset-at-take-off"])
+        and found["taken-off"] == 0
+    )
+
+
+def test_the_parts_are_as_parts_should_be() -> None:
+    found = [
+        *check_part(HintonNowlan),
+        *check_part(OnePointOfAlleles, only=["fields", "limits", "arithmetic", "oracle"]),
+    ]
+    assert [one for one in found if one.holds is False] == []
+
+
+@pytest.mark.parametrize(
+    ("law", "unset", "expected"),
+    [
+        ("uniform", 0.5, [1 / 3] * 3),
+        ("founders", 0.5, [0.25, 0.5, 0.25]),
+        ("founders", 0.0, [0.5, 0.0, 0.5]),
+        ("founders", 1.0, [0.0, 1.0, 0.0]),
+    ],
+)
+def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: list[float]) -> None:
+    settings = ["evolution.mutation_rate=1", "population.size=2000", f"hinton_nowlan.unset={unset}"]
+    experiment = assign(
+        bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"]
+    )
+    children, _ = breed(experiment, strings(0, 2000)[0], np.ones(2000), Moment(0, 0, 1))
+    shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
+    assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
+
+
+def test_a_founders_law_needs_founders_with_alleles() -> None:
+    settings = [
+        "evolution.variation=one-point-alleles",
+        "evolution.one_point_alleles.mutation_law=founders",
+    ]
+    with pytest.raises(
+        ExperimentError,
+        match=r"mutation_law = 'founders' needs a model with .* and not 'miniworld'",
+    ):
+        assign(bl.load("evo/A"), settings)
+
+
+def test_the_founders_law_agrees_with_the_oracle() -> None:
+    draws = np.random.default_rng(3).random((LOCI, 4)).tolist()
+    part = SimpleNamespace(rate=1.0, zero=3 * 0.25)
+    child = np.empty((1, LOCI), np.float32)
+    ones = np.ones((1, LOCI), np.float32)
+    OnePointOfAlleles.vary(part, ones, ones, np.array(draws), 0.5, child)
+    assert child.tolist() == OnePointOfAlleles.oracle(
+        part, ones.tolist(), ones.tolist(), draws, 0.5
+    )

@@ -1,0 +1,208 @@
+"""Numbers on a slope: the law of the gain function, met through the laboratory's own selection, in one generation and in several.
+
+The law: for any distribution of x and selection in proportion to fitness, learning moves the mean of the parents by
+Cov_f(x, g) / E_f(g), where g = f_L / f and both are weighted by innate fitness f. Its sign is that of the slope of g (Chebyshev).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.api.checks import check_part
+from baldwinlab.engine import rng
+from baldwinlab.evolution import Moment, breed, draw_genome, select
+from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.models.hinton_nowlan import HintonNowlan
+from baldwinlab.models.slope_climbers import SlopeClimbers, exponential
+from baldwinlab.simulation.simulate import live_batch
+
+Numbers = npt.NDArray[np.float64]
+BENDS = {"convex": 1.0, "exponential": 0.0, "concave": -1.0}
+EVEN = assign(bl.load("stepping/convex"), ["evolution.selection=expected-offspring"])
+SAMPLED = bl.load("stepping/convex")
+
+
+def mean_of_parents(
+    experiment: Any, x: Numbers, fitness: Numbers, places: float, generation: int = 0
+) -> float:
+    """The mean x of so many parents, chosen by the laboratory's selection."""
+    uniforms = Moment(5, 0, generation).uniforms(rng.SELECTION, (int(places) // 2, 2))
+    return float(x[select(experiment, fitness, uniforms)].mean())
+
+
+def law(x: Numbers, innate: Numbers, learned: Numbers) -> float:
+    """Cov_f(x, g) / E_f(g)."""
+    weight, gain = innate / innate.sum(), learned / innate
+    mean_gain = float(weight @ gain)
+    return float(weight @ ((x - weight @ x) * (gain - mean_gain))) / mean_gain
+
+
+def test_the_law_is_met_exactly_by_any_ten_thousand_populations() -> None:
+    """Where expected numbers of offspring are whole, selection without its noise has no chance left: the law, to rounding."""
+    generator = np.random.default_rng(1)
+    for case in range(10_000):
+        agents = int(generator.integers(2, 9))
+        x = generator.normal(0, 3, agents)
+        innate, learned = (generator.integers(low, 9, agents).astype(float) for low in (1, 0))
+        learned[0] += learned.sum() == 0
+        if case % 2:  # g rises with x in every second one
+            learned = innate * np.sort(generator.integers(1, 9, agents))[x.argsort().argsort()]
+        with_it, without = (
+            mean_of_parents(EVEN, x, each, 2 * each.sum()) for each in (learned, innate)
+        )
+        moved = with_it - without
+        assert abs(moved - law(x, innate, learned)) < 1e-12
+        assert not case % 2 or moved > -1e-12
+
+
+def test_selection_by_lot_meets_the_law_on_average() -> None:
+    generator = np.random.default_rng(2)
+    x, slope = generator.normal(0.8, 0.3, 1000), SlopeClimbers(bend=1)
+    innate, learned = slope.fitness(x), slope.fitness(x + 0.3)
+    moved = [
+        mean_of_parents(SAMPLED, x, learned, 2000, 2 * k)
+        - mean_of_parents(SAMPLED, x, innate, 2000, 2 * k + 1)
+        for k in range(2000)
+    ]
+    expected = law(x, innate, learned)
+    error = np.std(moved) / np.sqrt(len(moved))
+    assert abs(np.mean(moved) - expected) < 4 * error and expected > 20 * error
+
+
+@pytest.mark.parametrize("name", BENDS)
+def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: str) -> None:
+    slope, generator = (
+        SlopeClimbers(bend=BENDS[name], rise=0.0 if BENDS[name] else 1.0),
+        np.random.default_rng(3),
+    )
+    for _ in range(300):
+        low, high = (-2.0, -0.5) if name == "concave" else (0.0, 2.0)
+        x = generator.uniform(low, high, 20)
+        moved = law(x, slope.fitness(x), slope.fitness(x + slope.step))
+        assert moved * BENDS[name] > 0 or (BENDS[name] == 0 and abs(moved) < 1e-12)
+
+
+def test_an_exponential_slope_chooses_the_same_parents_with_learning_and_without() -> None:
+    found = [
+        live_batch(bl.load(f"{name}/exponential"), 3, [0])[0].of_agents("innate_x")
+        for name in ("stepping", "not-stepping")
+    ]
+    assert (found[0] == found[1]).all()
+
+
+def gaussian_step(
+    mean: float, variance: float, slope: SlopeClimbers, mutation: float
+) -> tuple[float, float]:
+    """Mean and variance after a generation of an infinite population that is normal, and stays so."""
+    left = 1 - slope.bend * variance
+    return (
+        mean + variance * (slope.rise + slope.bend * slope.step * slope.learning)
+    ) / left, variance / left + mutation**2
+
+
+@pytest.mark.parametrize("selection", ["roulette", "expected-offspring"])
+@pytest.mark.parametrize("condition", ["stepping", "not-stepping"])
+@pytest.mark.parametrize("name", BENDS)
+def test_a_normal_population_moves_as_exact_theory_says(
+    condition: str, name: str, selection: str
+) -> None:
+    agents = 40_000
+    changes = [
+        f"population.size={agents}",
+        f"evolution.selection={selection}",
+        "slope_climbers.spread=0.3",
+    ]
+    experiment = assign(bl.load(f"{condition}/{name}"), changes)
+    slope, genomes = experiment.of_model, draw_genome(experiment, Moment(1, 0, 0))
+    energy = slope.simulate(1, [0], 0, genomes[None]).energy[0]
+    children, _ = breed(experiment, genomes, energy, Moment(1, 0, 1))
+    mean, variance = gaussian_step(slope.start, 0.3**2, slope, experiment.evolution.mutation_size)
+    error = np.sqrt(2 * variance / agents)  # of parents that are drawn from agents that were drawn
+    assert abs(children.mean(dtype=np.float64) - mean) < 4 * error
+    assert abs(children.var(dtype=np.float64) - variance) < 4 * np.sqrt(4 * variance**2 / agents)
+
+
+def test_several_generations_go_as_the_recursion_does() -> None:
+    """Of large populations, for of small ones the variance falls behind."""
+    for condition in ("stepping", "not-stepping"):
+        experiment = assign(
+            bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"]
+        )
+        slope = experiment.of_model
+        mean, variance = slope.start, slope.spread**2
+        for _ in range(10):
+            mean, variance = gaussian_step(
+                mean, variance, slope, experiment.evolution.mutation_size
+            )
+        lived = live_batch(experiment, 2, range(8))
+        found = np.array(
+            [history.of_agents("innate_x")[-1].mean(dtype=np.float64) for history in lived]
+        )
+        assert abs(found.mean() - mean) < 4 * found.std(ddof=1) / np.sqrt(len(found))
+
+
+def test_what_is_lived_is_fitness_a_step_further_up_and_nothing_of_it_is_born() -> None:
+    genomes = np.random.default_rng(4).normal(0, 1, (2, 30, 1, 1)).astype(np.float32)
+    slope = SlopeClimbers(bend=-0.5, rise=0.7, step=0.25)
+    found, off = (
+        each.simulate(0, [0, 1], 0, genomes) for each in (slope, slope.without_learning())
+    )
+    x = genomes[:, :, 0, 0].astype(np.float64)
+    assert np.allclose(
+        found.energy, np.exp(0.7 * (x + 0.25) - 0.25 * (x + 0.25) ** 2), rtol=1e-6, atol=0
+    )
+    assert np.allclose(off.energy, np.exp(0.7 * x - 0.25 * x**2), rtol=1e-12, atol=0)
+    assert found.learned is not None and np.allclose(found.learned[:, :, 0], x + 0.25)
+    assert (
+        slope.without_learning().simulate(0, [0, 1], 0, found.learned[:, :, None]).energy
+        == found.energy
+    ).all(), "once it is innate"
+    assert (found.records["innate_x"] == x).all() and (
+        found.records["uphill"] == (0.7 - 0.5 * x > 0)
+    ).all()
+
+
+def test_the_exponential_is_that_of_numpy() -> None:
+    x = np.random.default_rng(5).uniform(-300, 300, 5000)
+    found = np.array([exponential(each) for each in x.tolist()])
+    assert np.allclose(found, np.exp(x), rtol=1e-12, atol=0)
+
+
+def test_fitness_stays_a_number_however_far_up() -> None:
+    found = SlopeClimbers(bend=10).fitness(np.array([0.0, 1e3, -1e30]))
+    assert found[0] == 1 and np.isfinite(found).all() and found[1] == found[2] == found.max()
+
+
+def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops() -> None:
+    """Strings without a 0, x of whose 20 alleles are 1: learning speeds every step but the last."""
+    worth = {}
+    for guessing in (False, True):
+        strings = np.array([[1.0] * x + [0.5] * (20 - x) for x in range(21)], np.float32)
+        genomes = np.repeat(strings, 3000, axis=0)[None, :, None]
+        energy = HintonNowlan(guessing=guessing).simulate(3, [0], 0, genomes).energy[0]
+        worth[guessing] = energy.reshape(21, 3000).mean(axis=1)
+    gain = worth[True] / worth[False]
+    assert (
+        (np.diff(gain[8:20]) > 0).all()
+        and gain[19] == pytest.approx(19.962, abs=0.002)
+        and gain[20] == 1
+    )
+    assert worth[False][20] / worth[False][19] == pytest.approx(19.981)
+    assert worth[True][20] / worth[True][19] == pytest.approx(1.00095, abs=1e-4)
+
+
+def test_level_ground_is_refused() -> None:
+    with pytest.raises(
+        ExperimentError,
+        match=r"slope_climbers\.rise and slope_climbers\.bend are both 0: there is no slope",
+    ):
+        assign(bl.load("stepping/convex"), ["slope_climbers.bend=0"])
+
+
+def test_the_part_is_as_parts_should_be() -> None:
+    assert [one for one in check_part(SlopeClimbers) if one.holds is False] == []

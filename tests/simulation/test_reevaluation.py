@@ -1,0 +1,57 @@
+"""Lives of given genomes are those of the study, where the genomes and the circumstances are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.simulation.reevaluation import reevaluate, stored_genome, stored_genomes
+from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.simulate import simulate
+from tests.worlds import small
+
+COSTS = {"cost_per_step": 0.001, "cost_per_change": 0.1}
+
+
+@pytest.mark.parametrize(
+    "experiment",
+    [
+        small("evo"),
+        small("evo+self-taught"),
+        small("evo+self-taught", lifetime={"update": "sequential"}),
+        small("evo+self-taught", learning={**COSTS, "evolved_rate": True, "rate": 0.5}),
+        small("self-taught", population={"size": 1}),
+    ],
+)
+def test_a_generation_lived_again_ends_as_it_did(experiment: Experiment) -> None:
+    runs = (4, 0, 9)
+    records = [simulate(experiment, seed=2, run=run) for run in runs]
+    for generation in range(3):
+        genomes = np.stack([record.genome.values[generation] for record in records])
+        lives = reevaluate(experiment, 2, runs, generation, genomes)
+        assert np.array_equal(lives.energy, [record.energy[generation] for record in records])
+        trace = replay(experiment, seed=2, generation=generation, run=9)
+        assert np.array_equal(lives.weights[2], trace.weight_death[:, 0, : experiment.weight_count])
+    assert sum(record.food_eaten.sum() for record in records) > 0
+
+
+def test_agents_with_one_module_use_the_first() -> None:
+    learner = small("evo+self-taught")
+    without = learner.replace(learning={"rule": "none"})
+    genomes = simulate(learner, seed=1).genome.values[None, 2]
+    lives = reevaluate(without, 1, [0], 2, genomes)
+    assert np.array_equal(lives.energy, reevaluate(without, 1, [0], 2, genomes[:, :, :1]).energy)
+    assert np.array_equal(lives.weights, genomes[:, :, 0])
+
+
+@pytest.mark.parametrize("inherited", [0.0, 0.5], ids=["as they were born", "as they had learned"])
+def test_genomes_that_were_not_kept_are_bred_again(inherited: float) -> None:
+    whole = small("evo+self-taught", evolution={"generations": 6, "lamarckian_share": inherited})
+    every, some = (
+        simulate(whole, seed=3, run=1),
+        simulate(whole.replace(record={"genome_every": 4}), seed=3, run=1),
+    )
+    for generation in range(6):
+        assert np.array_equal(stored_genome(whole, some, generation), every.genome[generation])
+    assert np.array_equal(list(stored_genomes(whole, some)), every.genome)

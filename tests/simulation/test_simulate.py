@@ -1,0 +1,124 @@
+"""A run is labelled, carries its provenance, and depends on nothing but experiment, seed and run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.core.variables import RUN
+from baldwinlab.experiment.toml import from_toml
+from baldwinlab.simulation.simulate import History, live_batch, simulate, simulate_batch
+from baldwinlab.studies.records import encode
+from tests.small import small
+
+
+def test_a_run_holds_the_declared_variables_with_their_dimensions_types_and_units() -> None:
+    run = simulate(small(), seed=1)
+    assert set(run.data_vars) == set(RUN)
+    for name, variable in RUN.items():
+        assert run[name].dims == variable.dims
+        assert run[name].dtype == variable.dtype
+        assert run[name].attrs["units"] == variable.unit
+    assert dict(run.genome.sizes) == {"generation": 3, "agent": 20, "module": 2, "weight": 60}
+    assert list(run.module.values) == ["action", "reinforcement"]
+
+
+def test_a_run_carries_what_it_takes_to_make_it_again() -> None:
+    run = simulate(small(), seed=7, run=2)
+    again = simulate(
+        from_toml(run.attrs["experiment"], where="attribute"),
+        seed=run.attrs["seed"],
+        run=run.attrs["run"],
+    )
+    xr.testing.assert_identical(run, again)
+    assert {"baldwinlab", "numba", "numpy", "python", "platform"} <= set(run.attrs)
+
+
+def test_another_seed_and_another_run_are_other_runs() -> None:
+    runs = [simulate(small(), seed=seed, run=run) for seed, run in ((1, 0), (2, 0), (1, 1), (0, 1))]
+    for i, one in enumerate(runs):
+        for other in runs[:i]:
+            assert not np.array_equal(one.genome, other.genome)
+            assert not np.array_equal(one.food_eaten, other.food_eaten)
+
+
+def test_genomes_are_kept_at_the_stride_that_the_experiment_names_and_at_the_end() -> None:
+    every = simulate(small().replace(evolution={"generations": 6}), seed=1)
+    some = simulate(
+        small().replace(evolution={"generations": 6}, record={"genome_every": 2}), seed=1
+    )
+    kept = some.genome.notnull().all(("agent", "module", "weight"))
+    assert kept.values.tolist() == [True, False, True, False, True, True]
+    assert np.array_equal(some.genome[kept.values], every.genome[kept.values])
+    assert np.array_equal(some.food_eaten, every.food_eaten)
+
+
+def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_room_for_more() -> (
+    None
+):
+    experiment = small().replace(
+        evolution={"generations": 7}, record={"genome_every": 3}, lifetime={"steps": 5}
+    )
+    held = []
+
+    def look(histories: Sequence[History]) -> None:
+        held.append(histories[0].record().kept_generation.values.tolist())
+
+    (history,) = live_batch(experiment, seed=1, runs=[2], after_generation=look)
+    assert held == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
+    assert encode(history.record()) == encode(history.dataset())
+
+
+def test_energy_is_what_items_give_and_decides_who_breeds() -> None:
+    food = [
+        {"x": [400, 560], "y": [80, 240], "count": 30, "energy": 2.5},
+        {"x": [380, 560], "y": [60, 260], "count": 20, "energy": 0},
+    ]
+    run = simulate(small("evo/A").replace(world={"food": food}), seed=3)
+    assert run.energy.sum() > 0
+    assert (run.energy % 2.5 == 0).all()
+    assert (run.energy <= 2.5 * run.food_eaten).all()
+    fit = run.energy.values[:-1] > 0
+    for generation in range(2):
+        if fit[generation].any():
+            assert fit[generation][run.parents.values[generation + 1]].all()
+
+
+def test_parents_are_named_from_the_second_generation_on() -> None:
+    run = simulate(small(), seed=1)
+    assert (run.parents[0] == -1).all()
+    assert ((run.parents[1:] >= 0) & (run.parents[1:] < 20)).all()
+    assert (simulate(small("self-taught/A"), seed=1).parents == -1).all()
+
+
+@pytest.mark.parametrize(
+    ("seed", "run", "name"),
+    [(-1, 0, "seed = -1"), (2**31, 0, "seed = 2147483648"), (0, -5, "run = -5")],
+)
+def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
+    with pytest.raises(ValueError, match=f"{name} must be at least 0 and less than 2147483648"):
+        simulate(small(), seed=seed, run=run)
+
+
+def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> (
+    None
+):
+    experiment = small().replace(evolution={"generations": 5}, record={"genome_every": 3})
+    cut: dict[int, list[xr.Dataset]] = {}
+
+    def keep(histories: Sequence[History]) -> None:
+        cut[histories[0].lived] = [history.dataset().copy(deep=True) for history in histories]
+
+    whole = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=keep)
+    assert list(cut) == [1, 2, 3, 4, 5]
+    for lived, runs in cut.items():
+        for run, number in zip(runs, (0, 4), strict=True):
+            xr.testing.assert_identical(
+                run,
+                simulate(experiment.replace(evolution={"generations": lived}), seed=1, run=number),
+            )
+    for run, same in zip(whole, cut[5], strict=True):
+        xr.testing.assert_identical(run, same)

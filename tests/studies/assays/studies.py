@@ -1,0 +1,46 @@
+"""Small studies and what assays measure of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.studies.assays.run import ASSAYS, missing_assays, run_assays
+from baldwinlab.studies.executors import THREADS, Executor
+from baldwinlab.studies.store import StudyStore
+from tests.small import ignore, silent, small_study
+from tests.worlds import small
+
+ELSEWHERE = {
+    "food": [
+        {"x": [10, 50], "y": [50, 80], "count": 5, "energy": 2.5},
+        {"x": [60, 90], "y": [20, 40], "count": 4},
+    ]
+}
+
+
+def conditions() -> list[Experiment]:
+    """Those of the paper on a small map A, and one of them on a map B, whose food has two kinds of energy."""
+    fast = {
+        "lifetime": {"steps": 120},
+        "learning": {"rate": 0.5},
+    }  # so that they learn in a short life
+    kinds = [
+        small(condition).replace(**fast) for condition in ("evo", "evo+self-taught", "self-taught")
+    ]
+    return [*kinds, kinds[1].replace(name="evo+self-taught/B", world=ELSEWHERE)]
+
+
+def measured(
+    directory: Path,
+    experiments: list[Experiment] | None = None,
+    names: Sequence[str] = tuple(ASSAYS),
+    runs: int = 3,
+    workers: int = 2,
+    executor: Executor = THREADS,
+) -> StudyStore:
+    """A study with its assays, which an executor does."""
+    study = small_study(directory, experiments or conditions(), runs)
+    run_assays(study, missing_assays(study, names), workers, silent, ignore, executor)
+    return study

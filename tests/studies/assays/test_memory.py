@@ -1,0 +1,72 @@
+"""What assays are estimated to take is what they take; what is too large is refused before a file is made."""
+
+from __future__ import annotations
+
+import pytest
+
+from baldwinlab.analysis.assays.analysis import evaluate, planned_designs
+from baldwinlab.analysis.statistics.sample_sizes import Design
+from baldwinlab.api.run_study import How, assay
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.resources import NOTHING
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.memory import ENGINE
+from baldwinlab.studies.assays.memory import Planned, need
+from baldwinlab.studies.assays.run import ASSAYS, misfit
+from baldwinlab.studies.assays.storage import read as open_assays
+from baldwinlab.studies.store import StudyStore
+from tests.studies.assays.studies import conditions
+
+FITTING = {
+    experiment.name: [name for name in ASSAYS if not misfit(name, experiment)]
+    for experiment in conditions()
+}
+
+
+def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: StudyStore) -> None:
+    stored = sum(path.stat().st_size for path in (study.directory / "assays").rglob("*.nc"))
+    estimated = need(study, FITTING, dict.fromkeys(FITTING, 3), workers=2)
+    assert estimated.disk == pytest.approx(stored, rel=0.1)
+    assert Planned(study.experiments, study.factors).need(3, workers=2) == estimated
+
+
+def test_the_tests_of_the_questions_are_counted_before_the_runs(study: StudyStore) -> None:
+    """At most: a question whose quantities are undefined in every run is not tested."""
+    fitting = Planned(study.experiments, study.factors).fitting(tuple(ASSAYS))
+    planned = planned_designs(study.experiments, fitting, 3)
+    found = evaluate(open_assays(study))
+    tested = sum(
+        answer.numbers is not None for subject in found.subjects for answer in subject.answers
+    )
+    assert tested <= len(planned) <= tested + len(found.subjects)
+    assert set(planned) == {Design(3, 3, "Wilcoxon")}
+
+
+def test_nothing_is_needed_where_nothing_is_missing(study: StudyStore) -> None:
+    assert need(study, dict.fromkeys(FITTING, ()), dict.fromkeys(FITTING, 3), workers=2) == NOTHING
+
+
+def test_memory_grows_with_the_agents_and_with_the_workers(study: StudyStore) -> None:
+    def memory(agents: int, workers: int) -> int:
+        large = load("evo+self-taught/A").replace(population={"size": agents})
+        return (
+            Planned({large.name: large}, {large.name: study.factors["evo+self-taught/A"]})
+            .need(40, workers)
+            .memory
+            - ENGINE
+        )
+
+    assert memory(10_000, 1) > 5 * memory(1000, 1)
+    assert memory(1000, 4) > 2 * memory(1000, 1)
+
+
+def test_too_little_memory_is_told_before_anything_is_lived_again(
+    study: StudyStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("baldwinlab.core.resources.available_memory", lambda: 1000)
+    monkeypatch.setattr("baldwinlab.api.run_study.missing_assays", lambda study, names: FITTING)
+    with pytest.raises(
+        RefusedError,
+        match=r"assays: \d+: about .* of memory would be needed, and 1000\.0 bytes are free",
+    ):
+        assay(study, list(ASSAYS), How())

@@ -1,0 +1,146 @@
+"""The neutral twin: bred by chance alone, and compared with those that were selected in the same world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.evolution import Moment, bequeath, draw_genome, next_genome
+from baldwinlab.experiment import Experiment
+from baldwinlab.simulation.reevaluation import reevaluate
+from baldwinlab.studies.assays.run import misfit, missing_assays, open_assay, run_assays
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore
+from tests.small import ignore, silent, small_study
+from tests.studies.assays.studies import measured
+from tests.worlds import small
+
+LEARNER = "evo+self-taught/A"
+
+
+def neutral(study: StudyStore, condition: str = LEARNER) -> Any:
+    return open_assay(study.directory, "neutral", condition).energy
+
+
+def test_those_that_evolved_are_the_ones_of_the_study_and_of_the_assay_of_what_is_innate(
+    study: StudyStore,
+) -> None:
+    for condition in (LEARNER, "evo+self-taught/B", "evo/A"):
+        innate = open_assay(study.directory, "innate", condition).energy.sel(life=["off", "on"])
+        own = neutral(study, condition).sel(newborns="evolved", drop=True)
+        np.testing.assert_array_equal(
+            own, innate.sel(generation=own.generation).transpose(*own.dims)
+        )
+
+
+def test_founders_are_their_own_twins_and_their_children_are_not(study: StudyStore) -> None:
+    own, twin = (neutral(study).sel(newborns=name) for name in ("evolved", "neutral twin"))
+    assert np.array_equal(own.sel(generation=0), twin.sel(generation=0))
+    assert not np.array_equal(own.sel(generation=2), twin.sel(generation=2))
+
+
+def test_agents_that_do_not_learn_have_a_twin_that_does_not(study: StudyStore) -> None:
+    found = neutral(study, "evo/A")
+    assert found.sel(life="on").isnull().all() and found.sel(life="off").notnull().all()
+
+
+def test_the_twin_has_the_parents_of_a_run_with_neutral_selection_whatever_that_gains() -> None:
+    twin = small("evo", evolution={"generations": 6}).neutral_twin()
+    run = bl.simulate(twin, seed=3, run=2)
+    for generation in range(1, 6):
+        before, nothing = run.genome.values[generation - 1], np.zeros(twin.population.size)
+        _, parents = next_genome(twin, Moment(3, 2, generation), before, nothing)
+        assert np.array_equal(np.sort(parents), np.sort(run.parents.values[generation]))
+
+
+def test_however_parents_were_selected_the_twin_is_the_same(tmp_path: Path) -> None:
+    schemes = [
+        small("evo", name=name, evolution={"selection": name, "generations": 5})
+        for name in ("rank", "truncation")
+    ]
+    study = measured(tmp_path, schemes, ["neutral"])
+    one, other = (neutral(study, name) for name in ("rank", "truncation"))
+    assert np.array_equal(
+        one.sel(newborns="neutral twin"), other.sel(newborns="neutral twin"), equal_nan=True
+    )
+    assert not np.array_equal(
+        one.sel(newborns="evolved"), other.sel(newborns="evolved"), equal_nan=True
+    )
+
+
+def test_one_agent_alone_is_its_own_twin_generation_by_generation(tmp_path: Path) -> None:
+    alone = small(
+        "evo+self-taught",
+        population={"size": 1},
+        evolution={"generations": 14, "mutation_rate": 1.0},
+    )
+    found = neutral(measured(tmp_path, [alone], ["neutral"]))
+    assert found.generation.values.tolist() == list(range(4, 14))
+    assert np.array_equal(found.sel(newborns="evolved"), found.sel(newborns="neutral twin"))
+    assert found.sum() > 0
+
+
+def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path) -> None:
+    experiment = small(
+        "evo+self-taught",
+        learning={"rate": 0.5},
+        evolution={"generations": 12, "lamarckian_share": 1.0},
+    )
+    study = measured(tmp_path, [experiment], ["neutral"], runs=2)
+    genome, twin, nothing = (
+        draw_genome(experiment, Moment(5, 1, 0)),
+        experiment.neutral_twin(),
+        np.zeros(6),
+    )
+    for generation in range(11):
+        died = reevaluate(experiment, 5, [1], generation, genome[None]).weights[0]
+        genome, _ = next_genome(
+            twin, Moment(5, 1, generation + 1), bequeath(experiment, genome, died), nothing
+        )
+    last = neutral(study).sel(run=1, generation=11, newborns="neutral twin")
+    for life, lived in (("on", experiment), ("off", experiment.without_learning())):
+        assert np.array_equal(
+            last.sel(life=life), reevaluate(lived, 5, [1], 11, genome[None]).energy[0]
+        )
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"evolution": {"generations": 12, "lamarckian_share": 0.5}}]
+)
+def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]) -> None:
+    study = small_study(tmp_path, [small("evo+self-taught", **changes)], runs=2)
+    amounts: list[int] = []
+
+    @contextmanager
+    def noted(description: str, total: int) -> Iterator[Callable[[int], None]]:
+        amounts.append(-total)
+        yield amounts.append
+
+    run_assays(study, missing_assays(study, ["neutral"]), 1, noted, ignore)
+    assert amounts[0] < 0 == sum(amounts)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "why"),
+    [
+        (small("self-taught"), "where nothing is inherited it builds nothing"),
+        (small("evo").neutral_twin(), "parents at random are their own neutral twin"),
+    ],
+)
+def test_where_selection_builds_nothing_there_is_no_such_assay(
+    tmp_path: Path, experiment: Experiment, why: str
+) -> None:
+    assert why in misfit("neutral", experiment)
+    study = small_study(tmp_path, [experiment], runs=1)
+    assert missing_assays(study, ["neutral"]) == {experiment.name: []}
+    run_assays(study, missing_assays(study, ["neutral"]), 1, silent, ignore)
+    with pytest.raises(StudyError, match=why):
+        open_assay(tmp_path, "neutral", experiment.name)
+    with pytest.raises(StudyError, match=why):
+        bl.open_study(tmp_path).assay("neutral")

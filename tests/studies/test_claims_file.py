@@ -1,0 +1,98 @@
+"""Claims are read back while they are what the report wrote, of the runs that are stored."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from baldwinlab.studies.claims_file import CLAIMS, claims_in, write_claims
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore
+from tests.small import small, small_study
+
+WRITTEN: list[dict[str, Any]] = [
+    {"id": "C1", "verdict": "undecided", "effect": 1.5},
+    {"id": "C2", "verdict": "holds", "effect": None},
+]
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> StudyStore:
+    return small_study(tmp_path / "study", [small("evo/A")], runs=2)
+
+
+def test_claims_come_back_as_they_were_written(study: StudyStore) -> None:
+    assert claims_in(study) == []
+    write_claims(study, WRITTEN)
+    assert claims_in(study) == WRITTEN
+
+
+@pytest.mark.parametrize("change", ["verdict", "effect", "claim added", "records"])
+def test_a_change_by_hand_is_refused(study: StudyStore, change: str) -> None:
+    write_claims(study, WRITTEN)
+    path = study.directory / CLAIMS
+    found = json.loads(path.read_text())
+    match change:
+        case "verdict":
+            found["claims"][0]["verdict"] = "holds"
+        case "effect":
+            found["claims"][0]["effect"] = 2.5
+        case "claim added":
+            found["claims"].append(found["claims"][0])
+        case "records":
+            found["records"] = "0" * 64
+    path.write_text(json.dumps(found))
+    with pytest.raises(
+        StudyError,
+        match=r"claims\.json is not what a report has written; `baldwinlab report .*` makes it",
+    ):
+        claims_in(study)
+
+
+def test_claims_of_other_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
+    write_claims(study, WRITTEN)
+    grown = small_study(study.directory, [small("evo/A")], runs=3)
+    with pytest.raises(
+        StudyError, match="was decided by other runs than those that are stored now"
+    ):
+        claims_in(grown)
+    other = small_study(tmp_path / "other", [small("evo/A")], runs=3, seed=6)
+    write_claims(other, WRITTEN)
+    shutil.copy(other.directory / CLAIMS, grown.directory / CLAIMS)
+    with pytest.raises(
+        StudyError, match="was decided by other runs than those that are stored now"
+    ):
+        claims_in(grown)
+
+
+def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them_again(
+    study: StudyStore,
+) -> None:
+    (study.directory / CLAIMS).write_text(json.dumps(WRITTEN))
+    with pytest.raises(
+        StudyError,
+        match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again",
+    ):
+        claims_in(study)
+
+
+@pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
+def test_json_of_another_kind_is_refused(study: StudyStore, content: Any) -> None:
+    (study.directory / CLAIMS).write_text(json.dumps(content))
+    with pytest.raises(StudyError, match="is not what a report has written"):
+        claims_in(study)
+
+
+def test_huge_claims_are_refused_before_they_are_read(study: StudyStore) -> None:
+    (study.directory / CLAIMS).touch()
+    os.truncate(study.directory / CLAIMS, 20 * 10**9)
+    with pytest.raises(
+        StudyError,
+        match="cannot be read: it has 20,000,000,000 bytes, and a JSON file of results may",
+    ):
+        claims_in(study)

@@ -1,0 +1,223 @@
+"""A study is the same, bit for bit, however it came about."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.core.files import location
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.executors import THREADS
+from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.records import DamagedRecordError, StudyError
+from baldwinlab.studies.run import missing_runs, plan, run_study
+from baldwinlab.studies.store import create
+from tests.small import contents, ignore, silent, small, small_study
+
+
+def test_a_study_holds_the_bits_of_its_runs_whatever_the_number_of_workers(tmp_path: Path) -> None:
+    one = small_study(tmp_path / "one", workers=1)
+    many = small_study(tmp_path / "many", workers=5)
+    assert contents(one.directory) == contents(many.directory)
+    for condition in one.experiments:
+        for run in range(3):
+            xr.testing.assert_identical(
+                one.read(condition, run), simulate(one.experiments[condition], seed=5, run=run)
+            )
+
+
+def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path: Path) -> None:
+    study = small_study(tmp_path / "grown", runs=1)
+    before = study.path("evo/A", 0).stat().st_mtime_ns
+    assert missing_runs(study, 1, ignore) == {"evo/A": [], "evo+self-taught/A": []}
+    assert missing_runs(study, 3, ignore) == {"evo/A": [1, 2], "evo+self-taught/A": [1, 2]}
+    small_study(tmp_path / "grown", runs=3)
+    assert study.path("evo/A", 0).stat().st_mtime_ns == before
+    assert contents(study.directory) == contents(small_study(tmp_path / "whole", runs=3).directory)
+
+
+def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(
+    tmp_path: Path,
+) -> None:
+    study = create(tmp_path / "stopped", [small("evo/A"), small("evo+self-taught/A")], seed=5)
+    steps = THREADS.do(study, plan(study, missing_runs(study, 6, ignore), workers=1), 1, CPU)
+    while not contents(study.directory):
+        next(steps)
+    steps.close()  # what ctrl-C comes to
+    kept = contents(study.directory)
+    assert 0 < len(kept) < 12
+    small_study(tmp_path / "stopped", runs=6)
+    whole = contents(small_study(tmp_path / "whole", runs=6).directory)
+    assert contents(study.directory) == whole
+    assert kept.items() <= whole.items()
+
+
+LONG_STUDY = """
+import sys
+from pathlib import Path
+from tests.small import small, small_study
+small_study(Path(sys.argv[1]), [small("evo/A"), small("evo+self-taught/A")], runs=40)
+"""
+
+
+@pytest.mark.nightly  # as the fault suite does, of which a sample is quick
+def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Path) -> None:
+    directory = tmp_path / "killed"
+    for _ in range(3):
+        process = subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)])
+        before = len(contents(directory)) if directory.exists() else 0
+        while process.poll() is None and (
+            not directory.exists() or len(contents(directory)) < before + 4
+        ):
+            time.sleep(0.005)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    killed = create(directory, [small("evo/A"), small("evo+self-taught/A")], seed=5)
+    missing = missing_runs(killed, 40, pytest.fail)  # no record is damaged
+    assert 0 < sum(map(len, missing.values())) < 80
+    small_study(directory, runs=40)
+    assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
+
+
+@pytest.mark.nightly  # two studies of 80 runs
+def test_two_processes_may_work_on_one_study(tmp_path: Path) -> None:
+    directory = tmp_path / "shared"
+    processes = [
+        subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)
+    ]
+    assert [process.wait() for process in processes] == [0, 0]
+    assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
+
+
+def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    sound = contents(tmp_path)
+    path = study.path("evo/A", 1)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
+        open_runs(tmp_path)
+    told: list[str] = []
+    missing = missing_runs(study, 3, told.append)
+    assert missing == {"evo/A": [1], "evo+self-taught/A": []}
+    assert len(told) == 1
+    assert "0001.nc is damaged" in told[0]
+    assert path.with_name("0001.nc.damaged").exists()
+    run_study(study, missing, 1, silent, ignore)
+    assert contents(tmp_path) == sound
+
+
+def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_aside(
+    tmp_path: Path,
+) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=2)
+    foreign = study.path("evo/A", 7)
+    shutil.copy(study.path("evo/A", 1), foreign)
+    told: list[str] = []
+    assert missing_runs(study, 2, told.append) == {"evo/A": []}
+    (sentence,) = told
+    assert sentence.startswith(f"{foreign} is damaged: it is run 1 of evo/A")
+    assert sentence.endswith(
+        "it is kept as 0007.nc.damaged and run 7 is not done again, as --runs is 2"
+    )
+    assert not foreign.exists()
+    assert foreign.with_name("0007.nc.damaged").exists()
+    open_runs(tmp_path)
+
+
+def test_an_error_in_one_run_ends_the_study_and_is_raised(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = create(tmp_path, [small("evo/A")], seed=5)
+
+    def no_space(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", no_space)
+    with pytest.raises(OSError, match="no space is left"):
+        run_study(study, {"evo/A": [0, 1, 2]}, 2, silent, ignore)
+    assert contents(tmp_path) == {}
+    assert not list(tmp_path.rglob("*.partial"))
+
+
+def test_a_study_opens_as_one_labelled_dataset(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    found = open_runs(tmp_path)
+    assert dict(found.food_eaten.sizes) == {"condition": 2, "run": 3, "generation": 3, "agent": 20}
+    assert found.food_eaten.dtype == np.int32
+    for condition in study.experiments:
+        record = study.read(condition, 2)
+        for name in ("food_eaten", "energy", "parents"):
+            assert np.array_equal(found[name].sel(condition=condition, run=2), record[name])
+    assert found.attrs["seed"] == 5
+    assert "[world]" in str(found.experiment.sel(condition="evo/A").item())
+
+
+def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    study.path("evo/A", 1).unlink()
+    found = open_runs(tmp_path)
+    assert found.food_eaten.sel(condition="evo/A", run=1).isnull().all()
+    assert found.food_eaten.sel(condition="evo/A", run=2).notnull().all()
+
+
+def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
+    create(tmp_path, [small("evo/A"), small("evo/B")], seed=1)
+    assert dict(open_runs(tmp_path).food_eaten.sizes) == {
+        "condition": 2,
+        "run": 0,
+        "generation": 3,
+        "agent": 20,
+    }
+
+
+def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) -> None:
+    pytest.importorskip("upath")
+    far = small_study(location("memory://tests/study"), runs=2)
+    near = small_study(tmp_path, runs=2)
+    xr.testing.assert_identical(open_runs("memory://tests/study"), open_runs(tmp_path))
+    for condition in near.experiments:
+        assert far.path(condition, 1).read_bytes() == near.path(condition, 1).read_bytes()
+    path = far.path("evo/A", 1)
+    path.write_bytes(path.read_bytes()[:-100])
+    told: list[str] = []
+    assert missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
+    assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
+    assert path.with_name("0001.nc.damaged").exists()
+    small_study(location("memory://tests/study"), runs=2)
+    xr.testing.assert_identical(open_runs(far.directory), open_runs(tmp_path))
+    assert len(list(far.sessions())) == 2
+    with pytest.raises(StudyError, match="memory://tests/study holds another study"):
+        create(location("memory://tests/study"), [small("evo/A")], seed=5)
+
+
+def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
+    study = small_study(tmp_path, runs=2, workers=2)
+    (session,) = study.sessions()
+    assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
+    assert session["workers"] == 2
+    assert session["seconds"] > 0
+
+
+def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(
+    tmp_path: Path,
+) -> None:
+    data = open_runs(small_study(tmp_path / "study", runs=1).directory)
+    assert {name: data[name].attrs["units"] for name in ("food_eaten", "energy", "parents")} == {
+        "food_eaten": "items",
+        "energy": "energy",
+        "parents": "1",
+    }
+    assert data.food_eaten.attrs["long_name"] == "items eaten in life"
+    assert all(data[name].attrs["long_name"] for name in data.dims)
+    assert "units" not in fitness.share(data).attrs, "a share is no items"
