@@ -56,7 +56,7 @@ def anchor(term: str) -> str:
 def pattern(term: str) -> re.Pattern[str]:
     """Return a pattern whose group "term" is a use of a term, in singular or plural."""
     words = re.escape(term.lower())
-    plural = f"{words[:-1]}ies" if term.endswith("y") else f"{words}s"
+    plural = f"{words[:-1]}ies" if re.search("[^aeiou]y$", term) else f"{words}s"
     before = rf"\b{DETERMINERS} " if term in ALSO_VERBS else r"(?<![\w/-])"
     return re.compile(rf"{before}(?P<term>{plural}|{words})(?![\w-])", re.IGNORECASE)
 

@@ -1,0 +1,140 @@
+"""The reference of the kinds of part describes every hook, field and helper, and the true order of calls."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from baldwinlab import parts
+from baldwinlab.check import naive
+from baldwinlab.models.miniworld import state
+from baldwinlab.parts.kinds import hook_names
+from scripts import part_reference
+from scripts.described import described_attributes, parse_docstring
+from scripts.hook_calls import CALLS, STAGES
+
+ROOT = Path(__file__).parent.parent
+KINDS = part_reference.kinds()
+HOOKS = [
+    pytest.param(kind, name, id=f"{kind.__name__}.{name}")
+    for kind in KINDS
+    for name in hook_names(kind)
+]
+# A generation with every hook of the table. It prints the hooks in the order of their first calls.
+SIMULATION = """
+import json
+from functools import wraps
+import baldwinlab as bl
+from baldwinlab.experiment.classes import choosing_fields
+from baldwinlab.parts.kinds import hook_names
+from scripts import part_reference
+
+calls = []
+
+def recorded(kind, name, function):
+    @wraps(function)
+    def call(*arguments):
+        calls.append(f"{kind.__name__}.{name}")
+        return function(*arguments)
+    return staticmethod(call)
+
+experiment = bl.load("evo+self-taught/A").replace(
+    population={"size": 2},
+    lifetime={"steps": 2},
+    evolution={"generations": 2, "elite": 1, "lamarckian_share": 0.5},
+    senses={"kinds": ["food", "nearest"], "visual_radius": 300},
+    world={"features": ["walls"]},
+)
+def classes(kind):
+    yield kind
+    for part in kind.__subclasses__():
+        yield from classes(part)
+
+# A part is loaded when an experiment uses it.
+for path, _, _ in choosing_fields(type(experiment)):
+    experiment.parts(path)
+for kind in part_reference.kinds():
+    for part in classes(kind):
+        for name in hook_names(kind):
+            if name in vars(part):
+                setattr(part, name, recorded(kind, name, getattr(part, name)))
+bl.simulate(experiment, seed=1)
+print(json.dumps(list(dict.fromkeys(calls))))
+"""
+
+
+@pytest.fixture(scope="module")
+def first_calls() -> list[str]:
+    """The hooks of a simulated generation, in the order of their first calls."""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-W", "ignore", "-c", SIMULATION]
+    result = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT)
+    assert result.returncode == 0, result.stderr
+    return json.loads(result.stdout.splitlines()[-1])
+
+
+def test_the_table_of_calls_has_the_order_of_the_engine(first_calls: list[str]) -> None:
+    """A sense can call `blocks_sight` at any time, so its row has no fixed order among the senses."""
+    documented = list(dict.fromkeys(f"{call.kind}.{call.hook}" for call in CALLS if call.kind))
+    sight = "WorldFeature.blocks_sight"
+    assert sorted(first_calls) == sorted(documented)
+    assert [name for name in first_calls if name != sight] == [
+        name for name in documented if name != sight
+    ]
+
+
+@pytest.mark.parametrize(("kind", "name"), HOOKS)
+def test_every_hook_is_in_the_table_of_calls(kind: type[parts.Part], name: str) -> None:
+    calls = [call for call in CALLS if (call.kind, call.hook) == (kind.__name__, name)]
+    assert calls or name == "links"
+    assert all(call.stage in STAGES and call.scope in part_reference.SCOPES for call in calls)
+
+
+def test_the_table_of_calls_names_only_existing_hooks() -> None:
+    hooks = {(kind.__name__, name) for kind in KINDS for name in hook_names(kind)}
+    assert {(call.kind, call.hook) for call in CALLS if call.kind} <= hooks
+
+
+@pytest.mark.parametrize(("kind", "name"), HOOKS)
+def test_every_hook_has_a_description(kind: type[parts.Part], name: str) -> None:
+    assert parse_docstring(getattr(kind, name).__doc__).text
+
+
+@pytest.mark.parametrize("described", [state.Model, state.State])
+def test_every_field_of_model_and_state_has_a_description(described: type) -> None:
+    attributes = described_attributes(described)
+    assert list(attributes) == list(described._fields)  # type: ignore[attr-defined]
+    assert all(entry.text for entry in attributes.values())
+
+
+@pytest.mark.parametrize("described", [naive.Agent, naive.Item, naive.Naive])
+def test_every_field_of_an_oracle_has_a_description(described: type) -> None:
+    attributes = described_attributes(described)
+    assert list(attributes) == list(described.__annotations__)
+    assert all(entry.text for entry in attributes.values())
+
+
+def test_every_function_of_naive_has_a_description() -> None:
+    functions = {name: value for name, value in vars(naive.Naive).items() if callable(value)}
+    public = {name: value for name, value in functions.items() if not name.startswith("_")}
+    assert public
+    assert all(value.__doc__ for value in public.values())
+
+
+@pytest.mark.parametrize("name", sorted(parts.__all__))
+def test_every_helper_has_a_description(name: str) -> None:
+    value = getattr(parts, name)
+    assert not callable(value) or value.__doc__
+
+
+def test_every_random_stream_has_a_description() -> None:
+    streams = list(part_reference.streams())
+    assert {"LIFE", "FOUNDER"} <= {name for name, _, _ in streams}
+    assert all(text for _, _, text in streams)
+    numbers = [number for _, number, _ in streams]
+    assert len(set(numbers)) == len(numbers)
