@@ -1,4 +1,4 @@
-"""What the documentation shows is what happens."""
+"""Run the examples of the documentation, page by page, in an empty folder."""
 
 from __future__ import annotations
 
@@ -7,97 +7,164 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
 
 from tests.commands import Command
 
 ROOT = Path(__file__).parent.parent
-# A quarter of a minute each, or more.
-LONG = {
-    *(
-        "assays.md",
-        "breeding.md",
-        "changing-the-model.md",
-        "controls.md",
-        "learning-rules.md",
-        "library.md",
-        "multiverse.md",
-    ),
-    *(
-        "networks.md",
-        "papers.md",
-        "python.md",
-        "results.md",
-        "senses.md",
-        "first-study.md",
-        "sweeps.md",
-        "model.md",
-    ),
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+GUIDES = [page for page in PAGES if page.parent.name in ("tutorials", "how-to")]
+SLOW_PAGES = {  # more than a quarter of a minute each
+    "assays.md",
+    "breeding.md",
+    "changing-the-model.md",
+    "controls.md",
+    "learning-rules.md",
+    "library.md",
+    "multiverse.md",
+    "networks.md",
+    "papers.md",
+    "python.md",
+    "results.md",
+    "senses.md",
+    "sweeps.md",
+    "worlds.md",
 }
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LONGEST_SNIPPET = 30  # lines, on a how-to page
+FILE_NAME = re.compile(r"# ([\w./-]+\.(?:toml|py|sh|yaml))\n")
 
 
-def blocks(page: Path, language: str) -> list[str]:
-    return re.findall(
-        rf"^```{language}\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL
+class Snippet(NamedTuple):
+    """A block of code on a page. `file` is the name in its first line, or empty."""
+
+    language: str
+    text: str
+    file: str
+
+
+def snippets(page: Path) -> Iterator[Snippet]:
+    """Return the blocks of code of a page, in their order."""
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    for language, text in blocks:
+        name = FILE_NAME.match(text)
+        yield Snippet(language, text, name[1] if name else "")
+
+
+def has_examples(page: Path) -> bool:
+    return any(snippet.language in ("console", "python") for snippet in snippets(page))
+
+
+EXAMPLES = [
+    pytest.param(
+        page,
+        id=page.relative_to(ROOT).as_posix(),
+        marks=[pytest.mark.nightly] * (page.name in SLOW_PAGES and page not in GUIDES),
     )
-
-
-SHOWING = [
-    pytest.param(page, id=page.name, marks=[pytest.mark.nightly] if page.name in LONG else [])
     for page in PAGES
-    if blocks(page, "console") or blocks(page, "python")
+    if has_examples(page)
 ]
 
 
-@pytest.mark.parametrize("document", SHOWING)
-def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(
-    document: Path, command: Command, tmp_path: Path
+@pytest.mark.parametrize("page", EXAMPLES)
+def test_the_examples_of_a_page_run_in_their_order(
+    page: Path, command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A block of TOML whose first line is a comment is the file of that name, there for both."""
-    for block in blocks(document, "toml"):
-        if block.startswith("# "):
-            path = tmp_path / block.splitlines()[0].removeprefix("# ")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(block)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    for line in "".join(blocks(document, "console")).splitlines():
+    names: dict[str, Any] = {"__name__": "__main__"}
+    for snippet in snippets(page):
+        if snippet.file:
+            write_file(tmp_path / snippet.file, snippet.text)
+        elif snippet.language == "console":
+            run_commands(snippet.text, command, tmp_path)
+        elif snippet.language == "python":
+            exec(compile(snippet.text, page.name, "exec"), names)
+
+
+def write_file(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, "utf-8")
+
+
+def run_commands(text: str, command: Command, folder: Path) -> None:
+    """Run lines of a console. `> FILE` stores what a command prints."""
+    for line in text.replace("\\\n", " ").splitlines():
         words, _, target = line.partition(" > ")
-        program, *arguments = shlex.split(words)
+        program, *arguments = shlex.split(words, comments=True)
         assert program == "baldwinlab", line
-        done = command(*arguments)
-        assert done.code == 0, (line, done.err)
+        outcome = command(*arguments)
+        assert outcome.code == 0, (line, outcome.err)
         if target:
-            (tmp_path / target).write_text(done.out)
-    code = "\n".join(blocks(document, "python"))
-    python = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=path_to(ROOT),
-        capture_output=True,
-        text=True,
-    )
-    assert python.returncode == 0, python.stderr
+            (folder / target).write_text(outcome.out)
+
+
+SCRIPTS = [
+    pytest.param(snippet.text, id=f"{page.relative_to(ROOT).as_posix()}-{number}")
+    for page in PAGES
+    for number, snippet in enumerate(snippets(page))
+    if snippet.language == "bash"
+]
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_a_shell_script_is_valid_and_its_command_lines_are_accepted(script: str) -> None:
+    from baldwinlab.cli import app
+
+    syntax = subprocess.run(["bash", "-n"], input=script, capture_output=True, text=True)
+    assert syntax.returncode == 0, syntax.stderr
+    for line in re.sub(r"\\\n", " ", script).splitlines():
+        found = re.search(r"(?:^|[\s/])baldwinlab (?!doctor)(.*)", line)
+        if found and not line.lstrip().startswith("#"):
+            arguments = shlex.split(re.sub(r"\"?\$\{?\w+\}?\"?", "4", found[1]))
+            app.parse_args(arguments, print_error=False, exit_on_error=False)
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.name)
+def test_a_snippet_of_a_guide_is_short(page: Path) -> None:
+    if page.parent.name == "how-to":
+        lengths = {
+            snippet.text[:60]: snippet.text.count("\n")
+            for snippet in snippets(page)
+            if not snippet.file.endswith((".sh", ".yaml"))
+        }
+        assert {text: length for text, length in lengths.items() if length > LONGEST_SNIPPET} == {}
+
+
+def test_every_how_to_page_is_two_clicks_from_the_front_page() -> None:
+    index = DOCS / "how-to" / "index.md"
+    assert index in links(ROOT / "README.md")
+    assert {page for page in GUIDES if page.parent.name == "how-to"} - links(index) == {index}
+
+
+def links(page: Path) -> set[Path]:
+    """Return the files that a page links to."""
+    targets = re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text("utf-8"))
+    return {(page.parent / target).resolve() for target in targets}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_of_a_page_lead_to_files(page: Path) -> None:
+    assert [path for path in links(page) if not path.exists()] == []
 
 
 @pytest.mark.nightly
-def test_the_optimiser_that_needs_jax_improves_on_the_founders(tmp_path: Path) -> None:
-    """Its code goes on from the first block of its page."""
+def test_the_optimizer_that_needs_jax_improves_on_the_founders(tmp_path: Path) -> None:
+    """Its code continues the first block of its page."""
     pytest.importorskip("evosax", reason="make nightly installs it")
-    page = ROOT / "docs" / "how-to" / "external-optimizers.md"
-    code = "\n".join(
-        [
-            blocks(page, "python")[0],
-            *blocks(page, "py"),
-            "assert -state.best_fitness > told.fitness.max()",
-        ]
-    )
+    blocks = list(snippets(DOCS / "how-to" / "external-optimizers.md"))
+    first = next(snippet.text for snippet in blocks if snippet.language == "python")
+    jax = [snippet.text for snippet in blocks if snippet.language == "py"]
+    code = "\n".join([first, *jax, "assert -state.best_fitness > results.fitness.max()"])
     python = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
-        env=path_to(ROOT),
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
     )
@@ -105,20 +172,7 @@ def test_the_optimiser_that_needs_jax_improves_on_the_founders(tmp_path: Path) -
     assert re.fullmatch(r"evosax: \d+\.\d items", python.stdout.splitlines()[-1])
 
 
-def test_links_between_pages_lead_somewhere() -> None:
-    for page in PAGES:
-        for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text("utf-8")):
-            assert (page.parent / target).exists(), (page.name, target)
-
-
-def test_the_parts_that_the_documentation_shows_are_the_examples() -> None:
-    shown = blocks(ROOT / "docs" / "changing-the-model.md", "py")
-    assert len(shown) >= 6
-    examples = {
-        path.read_text("utf-8"): path.name for path in (ROOT / "examples" / "parts").glob("*.py")
-    }
-    assert [part[:80] for part in shown if part not in examples] == []
-
-
-def path_to(source: Path) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(source)}
+def test_every_example_of_a_part_is_linked_from_its_how_to_page() -> None:
+    page = DOCS / "how-to" / "write-a-part.md"
+    examples = set((ROOT / "examples" / "parts").glob("*.py"))
+    assert examples - links(page) == set()
