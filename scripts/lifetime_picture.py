@@ -9,7 +9,7 @@ from typing import Final
 from PIL import Image, ImageSequence
 
 import baldwinlab as bl
-from baldwinlab.movie import Scene, write_movie_of
+from baldwinlab.analysis.figures.movie import Scene, write_movie_of
 
 PICTURE: Final = Path(__file__).parents[1] / "docs" / "pictures" / "lifetimes.gif"
 PRESETS: Final = ("evo+self-taught/B", "evo/B")
