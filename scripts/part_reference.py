@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import parts
-from baldwinlab.api.checks import reference, signatures
+from baldwinlab.api.checks import reference as naive
+from baldwinlab.api.checks import signatures
 from baldwinlab.engine import rng
 from baldwinlab.engine.phases import Array
 from baldwinlab.experiment import Experiment
@@ -375,8 +376,8 @@ def oracles() -> str:
         for key, contract in signatures.ORACLES.items()
     ]
     methods = "".join(
-        f"\n### naive.{name}\n\n{format_function(getattr(reference.Naive, name), name)}"
-        for name, value in vars(reference.Naive).items()
+        f"\n### naive.{name}\n\n{format_function(getattr(naive.Naive, name), name)}"
+        for name, value in vars(naive.Naive).items()
         if inspect.isfunction(value) and not name.startswith("_")
     )
     return f"""# Oracles
@@ -387,23 +388,23 @@ An oracle computes the same as a hook, independently and in plain Python.
 {table(("kind or hook", "signature", "result", "verified hooks"), rows)}
 `naive`, `agent` and `items` are objects of the classes below.
 
-{_text(reference)}
+{_text(naive)}
 
 ## Agent
 
-{_text(reference.Agent)}
+{_text(naive.Agent)}
 
-{table(("field", "meaning"), _attribute_rows(reference.Agent))}
+{table(("field", "meaning"), _attribute_rows(naive.Agent))}
 ## Item
 
-{_text(reference.Item)}
+{_text(naive.Item)}
 
-{table(("field", "meaning"), _attribute_rows(reference.Item))}
+{table(("field", "meaning"), _attribute_rows(naive.Item))}
 ## Naive
 
-{_text(reference.Naive)}
+{_text(naive.Naive)}
 
-{table(("field", "meaning"), _attribute_rows(reference.Naive))}{methods}"""
+{table(("field", "meaning"), _attribute_rows(naive.Naive))}{methods}"""
 
 
 def helpers() -> str:

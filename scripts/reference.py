@@ -125,7 +125,7 @@ def _effect_and_source(part: Any) -> tuple[str, str]:
     effect, _, source = body.partition("Source: ")
     return (
         " ".join(effect.split()),
-        " ".join((source or references).replace("- ", "").split()) or "baldwinlab",
+        " ".join((source or references).split()).rstrip(".") or "baldwinlab",
     )
 
 

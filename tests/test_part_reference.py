@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from baldwinlab import parts
-from baldwinlab.check import naive
+from baldwinlab.api.checks import reference as naive
 from baldwinlab.models.miniworld import state
-from baldwinlab.parts.kinds import hook_names
+from baldwinlab.parts.agent_parts import hook_names
 from scripts import part_reference
 from scripts.described import described_attributes, parse_docstring
 from scripts.hook_calls import CALLS, STAGES
@@ -30,8 +30,8 @@ SIMULATION = """
 import json
 from functools import wraps
 import baldwinlab as bl
-from baldwinlab.experiment.classes import choosing_fields
-from baldwinlab.parts.kinds import hook_names
+from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.parts.agent_parts import hook_names
 from scripts import part_reference
 
 calls = []

@@ -17,11 +17,14 @@ from baldwinlab.parts.evolution_parts import breeding_part, evaluate
 
 
 class Energy(FitnessPart, name="energy"):
-    """The energy of the items eaten, or what a model pays, less the cost of learning; what is below 0 counts as 0.
+    """The energy gained in life minus the cost of learning, and at least 0.
 
-    `roulette`, the paper's selection, needs that, as a share of the children cannot be negative. No selection sees a difference
-    between agents below 0, not even those that could, such as `rank` and the tournaments: for these, a fitness of one's own may
-    end lower.
+    Selection `roulette` needs values of 0 or more.
+    Selection therefore does not distinguish agents below 0; a custom fitness can.
+
+    References
+    ----------
+    Le 2019.
     """
 
     @staticmethod

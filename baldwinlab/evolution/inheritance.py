@@ -20,9 +20,13 @@ Weights = npt.NDArray[np.float32]  # [weight], of the action module
 
 
 class Darwinian(Inheritance, name="darwinian"):
-    """What was born is inherited; or, by its share, what was learned.
+    """The genome at birth is inherited.
 
-    Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
+    With `evolution.lamarckian_share`, this share of the learned change is inherited in addition.
+
+    References
+    ----------
+    Lamarck 1809; Sasaki and Tokoro 1999.
     """
 
     derived: ClassVar[Mapping[str, Any]] = {
@@ -46,7 +50,7 @@ class Darwinian(Inheritance, name="darwinian"):
 
 
 class NoInheritance(Inheritance, name="none"):
-    """Nothing: all weights are drawn afresh every generation."""
+    """Nothing is inherited: each generation has new random genomes."""
 
     resamples_genomes: ClassVar[bool] = True
 

@@ -100,7 +100,14 @@ def misfit(fitness: Fitness, least: float) -> int:
 
 
 class Roulette(Selection, name="roulette"):
-    """Probability proportional to fitness, which must not be negative; all alike if nobody has any."""
+    """Probability proportional to fitness, which must not be negative.
+
+    If the fitness of all agents is 0, all have the same probability.
+
+    References
+    ----------
+    Le 2019.
+    """
 
     least: ClassVar[float] = 0.0
 
@@ -123,7 +130,12 @@ class Roulette(Selection, name="roulette"):
 
 
 class Tournament(Selection, name="tournament"):
-    """The fitter one of two that are drawn."""
+    """The fitter of two randomly drawn agents.
+
+    References
+    ----------
+    Goldberg and Deb 1991.
+    """
 
     @staticmethod
     def select(
@@ -150,7 +162,7 @@ class Tournament(Selection, name="tournament"):
 
 
 class Truncation(Selection, name="truncation"):
-    """Anyone of the upper half, rounded down; equals are put in random order."""
+    """A random agent of the fitter half, rounded down. Ties are broken at random."""
 
     @staticmethod
     def select(
@@ -179,7 +191,10 @@ class Truncation(Selection, name="truncation"):
 
 
 class Rank(Selection, name="rank"):
-    """Probability proportional to the rank, from 1 for the least fit; equals share the mean of theirs."""
+    """Probability proportional to the rank, 1 for the lowest fitness.
+
+    Equal agents share the mean of their ranks.
+    """
 
     @staticmethod
     def select(
@@ -208,7 +223,7 @@ class Rank(Selection, name="rank"):
 
 
 class Neutral(Selection, name="neutral"):
-    """Anyone, whatever the fitness: the neutral twin of every other scheme."""
+    """A random agent, independent of fitness: the neutral control."""
 
     @staticmethod
     def select(

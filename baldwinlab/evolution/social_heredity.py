@@ -22,7 +22,14 @@ from baldwinlab.evolution.inheritance import Darwinian, Weights
 
 
 class SocialHeredity(Darwinian, name="social-heredity"):
-    """Genomes are inherited as ever, but what teaches a child is what its parents had learned."""
+    """The genome at birth is inherited, and the parents teach.
+
+    The reinforcement module of a child is the learned action module of its parents.
+
+    References
+    ----------
+    Baldwin 1896; Le 2019.
+    """
 
     def wants_learned(self, experiment: Any) -> bool:
         return "reinforcement" in experiment.modules or super().wants_learned(experiment)

@@ -18,7 +18,12 @@ Draws = npt.NDArray[np.float64]  # [module and weight, 4]
 
 
 class Crossover(Variation, name="crossover"):
-    """A weight is copied from the fitter parent with probability 0.5, else from the other, and may mutate."""
+    """Each weight from the fitter parent with probability 0.5, else from the other; then mutation.
+
+    References
+    ----------
+    Le 2019.
+    """
 
     derived: ClassVar[Mapping[str, Any]] = {
         "one_gate": lambda part, experiment: (

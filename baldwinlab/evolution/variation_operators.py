@@ -64,7 +64,12 @@ def joined(fitter: Sequence[Any], other: Sequence[Any], draw: float, coin: float
 
 
 class ExpectedOffspring(Selection, name="expected-offspring"):
-    """Every agent is a parent as often as roulette would have it on average, rounded down or up: roulette without its noise."""
+    """Roulette with low variance: an agent is a parent as often as expected, rounded up or down.
+
+    References
+    ----------
+    Baker 1987 (stochastic universal sampling).
+    """
 
     least: ClassVar[float] = 0.0
 
@@ -106,9 +111,14 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
 
 
 class BestCopies(Selection, name="best-copies"):
-    """The best have the children in equal shares, each with a single parent; where it is not even, the fittest have one more.
+    """The best agents, with the same number of children each and one parent per child.
 
-    Or, as often as `mated` says, a child has a second parent: any of the best, so now and then the first again.
+    If the number is not even, the fittest agents have one child more.
+    The share `mated` of the children has a second parent among the best.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994; Floreano and Urzelai 2000.
     """
 
     share: float = Field(
@@ -156,7 +166,12 @@ class BestCopies(Selection, name="best-copies"):
 
 
 class Outcrossing(Selection, name="outcrossing"):
-    """Roulette in which nobody mates with itself: the second parent is drawn among the others, as long as there are any."""
+    """Roulette in which the second parent is another agent than the first.
+
+    References
+    ----------
+    Hinton and Nowlan 1987.
+    """
 
     least: ClassVar[float] = 0.0
 
@@ -202,7 +217,12 @@ class Outcrossing(Selection, name="outcrossing"):
 
 
 class LargerTournament(Selection, name="larger-tournament"):
-    """The fittest one of several that are drawn; of equals the one drawn first."""
+    """The fittest of `size` randomly drawn agents. Of equal agents, the one drawn first.
+
+    References
+    ----------
+    Goldberg and Deb 1991.
+    """
 
     size: int = Field(3, ge=2, le=4, description="agents that are drawn for each parent")
 
@@ -236,7 +256,12 @@ class LargerTournament(Selection, name="larger-tournament"):
 
 
 class Gaussian(Variation, name="gaussian"):
-    """A weight from either parent, and a mutation adds a normal number, whose standard deviation is the mutation size."""
+    """Each weight from either parent; mutation adds N(0, `mutation_size`).
+
+    References
+    ----------
+    Schwefel 1981.
+    """
 
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
@@ -269,7 +294,12 @@ class Gaussian(Variation, name="gaussian"):
 
 
 class OnePointCrossover(Variation, name="one-point-crossover"):
-    """One parent's weights up to a cut somewhere along the genome, the other's from there; then each may mutate uniformly."""
+    """One-point crossover of the weights of all modules in a row; then uniform mutation.
+
+    References
+    ----------
+    Holland 1975.
+    """
 
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
@@ -294,7 +324,12 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
 
 
 class Copy(Variation, name="copy"):
-    """One parent's whole genome, by a coin; then each weight may mutate uniformly."""
+    """Copy of one parent, chosen at random; each weight can mutate uniformly.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
+    """
 
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
@@ -316,10 +351,14 @@ class Copy(Variation, name="copy"):
 
 
 class GenePool(Variation, name="gene-pool"):
-    """Each weight is copied from a parent of its own, drawn from all selected parents; then it may mutate uniformly.
+    """Each weight from a randomly drawn parent of all selected parents; then uniform mutation.
 
-    The pool holds both parents that selection drew for every child. An agent that lives on stands in it twice. This is linkage
-    equilibrium in one generation: weights that were inherited together are not linked.
+    A surviving agent is in the pool twice.
+    Linkage between weights is lost in one generation.
+
+    References
+    ----------
+    Mühlenbein and Voigt 1996.
     """
 
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")

@@ -97,7 +97,7 @@ class Foraged(NamedTuple):
 
 
 class CellForagers(Model, name="cell-foragers"):
-    """Foragers in cells."""
+    """Foragers on a grid whose networks learn during life."""
 
     learning: Literal["none", "auto-teaching", "prediction", "random-targets"] = Field(
         "none", description="what is learned in life"
@@ -453,7 +453,12 @@ def _learn(
 
 
 class FewMutations(Variation, name="few-mutations"):
-    """A copy of one parent, by a coin, of which so many weights, drawn anywhere in the genome, mutate: however long it is."""
+    """Copy of one parent, chosen at random; a fixed number of weights mutates.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
+    """
 
     mutations: int = Field(
         5, ge=0, le=1000, description="weights of a child that mutate; one may be drawn twice"

@@ -65,7 +65,7 @@ def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
 
 
 class CueLearners(Model, name="cue-learners"):
-    """Eaters who smell, see and may learn."""
+    """Agents that learn which color means food, with smell as the teacher."""
 
     accuracy: float = Field(
         0.75, ge=0.5, le=1, description="probability that food smells sweet, and poison sour"
@@ -299,7 +299,14 @@ def _allele(gene: int, units: int, draw: float) -> Any:
 
 
 class OnePointOfUnits(Variation, name="one-point-of-units"):
-    """One parent's genes up to a cut, the other's from there; then each may be drawn anew. For `cue-learners` alone."""
+    """One-point crossover of units and links; then each gene can be drawn anew.
+
+    Only for the model `cue-learners`.
+
+    References
+    ----------
+    Todd and Miller 1991.
+    """
 
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {

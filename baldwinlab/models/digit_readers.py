@@ -87,7 +87,7 @@ def lessons(seed: int, run: int, each: int, noise: float) -> npt.NDArray[np.floa
 
 
 class DigitReaders(Model, name="digit-readers"):
-    """Networks that read digits."""
+    """Networks that classify digits and learn from examples during life."""
 
     trials: int = Field(
         20, ge=0, le=100_000, description="of learning in a life, on average; 0 is to learn nothing"
@@ -304,9 +304,13 @@ def _descend(
 
 
 class FourBitWeights(Variation, name="four-bit-weights"):
-    """A copy of one parent, or as often as `crossed` says weights of both, to either side of a cut; then each bit may flip.
+    """Copy of one parent, or one-point crossover, of four-bit weights; each bit can flip.
 
-    A weight is -2 and so many times 4/15, a number of four bits.
+    A weight is -2 + k * 4/15 for k from 0 to 15.
+
+    References
+    ----------
+    Keesing and Stork 1991.
     """
 
     crossed: float = Field(

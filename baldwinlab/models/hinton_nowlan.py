@@ -61,10 +61,12 @@ def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
 
 
 class HintonNowlan(Model, name="hinton-nowlan"):
-    """Strings that guess what is not set.
+    """Bit strings that learn by guessing undefined loci.
 
-    Right is 1 at every locus. In every trial of its life an agent sets each ? to 0 or 1 by a coin, and keeps nothing of trials
-    that fail; the sooner all are right in one, the fitter it is.
+    The correct allele is 1 at every locus.
+    In each trial of its life, an agent sets each `?` to 0 or 1 at random.
+    A failed trial leaves no trace.
+    Fitness is higher, the earlier a trial is correct at all loci.
     """
 
     loci: int = Field(20, ge=1, le=60, description="length of a string")
@@ -190,7 +192,12 @@ class HintonNowlan(Model, name="hinton-nowlan"):
 
 
 class OnePointOfAlleles(Variation, name="one-point-alleles"):
-    """One parent's alleles up to a cut, the other's from there; then each may mutate, to 0, 1 or ?."""
+    """One-point crossover of the alleles 0, 1 and ?; then mutation to one of these.
+
+    References
+    ----------
+    Hinton and Nowlan 1987.
+    """
 
     mutation_law: Literal["uniform", "founders"] = Field(
         "uniform",

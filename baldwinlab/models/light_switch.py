@@ -80,7 +80,7 @@ def _last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
 
 
 class LightSwitch(Model, name="light-switch"):
-    """Robots that are to switch a lamp on and to stay under it."""
+    """Robots that switch on a lamp and stay below it."""
 
     coding: Literal["neurons", "synapses", "strengths"] = Field(
         "neurons",
@@ -351,7 +351,12 @@ def _think(signs: Any, rules: Any, rates: Any, weights: Any, before: Any, now: A
 
 
 class OnePointOfBits(Variation, name="one-point-bits"):
-    """One parent's bits up to a cut, the other's from there; then each bit may flip."""
+    """One-point crossover of bits; then each bit can flip.
+
+    References
+    ----------
+    Floreano and Urzelai 2000.
+    """
 
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {

@@ -40,7 +40,7 @@ def _in_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
 
 
 class MovingNeedle(HintonNowlan, name="moving-needle"):
-    """Strings that guess what is not set, while what is right changes."""
+    """Bit strings that learn by guessing, with a target that changes over the generations."""
 
     period: int = Field(
         10,

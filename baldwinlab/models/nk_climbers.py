@@ -89,7 +89,7 @@ def _climb(
 
 
 class NKClimbers(Model, name="nk-climbers"):
-    """Bit strings that climb in life."""
+    """Bit strings that climb an NK landscape during life."""
 
     bits: int = Field(16, ge=2, le=LONGEST, description="length of a string: N")
     others: int = Field(
@@ -211,7 +211,12 @@ def climb(height: Any, bits: int, chosen: Any, strings: Any) -> None:
 
 
 class BitFlips(Variation, name="bit-flips"):
-    """A copy of one parent, by a coin, of which each bit may flip."""
+    """Copy of one parent, chosen at random; each bit can flip.
+
+    References
+    ----------
+    Mayley 1996.
+    """
 
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {

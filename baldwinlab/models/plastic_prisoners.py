@@ -210,7 +210,7 @@ def _numbers(genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
 
 
 class PlasticPrisoners(Model, name="plastic-prisoners"):
-    """Prisoners who learn within a match what is plastic in their strategies."""
+    """Strategies of the iterated prisoner's dilemma with genes that change during a match."""
 
     rounds: int = Field(50, ge=1, le=1000, description="of a match")
     noise: float = Field(

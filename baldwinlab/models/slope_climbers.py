@@ -39,7 +39,7 @@ def _climb(runs: xr.Dataset) -> xr.DataArray:
 
 
 class SlopeClimbers(Model, name="slope-climbers"):
-    """Numbers on a slope, which learn a step uphill."""
+    """Numbers on a fitness slope that learn one step uphill."""
 
     rise: float = Field(
         0.0, ge=-10, le=10, description="slope of the logarithm of fitness at x = 0"

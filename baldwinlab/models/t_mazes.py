@@ -109,7 +109,7 @@ def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent
 
 
 class TMazes(Model, name="t-mazes"):
-    """Networks that learn in T-mazes in which end the high reward is."""
+    """Networks that learn in which arm of a T-maze the high reward is."""
 
     turns: Literal[1, 2] = Field(
         1, description="turning points on the way to an end: 1 of the single maze, 2 of the double"

@@ -166,7 +166,9 @@ class Analysis:
 
 @cache
 def _data() -> dict[str, Any]:
-    return tomllib.loads((files("baldwinlab.analysis.assays") / "questions.toml").read_text("utf-8"))
+    return tomllib.loads(
+        (files("baldwinlab.analysis.assays") / "questions.toml").read_text("utf-8")
+    )
 
 
 @cache

@@ -43,7 +43,15 @@ def require_graphs(experiment: Any, what: str) -> None:
 
 
 class Species(Selection, name="species"):
-    """Species have children in proportion to their mean fitness, which is that shared among their members."""
+    """Children per species in proportion to its mean fitness.
+
+    The champion of a large species survives.
+    A species without improvement for a long time has no children.
+
+    References
+    ----------
+    Stanley and Miikkulainen 2002.
+    """
 
     least: ClassVar[float] = 0.0
     survivors: float = Field(
@@ -152,7 +160,12 @@ def _mate(
 
 
 class Neat(Variation, name="neat"):
-    """Genes cross by their historical marks, weights mutate, links and nodes are added; children form species."""
+    """NEAT: crossover by historical marks, mutation of weights, added links and nodes, species.
+
+    References
+    ----------
+    Stanley and Miikkulainen 2002.
+    """
 
     settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {

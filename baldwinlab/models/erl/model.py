@@ -83,7 +83,10 @@ def _lives_on(runs: xr.Dataset) -> xr.DataArray:
 
 
 class ErlPopulations(Model, name="erl-populations"):
-    """Populations in a world of plants, trees and carnivores, each from its founders to its last agent."""
+    """Populations with plants, trees and carnivores, without generations.
+
+    A run ends when the last agent is dead.
+    """
 
     strategy: Literal["ERL", "E", "L", "F", "B"] = Field(
         "ERL", description="what agents do: evolve, learn, both, or neither"

@@ -108,7 +108,7 @@ class Poles(Model):
 
 
 class NeatPoles(Poles, name="neat-poles"):
-    """Networks that grow until they keep two poles upright."""
+    """Networks with evolving topology that balance two poles on a cart."""
 
     sensed: ClassVar[tuple[int, ...]] = tuple(range(PARTS))
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {

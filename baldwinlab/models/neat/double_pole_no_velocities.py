@@ -47,7 +47,7 @@ STARTS: Final = [
 
 
 class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
-    """Networks that grow until they keep two poles upright whose velocities they do not sense."""
+    """Networks with evolving topology that balance two poles without sensing velocities."""
 
     longest: int = Field(
         1000,

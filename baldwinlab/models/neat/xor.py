@@ -29,7 +29,7 @@ ANSWERS: Final = (0, 1, 1, 0)
 
 
 class NeatXor(Model, name="neat-xor"):
-    """Networks that grow until they know the exclusive or."""
+    """Networks with evolving topology that compute the exclusive or."""
 
     links: int = Field(
         60, ge=3, le=1000, description="links for which a genome has room, enabled or not (ours)"

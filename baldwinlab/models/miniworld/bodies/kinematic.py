@@ -42,7 +42,14 @@ def _go(model: Model, state: State, heading: Value, speed: Value, lane: Lane) ->
 
 
 class Stay(Body, name="stay"):
-    """Turns left or right by 9 degrees and moves 1, goes straight on by 2, or stands still."""
+    """Four actions: turn left, go forward, turn right, stay.
+
+    The first three are the actions of `walker`.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
+    """
 
     actions: ClassVar[tuple[str, ...]] = ("left", "forward", "right", "stay")
     stride: ClassVar[float] = STRIDE
@@ -62,7 +69,12 @@ class Stay(Body, name="stay"):
 
 
 class Grid(Body, name="grid"):
-    """Goes right, down, left or up by 2, wherever it headed before, and heads there."""
+    """Four actions: move by 2 to the right, down, left or up, and head in this direction.
+
+    References
+    ----------
+    Ackley and Littman 1991.
+    """
 
     actions: ClassVar[tuple[str, ...]] = ("right", "down", "left", "up")
     stride: ClassVar[float] = STRIDE
@@ -79,10 +91,17 @@ class Grid(Body, name="grid"):
 
 
 class Continuous(Body, name="continuous"):
-    """Two wheels, each as fast as its output: the agent goes on by their sum, 0 to 2, and turns to the side of the slower one.
+    """Two wheels whose speeds are the two outputs.
 
-    It turns by `turn` times the outputs' difference, rounded to 9 degrees, for there are no other headings. The action that is
-    recorded is the number of the faster wheel.
+    The agent moves by the sum of the outputs, 0 to 2.
+    It turns toward the slower wheel by `turn` times the difference, rounded to multiples of 9
+    degrees.
+    The recorded action is the number of the faster wheel.
+    The setting `motor.noise` must be 0.
+
+    References
+    ----------
+    Nolfi and Floreano 2000 (Khepera robot).
     """
 
     turn: float = Field(

@@ -18,7 +18,14 @@ HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1
 
 
 class Walker(Body, name="walker"):
-    """Turns left or right by 9 degrees and moves 1, or goes straight on by 2."""
+    """Three actions: turn left, go forward, turn right.
+
+    A turn is 9 degrees and a move of 1; forward is a move of 2.
+
+    References
+    ----------
+    Le 2019.
+    """
 
     actions: ClassVar[tuple[str, ...]] = ("left", "forward", "right")
     stride: ClassVar[float] = STRIDE

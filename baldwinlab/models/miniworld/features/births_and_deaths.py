@@ -127,7 +127,11 @@ def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step
 
 
 class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
-    """Who runs out of energy, or is old, dies, and a child of those who have energy left is born in its place at once."""
+    """Deaths and births during life.
+
+    An agent without energy, or at its maximum age, dies.
+    A child of agents with energy replaces it in the same step.
+    """
 
     reserve: float = Field(
         1.0, gt=0, le=1_000_000, description="with which an agent is born, energy"

@@ -103,7 +103,10 @@ def _in_the_way(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
 
 
 class Walls(WorldFeature, name="walls"):
-    """Walls stop motion and sight; nobody is born and nothing grows inside them."""
+    """Rectangles that block movement and sight.
+
+    No agent is born and no item appears inside a wall.
+    """
 
     boxes: tuple[Box, ...] = Field(
         ((280.0, 300.0, 100.0, 160.0), (280.0, 300.0, 180.0, 240.0)),
@@ -194,7 +197,11 @@ class Walls(WorldFeature, name="walls"):
 
 
 class Patches(WorldFeature, name="patches"):
-    """Patches hold items of a kind of their own, whose energy may be below 0, as a poison's is."""
+    """Regions with items of the kind `patch`.
+
+    Their energy can be negative, as that of poison.
+    The items of all patches look alike.
+    """
 
     patches: tuple[Patch, ...] = Field(
         ((400.0, 560.0, 80.0, 240.0, 20, -1.0),),
@@ -229,7 +236,10 @@ def _drifted(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) ->
 
 
 class DriftingFood(WorldFeature, name="drifting-food"):
-    """The items of food drift with a constant velocity; who leaves its region on one side comes back on the other."""
+    """Food items that move with a constant velocity.
+
+    An item that leaves its region enters again on the opposite side.
+    """
 
     velocity_x: float = Field(
         0.5, ge=-1000, le=1000, description="to the right, units of length per step"
@@ -273,7 +283,7 @@ class DriftingFood(WorldFeature, name="drifting-food"):
 
 
 class SlowRegrowth(WorldFeature, name="slow-regrowth"):
-    """What is eaten comes back only after some steps."""
+    """Eaten items that are absent for a number of steps."""
 
     delay: int = Field(
         100, ge=1, le=100_000_000, description="for which an eaten item is away, steps"
@@ -317,9 +327,14 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
 
 
 class RegionsInTurn(WorldFeature, name="regions-in-turn"):
-    """Of the regions of food one bears at a time, in turn; the others are bare from the second step on.
+    """One food region at a time has food.
 
-    The turn goes on within a life, or over the generations, or both: an environment that changes.
+    The region changes after a number of steps, of generations, or both.
+    The other regions are empty from the second step of a lifetime on.
+
+    References
+    ----------
+    Le, Brabazon and O'Neill 2018.
     """
 
     every: int = Field(500, ge=1, le=100_000_000, description="for which a region bears, steps")

@@ -103,7 +103,14 @@ class _Told(LearningRule):
 
 
 class ABCD(_Told, name="abcd"):
-    """Weights change by rate * (A x y + B x + C y + D), with x what comes in and y what goes out, and stay within 10."""
+    """Weight change rate * (A x y + B x + C y + D), x before and y after the weight.
+
+    Weights stay within [-10, 10].
+
+    References
+    ----------
+    Soltoggio et al. 2008.
+    """
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -115,7 +122,12 @@ class ABCD(_Told, name="abcd"):
 
 
 class Modulated(_Told, name="modulated"):
-    """As `abcd`, but an inherited network says in every step how much of the change is made: from all of it to its reverse."""
+    """As `abcd`, with a factor in [-1, 1] that an inherited network computes in each step.
+
+    References
+    ----------
+    Soltoggio et al. 2008.
+    """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     answers: ClassVar[tuple[str, ...]] = ("gate",)
@@ -162,7 +174,15 @@ class _Inherited(LearningRule):
 
 
 class EvolvedABCD(_Inherited, name="evolved-abcd"):
-    """As `abcd`, but A, B, C and D are inherited beside the weights, and evolve."""
+    """As `abcd`, with inherited coefficients A, B, C and D.
+
+    With `coding = "network"` all weights share them; with `coding = "connection"` each weight has
+    its own.
+
+    References
+    ----------
+    Niv et al. 2002; Najarro and Risi 2020.
+    """
 
     modules: ClassVar[tuple[str, ...]] = ("action", *COEFFICIENTS)
 
@@ -176,7 +196,12 @@ class EvolvedABCD(_Inherited, name="evolved-abcd"):
 
 
 class EvolvedModulated(_Inherited, name="evolved-modulated"):
-    """As `modulated`, but A, B, C and D are inherited beside weights and gate, and evolve."""
+    """As `modulated`, with inherited coefficients A, B, C and D.
+
+    References
+    ----------
+    Soltoggio et al. 2008.
+    """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement", *COEFFICIENTS)
     answers: ClassVar[tuple[str, ...]] = ("gate",)

@@ -121,7 +121,14 @@ def _told(rule: int, agent: Any, naive: Any) -> None:
 
 
 class Hebb(_Strengths, name="hebb"):
-    """Plain Hebb: strengths grow where both units are active."""
+    """Hebbian rule: a strength grows if both units are active.
+
+    The strength of a weight lies in [0, 1], and its sign does not change.
+
+    References
+    ----------
+    Floreano and Mondada 1998.
+    """
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -133,7 +140,12 @@ class Hebb(_Strengths, name="hebb"):
 
 
 class Postsynaptic(_Strengths, name="postsynaptic"):
-    """Strengths grow where both units are active, and fall where only the receiving one is."""
+    """Hebbian rule: a strength also shrinks if only the target unit is active.
+
+    References
+    ----------
+    Floreano and Mondada 1998.
+    """
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -145,7 +157,12 @@ class Postsynaptic(_Strengths, name="postsynaptic"):
 
 
 class Presynaptic(_Strengths, name="presynaptic"):
-    """Strengths grow where both units are active, and fall where only the sending one is."""
+    """Hebbian rule: a strength also shrinks if only the source unit is active.
+
+    References
+    ----------
+    Floreano and Mondada 1998.
+    """
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -157,7 +174,12 @@ class Presynaptic(_Strengths, name="presynaptic"):
 
 
 class Covariance(_Strengths, name="covariance"):
-    """Strengths grow where the units are alike, and fall where they differ."""
+    """Hebbian rule: a strength grows if both units are similar, and shrinks if they differ.
+
+    References
+    ----------
+    Floreano and Mondada 1998.
+    """
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:

@@ -77,7 +77,14 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
 
 
 class Imitation(LearningRule, name="imitation"):
-    """Learns towards what another agent would do in its place: the best forager so far, or the nearest."""
+    """Backpropagation toward the action of another agent for the same inputs.
+
+    The imitated agent is the best forager so far, or the nearest agent (`whom`).
+
+    References
+    ----------
+    Le, O'Neill and Brabazon 2018.
+    """
 
     whom: Literal["best", "nearest"] = Field(
         "best", description="best: who has eaten most so far; nearest: whoever is nearest"
@@ -146,7 +153,10 @@ class Imitation(LearningRule, name="imitation"):
 
 
 class Supervised(LearningRule, name="supervised"):
-    """Learns towards what a scripted forager does: to food that is seen, in front before left before right; else straight on."""
+    """Backpropagation toward the action of a scripted forager.
+
+    The forager prefers food in front, then left, then right, and otherwise goes straight on.
+    """
 
     arrays: ClassVar[Mapping[str, Array]] = {"wanted": per_agent("actions")}
 
@@ -182,7 +192,12 @@ class Supervised(LearningRule, name="supervised"):
 
 
 class RandomTargets(LearningRule, name="random-targets"):
-    """Learns towards numbers drawn anew in every step: a control, as there is nothing to be learned."""
+    """Backpropagation toward random numbers: a control without information.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
+    """
 
     arrays: ClassVar[Mapping[str, Array]] = {"wanted": per_agent("actions")}
 

@@ -163,7 +163,14 @@ class _Foretelling(LearningRule):
 
 
 class Prediction(_Foretelling, name="prediction"):
-    """Learns to predict what it will sense next; what leads from hidden units to actions is inherited alone."""
+    """Backpropagation toward the inputs of the next step, through an inherited prediction layer.
+
+    The weights from the last hidden layer to the actions do not learn.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
+    """
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -175,7 +182,12 @@ class Prediction(_Foretelling, name="prediction"):
 
 
 class RandomPrediction(_Foretelling, name="random-prediction"):
-    """Learns to predict coin flips, one for each input: a control, as there is nothing to be foretold."""
+    """As `prediction`, with random bits as targets: a control without information.
+
+    References
+    ----------
+    Parisi, Nolfi and Cecconi 1992.
+    """
 
     arrays: ClassVar[Mapping[str, Array]] = {**_Foretelling.arrays, "coins": per_agent("inputs")}
 

@@ -104,7 +104,15 @@ class _Reinforced(LearningRule):
 
 
 class Complementary(_Reinforced, name="crbp"):
-    """What was done becomes likelier where the inherited evaluation has risen since, and less likely where it has fallen."""
+    """Reinforcement by an inherited evaluation network (complementary backpropagation).
+
+    The last action becomes more likely if the evaluation has risen, and less likely if it has
+    fallen.
+
+    References
+    ----------
+    Ackley and Littman 1991.
+    """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     answers: ClassVar[tuple[str, ...]] = ("worth",)
@@ -122,7 +130,7 @@ class Complementary(_Reinforced, name="crbp"):
 
 
 class Reward(_Reinforced, name="reward"):
-    """What was done becomes likelier where energy was gained by it, and less likely where it was lost: learning with reward."""
+    """As `crbp`, with the gained energy instead of an evaluation."""
 
     punishment: float = Field(
         1.0, ge=0, le=1, description="rate after a loss, as a share of that after a gain"

@@ -29,13 +29,18 @@ def expressed(rate: float, gene: Any) -> np.float32:
 
 
 class NoLearning(LearningRule, name="none"):
-    """The weights stay as they were born."""
+    """No learning: the weights do not change during life."""
 
     learns: ClassVar[bool] = False
 
 
 class SelfTaught(LearningRule, name="self-taught"):
-    """Backpropagation: the answer to what was sensed moves towards the reinforcement module's."""
+    """Backpropagation toward the outputs of the inherited reinforcement module.
+
+    References
+    ----------
+    Le 2019.
+    """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     supports_drift_control: ClassVar[bool] = True
@@ -54,9 +59,11 @@ class SelfTaught(LearningRule, name="self-taught"):
 
 
 class Drift(LearningRule, name="drift"):
-    """A shadow learner teaches itself from what the agent senses; an agent's weights stay as far from birth as the shadow's.
+    """Random weight changes of the same size as self-teaching: the drift control.
 
-    Some move in the same direction, some in the opposite one, so it is as much change, but nothing is learned.
+    A hidden copy of the agent learns by self-teaching from the inputs of the agent.
+    The distance of the weights of the agent from birth equals the distance of the copy.
+    The direction of each change is random, so nothing is learned.
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")

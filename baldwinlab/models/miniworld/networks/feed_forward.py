@@ -220,8 +220,12 @@ def _of_three(sizes: Sizes, biases: bool) -> bool:
 class FeedForward(Network, name="feed-forward"):
     """Layers of logistic units, without memory.
 
-    Three inputs, one hidden layer and three outputs, as in the paper, are written out, to the same bits: loops of three rounds
-    took longer than what was in them (whole lives of learners take 0.6 to 0.95 of the time).
+    The network of three inputs, one hidden layer and three outputs has code of its own, with
+    identical results.
+
+    References
+    ----------
+    Le 2019.
     """
 
     derived: ClassVar[Mapping[str, Any]] = {

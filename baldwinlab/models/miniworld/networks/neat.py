@@ -34,7 +34,12 @@ def _room(experiment: Any) -> int:
 
 
 class Growing(Network, name="growing"):
-    """A network without loops whose nodes and links evolve (NEAT). It does not learn in life."""
+    """A network without loops whose nodes and links evolve. It does not learn during life.
+
+    References
+    ----------
+    Stanley and Miikkulainen 2002.
+    """
 
     graphs: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES

@@ -37,7 +37,14 @@ class _Recurrent(Network):
 
 
 class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
-    """Layers of logistic units; the first hidden layer hears itself as it was a step before. Learning does not reach back."""
+    """Layers of logistic units; the first hidden layer also gets its own previous activations.
+
+    Learning treats the previous activations as constant inputs.
+
+    References
+    ----------
+    Elman 1990.
+    """
 
     derived: ClassVar[Mapping[str, Any]] = {
         **FeedForward.derived,
@@ -72,7 +79,14 @@ class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
 
 
 class ContinuousTime(_Recurrent, name="continuous-time"):
-    """Leaky hidden units, each connected to all and to itself, by one Euler step a step of life. Only output weights learn."""
+    """Leaky hidden units, all connected to each other, with one Euler step per step.
+
+    Learning changes only the weights to the outputs.
+
+    References
+    ----------
+    Beer 1995.
+    """
 
     time_constant: float = Field(
         4.0,

@@ -22,7 +22,7 @@ QUARTER = HEADING_COUNT // 4  # headings
 
 
 class PatchSight(Sense, name="patch"):
-    """Three binary sensors: whether any item of a patch is at the left, in front, or at the right."""
+    """Three binary inputs: an item of a patch in the left, front and right sector."""
 
     inputs: ClassVar[tuple[str, ...]] = ("patch left", "patch in front", "patch right")
     sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
@@ -40,9 +40,10 @@ class PatchSight(Sense, name="patch"):
 
 
 class Neighbours(Sense, name="neighbours"):
-    """Three binary sensors: whether any other agent is at the left, in front, or at the right, as food is seen.
+    """Three binary inputs: another agent in the left, front and right sector.
 
-    All are where they were when the step began; under the sequential update, when the agent's own turn began.
+    Positions are those at the start of the step; with the sequential update, those at the start of
+    the turn of the agent.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
@@ -75,7 +76,7 @@ class Neighbours(Sense, name="neighbours"):
 
 
 class LastAction(Sense, name="last-action"):
-    """Which of its three actions the agent did a step ago; a newborn has done none."""
+    """Three binary inputs: the action of the previous step. All are 0 at birth."""
 
     inputs: ClassVar[tuple[str, ...]] = (
         "did the first action",
@@ -108,7 +109,7 @@ class LastAction(Sense, name="last-action"):
 
 
 class Touch(Sense, name="touch"):
-    """Whether the agent's last step left it where it was, as when a wall stops it."""
+    """One binary input: 1 if the last step did not change the position, for example at a wall."""
 
     inputs: ClassVar[tuple[str, ...]] = ("stopped",)
     sectors: ClassVar[Sectors] = (None,)
@@ -133,7 +134,10 @@ class Touch(Sense, name="touch"):
 
 
 class Compass(Sense, name="compass"):
-    """Four binary inputs, one for each quarter of the compass: right, down, left and up, of which the agent heads for one."""
+    """Four binary inputs: heading right, down, left, up.
+
+    A quarter starts 45 degrees before its middle.
+    """
 
     inputs: ClassVar[tuple[str, ...]] = ("heads right", "heads down", "heads left", "heads up")
     sectors: ClassVar[Sectors] = (None, None, None, None)

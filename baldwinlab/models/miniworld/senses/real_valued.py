@@ -119,9 +119,15 @@ class _OfItems(Sense):
 
 
 class Nearest(_OfItems, name="nearest"):
-    """Where the nearest food is: its angle, clockwise from the heading, as a share of a turn, and its distance, as one of sight.
+    """Two real-valued inputs: angle and distance of the nearest item of a kind.
 
-    The distance is that to its middle over `senses.visual_radius`. Where none is in sight, the angle is 0 and the distance 1.
+    The angle is clockwise from the heading, as a fraction of 360 degrees.
+    The distance is a fraction of `senses.visual_radius`.
+    Without an item in the visual range, the angle is 0 and the distance 1.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
@@ -182,10 +188,16 @@ class Nearest(_OfItems, name="nearest"):
 
 
 class Smell(_OfItems, name="smell"):
-    """The smell of all food near, at a nostril on the left and at one on the right: the nearer, the stronger.
+    """Two real-valued inputs: the smell of all items of a kind at a left and a right nostril.
 
-    An input is s / (1 + s), in [0, 1). What an item adds to s fades from 1, in the nostril itself, to 0 at the distance r:
-    (1 - (d / r)^2)^2. So that nothing smells from beyond `senses.visual_radius`, r is less than that by `spread`.
+    An input is s / (1 + s).
+    An item at distance d adds (1 - (d / r)^2)^2 to s, where r is `senses.visual_radius` minus
+    `spread`.
+    Walls do not block smell.
+
+    References
+    ----------
+    Braitenberg 1984.
     """
 
     spread: float = Field(
@@ -257,9 +269,13 @@ class Smell(_OfItems, name="smell"):
 
 
 class Energy(Sense, name="energy"):
-    """The energy that the agent has gained in its life so far.
+    """One real-valued input: the energy g gained in life, as g / (g + `half`).
 
-    Of the energy g the input is g / (g + half), in [0, 1); it is 0 where g is below 0, as poison may make it.
+    The input is 0 if g is below 0.
+
+    References
+    ----------
+    Nolfi and Floreano 2000.
     """
 
     half: float = Field(10.0, gt=0, le=1_000_000, description="energy at which the input is 1/2")
@@ -289,10 +305,14 @@ class Energy(Sense, name="energy"):
 
 
 class Rays(_OfItems, name="rays"):
-    """Five rays, 27 degrees apart: how close the first food is that each meets.
+    """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
 
-    An input is 1 - distance / `senses.visual_radius`, in [0, 1], of the item's middle, and 0 where the ray meets none. An item
-    that has the agent inside of it is met by all rays.
+    An input is 1 - distance / `senses.visual_radius`, and 0 if the ray meets no item.
+    All rays meet an item that contains the agent.
+
+    References
+    ----------
+    Nolfi and Floreano 2000.
     """
 
     radius: float = Field(5.0, gt=0, le=100_000, description="of items, to a ray, units of length")

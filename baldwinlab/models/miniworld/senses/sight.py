@@ -201,7 +201,12 @@ def see(model: Model, state: State, world: int, agent: int, kind: int) -> int:
 
 
 class Sight(Sense, name="food"):
-    """Three binary sensors: whether any food is at the left, in front, or at the right."""
+    """Three binary inputs: food in the left, front and right sector.
+
+    References
+    ----------
+    Le 2019.
+    """
 
     inputs: ClassVar[tuple[str, ...]] = ("left", "front", "right")
     sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ((315, 345), (345, 15), (15, 45))
