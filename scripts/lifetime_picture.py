@@ -30,9 +30,9 @@ def main() -> None:
                 if number % EVERY == 0
             ]
     palette = images[-1].quantize(64, dither=Image.Dither.NONE)
-    first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
+    first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     first.save(
-        PICTURE, save_all=True, append_images=others, duration=DURATION, loop=0, optimize=True
+        PICTURE, save_all=True, append_images=rest, duration=DURATION, loop=0, optimize=True
     )
 
 
