@@ -31,22 +31,22 @@ LARGEST: Final = 30_000  # bytes
 
 
 def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.shares(content.shares(study, {one.name: one for one in experiments}))
+    return figures.draw_shares(content.shares(study, {one.name: one for one in experiments}))
 
 
 def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.fitness_curves(study)
+    return figures.draw_fitness_curves(study)
 
 
 def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     paper = papers.load(name)
-    return lambda study, experiments: figures.measures(
-        study, [figures.Measured(*one) for one in compared(study, paper)]
+    return lambda study, experiments: figures.draw_measures(
+        study, [figures.MeasureValues(*one) for one in compared(study, paper)]
     )
 
 
 def _survival(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.survival(study)
+    return figures.draw_survival(study)
 
 
 DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
@@ -86,7 +86,7 @@ def main() -> None:
         with TemporaryDirectory() as folder:
             bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
             figure = DRAWN[name](bl.open_runs(Path(folder) / "study"), experiments)
-            figures.save(figure, Path(folder), name)
+            figures.save_figure(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
         (paper.folder / CARD).write_bytes(_card(figure, PANEL.get(name, 0)))
 

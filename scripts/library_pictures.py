@@ -33,7 +33,7 @@ def main() -> None:
         "study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`"
     )
     study = bl.open_runs(parser.parse_args().study)
-    standings = figures.standings(
+    standings = figures.overview_cells(
         study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST
     )
     there = {name: bl.load(f"evo/{name}") for name in WORLDS}
@@ -42,20 +42,20 @@ def main() -> None:
     rays = bl.load("evo/A").replace(senses={"kinds": ["rays"]})
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
-        grown = figures.fitness_curves(bl.open_runs(Path(folder) / "xor"))
+        grown = figures.draw_fitness_curves(bl.open_runs(Path(folder) / "xor"))
         bred = [bl.load("evo/A", variant).replace(name=variant) for variant in BREEDING]
         bl.run(bred, runs=20, out=Path(folder) / "breeding")
-        breeding = figures.fitness_boxes(bl.open_runs(Path(folder) / "breeding"), [], LAST)
+        breeding = figures.draw_fitness_boxes(bl.open_runs(Path(folder) / "breeding"), [], LAST)
     drawn = {
-        "worlds-and-minds": figures.overview({"": standings}),
-        "worlds": figures.world_maps(worlds, 20, looks),
-        "senses": figures.agent_senses(look(rays).to_dict()),
+        "worlds-and-minds": figures.draw_overview({"": standings}),
+        "worlds": figures.draw_world_maps(worlds, 20, looks),
+        "senses": figures.draw_agent_senses(look(rays).to_dict()),
         "neat": grown,
         "breeding": breeding,
     }
     for name, figure in drawn.items():
         with TemporaryDirectory() as folder:
-            figures.save(figure, Path(folder), name)
+            figures.save_figure(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
 
 

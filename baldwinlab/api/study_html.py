@@ -25,10 +25,10 @@ def _curves(study: StudyStore, conditions: Sequence[str]) -> str:
     if not conditions:
         return ""
     from baldwinlab.analysis.figures import (  # here, because to load them takes a while
-        fitness_curves,
-        svg,
+        draw_fitness_curves,
+        to_svg,
     )
 
-    drawing = b64encode(svg(fitness_curves(open_conditions(study, conditions)))).decode()
+    drawing = b64encode(to_svg(draw_fitness_curves(open_conditions(study, conditions)))).decode()
     what = "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % intervals"
     return f'<img alt="{what}" title="{what}" style="max-width: 100%" src="data:image/svg+xml;base64,{drawing}">'

@@ -53,12 +53,12 @@ def replay(
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
-        from baldwinlab.analysis.figures import (
-            trajectories,  # here, and the movie too, because to load them takes a while
-        )
+        from baldwinlab.analysis.figures import draw_trajectories
 
         picture = BytesIO()
-        trajectories(trace).savefig(picture, format="png", dpi=200, metadata={"Software": REPLAY})
+        draw_trajectories(trace).savefig(
+            picture, format="png", dpi=200, metadata={"Software": REPLAY}
+        )
         write_atomically(out, picture.getvalue())
     else:
         from baldwinlab.analysis.figures.movie import write_movie

@@ -33,7 +33,7 @@ def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study)
     assert "evo+self-taught/A: runs: 2" in page
     (drawing,) = drawings(page)
     styles = " ".join(element.get("style", "") for element in drawing.iter())
-    assert [f"stroke: {series(number).colour.lower()}" in styles for number in range(3)] == [
+    assert [f"stroke: {series(number).color.lower()}" in styles for number in range(3)] == [
         True,
         True,
         False,

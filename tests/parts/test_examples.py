@@ -74,7 +74,7 @@ def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
     ]
     experiment = assign(load("evo/A"), chosen)
     seen = look(experiment).to_dict()
-    axes = figures.world_maps({"A": experiment.world}, 20, {"A": seen}).axes[0]
+    axes = figures.draw_world_maps({"A": experiment.world}, 20, {"A": seen}).axes[0]
     assert {text.get_text() for text in axes.texts} >= {"50 items, 20 of poison", "wall"}
     assert "#555555" in {to_hex(to_rgba_array(patch.get_facecolor())[0]) for patch in axes.patches}
     assert {
@@ -82,10 +82,10 @@ def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
         for each in axes.collections
         for colour in np.asarray(each.get_facecolor())[:1]
     } >= {GREEN, PURPLE}
-    labels = [text.get_text() for text in figures.agent_senses(seen).axes[0].texts]
+    labels = [text.get_text() for text in figures.draw_agent_senses(seen).axes[0].texts]
     assert "left\npoison left" in labels and labels.count("15°") == 2
     trace = replay(experiment.replace(lifetime={"steps": 5}), seed=1)
-    assert "wall" in {text.get_text() for text in figures.trajectories(trace).axes[0].texts}
+    assert "wall" in {text.get_text() for text in figures.draw_trajectories(trace).axes[0].texts}
 
 
 @pytest.mark.usefixtures("in_plain_python")

@@ -21,7 +21,7 @@ from baldwinlab.analysis.figures.palette import LIVES, NEWBORNS
 from baldwinlab.analysis.figures.style import (
     BLACK,
     BROWN,
-    GREY,
+    GRAY,
     LINES,
     MARKERS,
     WIDTH,
@@ -65,7 +65,7 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
             "learned weights alone (frozen / on)",
         )
         _from_zero(above)
-        below.axhline(1, color=GREY, lw=0.8)
+        below.axhline(1, color=GRAY, lw=0.8)
         below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
         _generations(below)
     _label(grid, _unit(assays), "share of the fitness\nwith learning on")
@@ -85,7 +85,7 @@ def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
     for (above, *below), subject in zip(grid, subjects, strict=True):
         food = lives(assays["innate"][subject])
         _curve(above, food.sel(life="on") - food.sel(life="off"), LIFE_LOOKS["on"], "")
-        above.axhline(0, color=GREY, lw=0.8)
+        above.axhline(0, color=GRAY, lw=0.8)
         layers = {
             name.partition(", ")[2]: values
             for name, values in moved[subject].items()
@@ -125,7 +125,7 @@ def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
                 [0, *eaters, steps],
                 [0, *shares, eaters.size / meals.size],
                 where="post",
-                color=look.colour,
+                color=look.color,
                 ls=look.line,
             )
         _from_zero(above)
@@ -165,7 +165,7 @@ def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
             aside = 0.4 * (
                 np.arange(food.size) * 0.618 % 1 - 0.5
             )  # spread evenly, and the same each time
-            axes.plot(food, place + aside, "o", color=GREY, ms=3.2, alpha=0.6, mew=0)
+            axes.plot(food, place + aside, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
             axes.vlines(np.median(food), place - 0.32, place + 0.32, color=BLACK, lw=1.8)
         axes.set(
             yticks=range(len(names)),
@@ -275,11 +275,11 @@ def _curve(
         return
     middle, low, high = interval_of_median(shown)
     x, every = shown[along].values, max(1, shown.sizes[along] // 8)
-    axes.fill_between(x, low, high, color=look.colour, alpha=0.18, lw=0)
+    axes.fill_between(x, low, high, color=look.color, alpha=0.18, lw=0)
     axes.plot(
         x,
         middle,
-        color=look.colour,
+        color=look.color,
         ls=look.line,
         lw=1.5,
         marker=look.marker,
@@ -318,7 +318,7 @@ def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
 def _legend(figure: Figure, looks: Mapping[str, Series]) -> None:
     handles = [
         figure.axes[0].plot(
-            [], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner
+            [], [], color=look.color, ls=look.line, marker=look.marker, ms=4, label=learner
         )[0]
         for learner, look in looks.items()
     ]

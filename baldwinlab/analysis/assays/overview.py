@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, YES, Analysis, Subject
 from baldwinlab.analysis.assays.sentences import phases
-from baldwinlab.analysis.figures.overview import Standing, overview
+from baldwinlab.analysis.figures.overview import OverviewCell, draw_overview
 from baldwinlab.analysis.report.figures import Picture
 
 MOST_IN_FULL = 8  # conditions
@@ -49,7 +49,7 @@ def by_phases(analysis: Analysis) -> dict[str, list[str]]:
 def picture(analysis: Analysis, order: Sequence[str]) -> Picture | None:
     """Conditions in the given order; None where nothing of it was measured."""
     subjects = sorted(analysis.subjects, key=lambda subject: order.index(subject.condition))
-    panels = {criterion: _standings(subjects, criterion) for criterion in SHOWN}
+    panels = {criterion: _overview_cells(subjects, criterion) for criterion in SHOWN}
     panels = {criterion: found for criterion, found in panels.items() if found}
     if not panels:
         return None
@@ -66,12 +66,12 @@ def picture(analysis: Analysis, order: Sequence[str]) -> Picture | None:
         title,
         f"From above: {told}. {CELLS}",
         f"{title}. Medians over runs. {'; '.join(said)}.",
-        overview(titled),
+        draw_overview(titled),
         rows,
     )
 
 
-def _standings(subjects: Sequence[Subject], criterion: str) -> list[Standing]:
+def _overview_cells(subjects: Sequence[Subject], criterion: str) -> list[OverviewCell]:
     answers = {subject: subject.answer(criterion) for subject in subjects}
     return [
         _standing(subject, answer.numbers.effect, answer.verdict)
@@ -80,8 +80,8 @@ def _standings(subjects: Sequence[Subject], criterion: str) -> list[Standing]:
     ]
 
 
-def _standing(subject: Subject, effect: float, verdict: str) -> Standing:
+def _standing(subject: Subject, effect: float, verdict: str) -> OverviewCell:
     direction = 0 if verdict not in (YES, NO) or not effect else 1 if effect > 0 else -1
-    return Standing(
+    return OverviewCell(
         subject.condition, subject.factors.learner, subject.factors.map, effect, verdict, direction
     )

@@ -1,31 +1,45 @@
-"""One figure, one function: labelled arrays in, a Matplotlib `Figure` out. Nothing here draws on a screen."""
+"""Draw figures with Matplotlib: each function takes labeled arrays and returns a `Figure`.
 
-from baldwinlab.analysis.figures.emergence import emergence, trajectories
-from baldwinlab.analysis.figures.fitness import fitness_boxes, fitness_curves
-from baldwinlab.analysis.figures.measures import Measured, clocks, measures, shares, survival
-from baldwinlab.analysis.figures.networks import Kind, networks
-from baldwinlab.analysis.figures.overview import overview, standings
-from baldwinlab.analysis.figures.style import save, svg
-from baldwinlab.analysis.figures.world import Look, agent_senses, sectors, world_maps
+Figures are drawn without a display.
+"""
+
+from baldwinlab.analysis.figures.emergence import draw_emergence, draw_trajectories
+from baldwinlab.analysis.figures.fitness import draw_fitness_boxes, draw_fitness_curves
+from baldwinlab.analysis.figures.measures import (
+    MeasureValues,
+    draw_clocks,
+    draw_measures,
+    draw_shares,
+    draw_survival,
+)
+from baldwinlab.analysis.figures.networks import AgentKind, draw_networks
+from baldwinlab.analysis.figures.overview import draw_overview, overview_cells
+from baldwinlab.analysis.figures.style import save_figure, to_svg
+from baldwinlab.analysis.figures.world import (
+    Look,
+    draw_agent_senses,
+    draw_world_maps,
+    group_sectors,
+)
 
 __all__ = [
-    "Kind",
+    "AgentKind",
     "Look",
-    "Measured",
-    "agent_senses",
-    "clocks",
-    "emergence",
-    "fitness_boxes",
-    "fitness_curves",
-    "measures",
-    "networks",
-    "overview",
-    "save",
-    "sectors",
-    "shares",
-    "standings",
-    "survival",
-    "svg",
-    "trajectories",
-    "world_maps",
+    "MeasureValues",
+    "draw_agent_senses",
+    "draw_clocks",
+    "draw_emergence",
+    "draw_fitness_boxes",
+    "draw_fitness_curves",
+    "draw_measures",
+    "draw_networks",
+    "draw_overview",
+    "draw_shares",
+    "draw_survival",
+    "draw_trajectories",
+    "draw_world_maps",
+    "group_sectors",
+    "overview_cells",
+    "save_figure",
+    "to_svg",
 ]

@@ -1,6 +1,6 @@
-"""How foraging emerges: where one population is at several generations, and how many agents reach the food.
+"""Draw how foraging evolves: positions of one population at several generations, and its success.
 
-Source: the paper, "The Emergence of Intelligent Foraging", and its last figure, which shows where agents went.
+Source: N. Le (2019), "The Emergence of Intelligent Foraging" and the last figure.
 """
 
 from __future__ import annotations
@@ -18,161 +18,182 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.figures.fitness import conditions
-from baldwinlab.analysis.figures.style import BLUE, GREY, WIDTH, styled
-from baldwinlab.analysis.figures.world import lay_out
+from baldwinlab.analysis.figures.fitness import plotted_conditions
+from baldwinlab.analysis.figures.style import BLUE, GRAY, WIDTH, styled
+from baldwinlab.analysis.figures.world import draw_empty_map
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 
-PIECES = 40  # of a trajectory, each drawn as strongly as it is late
-CELLS = 32  # along each edge of a map
-DARKEST = 1000 / CELLS**2  # per cent: ten times as long in a cell as if everywhere alike
-PANEL, GAP, TITLE, BAR, SHARE = (
-    2.24,
-    0.12,
-    0.3,
-    0.75,
-    2.1,
-)  # inches: maps, between and above them; below, the bar and the curve
+# Segments of a trajectory. Later segments are more opaque.
+SEGMENTS = 40
+# Cells along each edge of a map.
+CELLS = 32
+# Percent of the time in one cell: ten times a uniform distribution.
+DARKEST = 1000 / CELLS**2
+# Inches: side of a map, space between and above maps; below them, the color bar and the curve.
+PANEL = 2.24
+GAP = 0.12
+TITLE = 0.3
+BAR = 0.75
+SHARE = 2.1
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE, "black"])
 
 
 @styled
-def emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
-    """Above, where the agents of each of `traces` were in their lives, three in a row; below, the share that ate, over all runs.
+def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
+    """Draw where the agents of one population were, and the share of agents that ate.
 
-    `traces` are lifetimes of one population. The shades are those of one scale. Raises ValueError where there is no trace.
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+    traces
+        Lifetimes of one population at several generations. Three maps are in a row, with one scale.
+
+    Returns
+    -------
+    Figure
+        Maps of the time per cell above, the share of agents that ate in all runs below.
+
+    Raises
+    ------
+    ValueError
+        If there is no trace.
     """
     if not traces:
         raise ValueError("there is no trace to draw")
     rows = -(-len(traces) // 3)
     figure = Figure((WIDTH, rows * (PANEL + TITLE) + BAR + SHARE))
-    figure.set_layout_engine("none")  # its solver's last digits vary, and a colour bar shows them
+    # The last digits of the layout engine vary, and a color bar shows them.
+    figure.set_layout_engine("none")
     for number, trace in enumerate(traces):
         row, column = divmod(number, 3)
-        axes = _axes(
-            figure,
-            GAP + column * (PANEL + GAP),
-            SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE),
-            PANEL,
-            PANEL,
-        )
-        drawn = _presence(axes, trace)
-    bar = _axes(figure, WIDTH / 4, SHARE + BAR - 0.22, WIDTH / 2, 0.1)
-    cell = f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %"
+        left = GAP + column * (PANEL + GAP)
+        bottom = SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE)
+        image = _draw_presence(_add_axes(figure, left, bottom, PANEL, PANEL), trace)
+    bar = _add_axes(figure, WIDTH / 4, SHARE + BAR - 0.22, WIDTH / 2, 0.1)
     figure.colorbar(
-        drawn,
+        image,
         cax=bar,
         orientation="horizontal",
         extend="max",
-        label=cell,
+        label=f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %",
         ticks=[0, 0.1, 0.3, 0.6, 0.9],
     )
-    _share(_axes(figure, 0.55, 0.45, WIDTH - 0.65, SHARE - 0.55), study, traces)
+    _draw_share(_add_axes(figure, 0.55, 0.45, WIDTH - 0.65, SHARE - 0.55), dataset, traces)
     return figure
 
 
-def _axes(figure: Figure, *inches: float) -> Axes:
-    """A panel at a place (left, bottom, width, height)."""
-    width, height = figure.get_size_inches()
-    left, bottom, wide, high = inches
-    return figure.add_axes((left / width, bottom / height, wide / width, high / height))
+def _add_axes(figure: Figure, *inches: float) -> Axes:
+    """Add a panel at left, bottom, width and height."""
+    figure_width, figure_height = figure.get_size_inches()
+    left, bottom, width, height = inches
+    return figure.add_axes(
+        (
+            left / figure_width,
+            bottom / figure_height,
+            width / figure_width,
+            height / figure_height,
+        )
+    )
 
 
-def density(trace: xr.Dataset) -> np.ndarray:
-    """Where agents were: of all their time together, the percentage in each cell of the map, [row, column]."""
+def time_density(trace: xr.Dataset) -> np.ndarray:
+    """Return the percentage of all agents' time in each cell of the map, [row, column]."""
     world = _world(trace)
-    edges = np.linspace(0, world.height, CELLS + 1), np.linspace(0, world.width, CELLS + 1)
-    counts, _, _ = np.histogram2d(trace["y"].values.ravel(), trace["x"].values.ravel(), edges)
+    rows = np.linspace(0, world.height, CELLS + 1)
+    columns = np.linspace(0, world.width, CELLS + 1)
+    y = trace["y"].values.ravel()
+    x = trace["x"].values.ravel()
+    counts, _, _ = np.histogram2d(y, x, (rows, columns))
     return np.asarray(100 * counts / trace["x"].size)
 
 
-def _presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
+def _draw_presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
     world = _world(trace)
-    _empty_map(axes, trace, world)
-    edges, norm = (0, world.width, world.height, 0), PowerNorm(0.5, 0, DARKEST, clip=True)
+    _draw_titled_map(axes, trace, world)
     return axes.imshow(
-        density(trace), WHITE_TO_BLUE, norm, extent=edges, interpolation="nearest", zorder=0
+        time_density(trace),
+        WHITE_TO_BLUE,
+        PowerNorm(0.5, 0, DARKEST, clip=True),
+        extent=(0, world.width, world.height, 0),
+        interpolation="nearest",
+        zorder=0,
     )
 
 
 @styled
-def trajectories(trace: xr.Dataset) -> Figure:
-    """The ways of all agents over the map in one lifetime, fading towards birth, a dot where each ends."""
+def draw_trajectories(trace: xr.Dataset) -> Figure:
+    """Draw the paths of all agents in one lifetime, which end at a dot and fade toward birth."""
     figure = Figure((WIDTH / 2, WIDTH / 2 + 0.5))
-    _trajectories(figure.subplots(), trace)
+    _draw_trajectories(figure.subplots(), trace)
     handles = [
-        Line2D([], [], color=colour, lw=1.5, label=label)
-        for colour, label in ((BLUE, "ate"), (GREY, "never ate"))
+        Line2D([], [], color=color, lw=1.5, label=label)
+        for color, label in ((BLUE, "ate"), (GRAY, "never ate"))
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=2)
     return figure
 
 
-def _trajectories(axes: Axes, trace: xr.Dataset) -> None:
+def _draw_trajectories(axes: Axes, trace: xr.Dataset) -> None:
     world = _world(trace)
-    ate = _empty_map(axes, trace, world)
-    colours = np.where(ate, BLUE, GREY)
-    segments, shades = [], []
-    for agent in np.argsort(ate, kind="stable"):  # those that never ate lie below
-        way = unwrapped(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
-        pieces = np.array_split(np.arange(len(way)), min(PIECES, len(way)))
-        segments += [way[max(piece[0] - 1, 0) : piece[-1] + 1] for piece in pieces]
-        shades += [
-            to_rgba(colours[agent], strength)
-            for strength in 0.05 + 0.75 * np.linspace(0, 1, len(pieces)) ** 3
-        ]
-    axes.add_collection(
-        LineCollection(segments, colors=shades, linewidths=0.6, rasterized=True), autolim=False
-    )
-    axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colours, lw=0, zorder=3)
+    has_eaten = _draw_titled_map(axes, trace, world)
+    colors = np.where(has_eaten, BLUE, GRAY)
+    segments = []
+    shades = []
+    # Agents that never ate are drawn first, below the others.
+    for agent in np.argsort(has_eaten, kind="stable"):
+        path = split_at_edges(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
+        steps = np.array_split(np.arange(len(path)), min(SEGMENTS, len(path)))
+        segments += [path[max(part[0] - 1, 0) : part[-1] + 1] for part in steps]
+        opacities = 0.05 + 0.75 * np.linspace(0, 1, len(steps)) ** 3
+        shades += [to_rgba(colors[agent], opacity) for opacity in opacities]
+    lines = LineCollection(segments, colors=shades, linewidths=0.6, rasterized=True)
+    axes.add_collection(lines, autolim=False)
+    axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colors, lw=0, zorder=3)
 
 
 def _world(trace: xr.Dataset) -> World:
     return from_toml(trace.attrs["experiment"], where="the trace", lenient=True).world
 
 
-def _empty_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
-    """The map in which a trace was lived, titled with how many ate; gives which agents those are."""
-    lay_out(axes, world, json.loads(trace.attrs["look"]))
+def _draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
+    """Draw the map of a trace, with the number of agents that ate; return which agents ate."""
+    draw_empty_map(axes, world, json.loads(trace.attrs["look"]))
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)
-    ate = np.asarray(trace["eaten"].sum("step").values > 0)
-    axes.set_title(
-        f"Generation {trace.attrs['generation']}: {ate.sum()} of {ate.size} ate", loc="left"
-    )
-    return ate
+    has_eaten = np.asarray(trace["eaten"].sum("step").values > 0)
+    generation = trace.attrs["generation"]
+    title = f"Generation {generation}: {has_eaten.sum()} of {has_eaten.size} ate"
+    axes.set_title(title, loc="left")
+    return has_eaten
 
 
-def unwrapped(x: np.ndarray, y: np.ndarray, world: World) -> np.ndarray:
-    """The way [step, 2] as a line, broken by a row of NaN where it leaves the map at one edge and enters at the other."""
-    way = np.stack([x, y], axis=1).astype(np.float64)
-    leaps = np.abs(np.diff(way, axis=0)) > np.array([world.width, world.height]) / 2
-    return np.insert(way, np.flatnonzero(leaps.any(axis=1)) + 1, np.nan, axis=0)
+def split_at_edges(x: np.ndarray, y: np.ndarray, world: World) -> np.ndarray:
+    """Return a path [step, 2], with a row of NaN where an agent crosses the edge of the map."""
+    path = np.stack([x, y], axis=1).astype(np.float64)
+    jumps = np.abs(np.diff(path, axis=0)) > np.array([world.width, world.height]) / 2
+    return np.insert(path, np.flatnonzero(jumps.any(axis=1)) + 1, np.nan, axis=0)
 
 
-def _share(axes: Axes, study: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
-    condition, run = traces[0].attrs["condition"], traces[0].attrs["run"]
-    look = next(one.look for one in conditions(study) if one.name == condition)
-    shares = fitness.share(study).sel(condition=condition)
+def _draw_share(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
+    name = traces[0].attrs["condition"]
+    run = traces[0].attrs["run"]
+    conditions = plotted_conditions(dataset)
+    look = next(condition.look for condition in conditions if condition.name == name)
+    shares = fitness.share(dataset).sel(condition=name)
     average, low, high = interval_of_mean(shares)
     generation = shares["generation"].values
-    label = f"{condition}, mean of {int(shares.notnull().any('generation').sum())} runs"
-    axes.fill_between(generation, low, high, color=look.colour, alpha=0.2, lw=0)
-    axes.plot(generation, average, color=look.colour, ls=look.line, lw=1.6, label=label)
+    label = f"{name}, mean of {int(shares.notnull().any('generation').sum())} runs"
+    axes.fill_between(generation, low, high, color=look.color, alpha=0.2, lw=0)
+    axes.plot(generation, average, color=look.color, ls=look.line, lw=1.6, label=label)
     if run in shares["run"]:
-        axes.plot(
-            generation,
-            shares.sel(run=run),
-            color=GREY,
-            lw=0.8,
-            ls=":",
-            label="the population above",
-        )
-        shown = [trace.attrs["generation"] for trace in traces]
-        axes.plot(shown, shares.sel(run=run, generation=shown), "o", color=GREY, ms=4)
+        of_run = shares.sel(run=run)
+        axes.plot(generation, of_run, color=GRAY, lw=0.8, ls=":", label="the population above")
+        generations = [trace.attrs["generation"] for trace in traces]
+        axes.plot(generations, of_run.sel(generation=generations), "o", color=GRAY, ms=4)
     axes.set(xlabel="generation", ylabel="share of agents that ate", ylim=(0, 1.02))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     axes.legend(loc="lower right", ncols=2)

@@ -1,4 +1,4 @@
-"""Fitness over generations, and at last: a row for each map, a column for the best and for the average agent."""
+"""Draw fitness by generation and at the end: a row per map, a column for best and mean fitness."""
 
 from __future__ import annotations
 
@@ -13,80 +13,98 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.figures.style import BLACK, GREY, WIDTH, Series, series, styled
+from baldwinlab.analysis.figures.style import BLACK, GRAY, WIDTH, Series, series, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
 from baldwinlab.analysis.statistics.rules import SIGNIFICANT
 from baldwinlab.experiment.factors import of_study
 
-MOST_BRACKETS = 6  # above each other; more would hide the boxes
-LETTERS = 48  # of labels that stand beside each other below a panel of half the width
-LETTER = 0.075  # inches, of a label that stands upright
+# Brackets above each other. More would hide the boxes.
+MAX_BRACKETS = 6
+# Letters of horizontal labels that fit below a panel of half the width.
+MAX_LETTERS = 48
+# Inches per letter of a vertical label.
+LETTER = 0.075
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 
 
-class Condition(NamedTuple):
+class PlottedCondition(NamedTuple):
+    """A condition, its factors and its appearance."""
+
     name: str
     learner: str
     map_name: str
     look: Series
 
 
-def conditions(study: xr.Dataset) -> list[Condition]:
-    """The study's conditions in their order; the same learner looks the same on every map."""
-    factors = of_study(study)
-    learners = list(dict.fromkeys(one.learner for one in factors.values()))
+def plotted_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
+    """Return the conditions in the order of the study; a learner looks the same on every map."""
+    factors = of_study(dataset)
+    learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
     return [
-        Condition(name, one.learner, one.map, series(learners.index(one.learner)))
-        for name, one in factors.items()
+        PlottedCondition(name, levels.learner, levels.map, series(learners.index(levels.learner)))
+        for name, levels in factors.items()
     ]
 
 
-class Panel(NamedTuple):
+class _Panel(NamedTuple):
     axes: Axes
     measure: str
-    shown: list[Condition]
+    conditions: list[PlottedCondition]
 
 
-def _panels(figure: Figure, study: xr.Dataset) -> Iterator[Panel]:
-    """A panel for each map and measure, with the conditions to be drawn in it."""
-    shown = conditions(study)
-    maps = list(dict.fromkeys(condition.map_name for condition in shown))
+def _panels(figure: Figure, dataset: xr.Dataset) -> Iterator[_Panel]:
+    """Yield a panel for each map and measure, with the conditions to draw in it."""
+    conditions = plotted_conditions(dataset)
+    maps = list(dict.fromkeys(condition.map_name for condition in conditions))
     grid = figure.subplots(len(maps), len(COLUMNS), squeeze=False)
     for row, map_name in zip(grid, maps, strict=True):
-        for axes, (measure, title) in zip(row, COLUMNS.items(), strict=True):
-            axes.set_title(
-                f"Map {map_name}, {title}" if map_name else title.capitalize(),
-                loc="left",
-                fontweight="bold",
-            )
-            axes.set_ylabel("fitness (energy)" if "food_eaten" in study else "fitness")
-            yield Panel(
-                axes, measure, [condition for condition in shown if condition.map_name == map_name]
-            )
-            top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
+        on_map = [condition for condition in conditions if condition.map_name == map_name]
+        for axes, (measure, column) in zip(row, COLUMNS.items(), strict=True):
+            title = f"Map {map_name}, {column}" if map_name else column.capitalize()
+            axes.set_title(title, loc="left", fontweight="bold")
+            axes.set_ylabel("fitness (energy)" if "food_eaten" in dataset else "fitness")
+            yield _Panel(axes, measure, on_map)
+            top = _top(axes)
             axes.set_ylim(-0.025 * top, top)
 
 
-def _height(study: xr.Dataset) -> float:
-    maps = len({condition.map_name for condition in conditions(study)})
+def _top(axes: Axes) -> float:
+    """Return the upper limit of a panel, or 1 if all fitness is 0."""
+    return axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
+
+
+def _height(dataset: xr.Dataset) -> float:
+    maps = len({condition.map_name for condition in plotted_conditions(dataset)})
     return 0.5 + 2.5 * maps
 
 
 @styled
-def fitness_curves(study: xr.Dataset) -> Figure:
-    """Fitness by generation: the mean over runs, and the 95 % interval of that mean (Student's t) where there are two or more."""
-    figure = Figure((WIDTH, _height(study)))
-    tables = {measure: fitness.MEASURES[measure](study) for measure in COLUMNS}
-    for axes, measure, shown in _panels(figure, study):
-        for condition in shown:
-            _curve(axes, tables[measure].sel(condition=condition.name), condition)
+def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
+    """Draw fitness by generation: the mean over runs and its 95 % interval (Student's t).
+
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+
+    Returns
+    -------
+    Figure
+        A row per map, a column for best and mean fitness. A single run has no interval.
+    """
+    figure = Figure((WIDTH, _height(dataset)))
+    tables = {measure: fitness.MEASURES[measure](dataset) for measure in COLUMNS}
+    for axes, measure, on_map in _panels(figure, dataset):
+        for condition in on_map:
+            _draw_curve(axes, tables[measure].sel(condition=condition.name), condition.look)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
-    learners = {condition.learner: condition.look for condition in reversed(conditions(study))}
+    conditions = plotted_conditions(dataset)
+    learners = {condition.learner: condition.look for condition in reversed(conditions)}
     handles = [
         figure.axes[0].plot(
-            [], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner
+            [], [], color=look.color, ls=look.line, marker=look.marker, ms=4, label=learner
         )[0]
         for learner, look in reversed(learners.items())
     ]
@@ -94,87 +112,111 @@ def fitness_curves(study: xr.Dataset) -> Figure:
     return figure
 
 
-def _curve(axes: Axes, values: xr.DataArray, condition: Condition) -> None:
+def _draw_curve(axes: Axes, values: xr.DataArray, look: Series) -> None:
     average, low, high = interval_of_mean(values)
     generation = values["generation"].values
-    look = condition.look
-    every = max(1, len(generation) // 8)
-    axes.fill_between(generation, low, high, color=look.colour, alpha=0.18, lw=0)
+    axes.fill_between(generation, low, high, color=look.color, alpha=0.18, lw=0)
     axes.plot(
         generation,
         average,
-        color=look.colour,
+        color=look.color,
         ls=look.line,
         lw=1.5,
         marker=look.marker,
         ms=3.5,
-        markevery=every,
+        markevery=max(1, len(generation) // 8),
     )
 
 
 @styled
-def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int = 10) -> Figure:
-    """Fitness averaged over the last generations: a box (quartiles, whiskers to 1.5 times their distance), a point a run.
+def draw_fitness_boxes(
+    dataset: xr.Dataset, results: Sequence[ClaimResult], last: int = 10
+) -> Figure:
+    """Draw final fitness: a box per condition and a point per run.
 
-    Brackets join the conditions that the claims compare on a map, with the p corrected for all claims.
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+    results
+        Evaluated claims. Brackets join the conditions that they compare, with the p-value corrected
+        for all claims.
+    last
+        Number of final generations over which a run is averaged.
+
+    Returns
+    -------
+    Figure
+        A row per map, a column for best and mean fitness. Boxes show quartiles; whiskers reach to
+        the farthest run within 1.5 times the interquartile range.
     """
-    below = _learners(study)
-    upright = {
-        place: 0 if _fit(names) else LETTER * max(map(len, names)) for place, names in below.items()
+    labels = _labels_by_map(dataset)
+    label_height = {
+        map_name: 0 if _fit_horizontally(names) else LETTER * max(map(len, names))
+        for map_name, names in labels.items()
     }
-    figure = Figure((WIDTH, _height(study) + 0.4 + sum(upright.values())))
-    tables = {measure: fitness.final(study, measure, last) for measure in COLUMNS}
-    for axes, measure, shown in _panels(figure, study):
-        samples = [
-            tables[measure].sel(condition=condition.name).dropna("run").values
-            for condition in shown
-        ]
-        for number, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
+    figure = Figure((WIDTH, _height(dataset) + 0.4 + sum(label_height.values())))
+    tables = {measure: fitness.final(dataset, measure, last) for measure in COLUMNS}
+    for axes, measure, on_map in _panels(figure, dataset):
+        for number, condition in enumerate(on_map):
+            sample = tables[measure].sel(condition=condition.name).dropna("run").values
             if sample.size:
-                box(axes, number, sample, condition.look)
-        place = shown[0].map_name
+                draw_box(axes, number, sample, condition.look)
+        map_name = on_map[0].map_name
         axes.set_xticks(
-            range(len(shown)),
-            below[place] or [""] * len(shown),
-            rotation=90 if upright[place] else 0,
+            range(len(on_map)),
+            labels[map_name] or [""] * len(on_map),
+            rotation=90 if label_height[map_name] else 0,
         )
-        axes.set_xlim(-0.6, len(shown) - 0.4)
+        axes.set_xlim(-0.6, len(on_map) - 0.4)
         axes.grid(visible=False, axis="x")
-        _brackets(axes, [condition.name for condition in shown], _compared(results, measure))
+        names = [condition.name for condition in on_map]
+        _draw_brackets(axes, names, _findings(results, measure))
     return figure
 
 
-def _learners(study: xr.Dataset) -> dict[str, list[str]]:
-    """What stands below the panels of each map; below the last of many alone, where all show the same learners."""
-    found: dict[str, list[str]] = {}
-    for condition in conditions(study):
-        found.setdefault(condition.map_name, []).append(condition.learner)
-    *others, last = found
-    alike = not _fit(found[last]) and all(found[place] == found[last] for place in others)
-    return found | {place: [] for place in others} if alike else found
+def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
+    """Return the labels below the panels of each map.
+
+    If all maps have the same learners and the labels are vertical, only the last map has labels.
+    """
+    labels: dict[str, list[str]] = {}
+    for condition in plotted_conditions(dataset):
+        labels.setdefault(condition.map_name, []).append(condition.learner)
+    *upper_maps, last_map = labels
+    is_shared = all(labels[map_name] == labels[last_map] for map_name in upper_maps)
+    if is_shared and not _fit_horizontally(labels[last_map]):
+        return labels | {map_name: [] for map_name in upper_maps}
+    return labels
 
 
-def _fit(labels: Sequence[str]) -> bool:
-    """Whether they stand beside each other below a panel, each under its own place."""
-    widest = max((len(one) + len(other) for one, other in pairwise(labels)), default=0) / 2
-    return widest * len(labels) <= LETTERS
+def _fit_horizontally(labels: Sequence[str]) -> bool:
+    """Return whether labels fit next to each other below a panel."""
+    widest = max((len(left) + len(right) for left, right in pairwise(labels)), default=0) / 2
+    return widest * len(labels) <= MAX_LETTERS
 
 
-def box(axes: Axes, place: int, sample: np.ndarray, look: Series) -> None:
-    """A box, and a point a run."""
-    line = {"color": look.colour, "linewidth": 1.1}
+def draw_box(axes: Axes, position: int, sample: np.ndarray, look: Series) -> None:
+    """Draw a box plot, and a point per run."""
+    line = {"color": look.color, "linewidth": 1.1}
     axes.boxplot(
-        [sample], positions=[place], widths=0.55, showfliers=False, manage_ticks=False,
-        boxprops=line, whiskerprops=line, capprops=line, medianprops=line | {"linewidth": 2.2},
-    )  # fmt: skip
-    aside = 0.36 * (
-        np.arange(sample.size) * 0.618 % 1 - 0.5
-    )  # spread evenly, and the same each time
+        [sample],
+        positions=[position],
+        widths=0.55,
+        showfliers=False,
+        manage_ticks=False,
+        boxprops=line,
+        whiskerprops=line,
+        capprops=line,
+        medianprops=line | {"linewidth": 2.2},
+    )
+    # Multiples of the golden ratio spread the points evenly and reproducibly.
+    offsets = 0.36 * (np.arange(sample.size) * 0.618 % 1 - 0.5)
     axes.plot(
-        place + aside,
+        position + offsets,
         sample,
         look.marker,
-        color=look.colour,
+        color=look.color,
         ms=3.2,
         alpha=0.6,
         mew=0,
@@ -182,74 +224,76 @@ def box(axes: Axes, place: int, sample: np.ndarray, look: Series) -> None:
     )
 
 
-def _compared(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
-    return [
-        found
-        for result in results
-        for found in result.findings
-        if found.comparison.measure == measure
-    ]
+def _findings(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
+    findings = (finding for result in results for finding in result.findings)
+    return [finding for finding in findings if finding.comparison.measure == measure]
 
 
-def _brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
-    """Short brackets below, long ones above."""
-    places = [
-        (min(ends), max(ends), found.p_holm)
-        for found in findings
-        for ends in [
-            [
-                names.index(each)
-                for each in (found.comparison.a, found.comparison.b)
-                if each in names
-            ]
-        ]
-        if len(ends) == 2
-    ]
-    top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
-    if len(places) > MOST_BRACKETS:
-        _against_one(axes, places, top)
+class _Bracket(NamedTuple):
+    """The p-value of two conditions, by their positions in a panel."""
+
+    left: int
+    right: int
+    p: float
+
+    @property
+    def color(self) -> str:
+        """Black if the difference is significant."""
+        return BLACK if self.p < SIGNIFICANT else GRAY
+
+
+def _brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
+    brackets = []
+    for finding in findings:
+        compared = (finding.comparison.a, finding.comparison.b)
+        positions = [names.index(name) for name in compared if name in names]
+        if len(positions) == 2:
+            brackets.append(_Bracket(min(positions), max(positions), finding.p_holm))
+    return brackets
+
+
+def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
+    """Draw brackets above the boxes, short ones below long ones."""
+    brackets = _brackets(names, findings)
+    top = _top(axes)
+    if len(brackets) > MAX_BRACKETS:
+        _draw_against_baseline(axes, brackets, top)
         return
-    for level, (left, right, p) in enumerate(
-        sorted(places, key=lambda place: (place[1] - place[0], place[0]))
-    ):
+    ordered = sorted(brackets, key=lambda bracket: (bracket.right - bracket.left, bracket.left))
+    for level, bracket in enumerate(ordered):
         height = top * (1.06 + 0.13 * level)
         foot = height - 0.02 * top
-        axes.plot(
-            [left + 0.04, left + 0.04, right - 0.04, right - 0.04],
-            [foot, height, height, foot],
-            color=BLACK,
-            lw=0.8,
-        )
-        colour = BLACK if p < SIGNIFICANT else GREY
+        left = bracket.left + 0.04
+        right = bracket.right - 0.04
+        x = [left, left, right, right]
+        axes.plot(x, [foot, height, height, foot], color=BLACK, lw=0.8)
         axes.text(
-            (left + right) / 2,
+            (bracket.left + bracket.right) / 2,
             height + 0.01 * top,
-            p_label(p),
+            format_p(bracket.p),
             ha="center",
             va="bottom",
-            color=colour,
+            color=bracket.color,
         )
-    if places:
-        axes.set_ylim(top=top * (1.1 + 0.13 * len(places)))
+    if brackets:
+        axes.set_ylim(top=top * (1.1 + 0.13 * len(brackets)))
 
 
-def _against_one(axes: Axes, places: list[tuple[int, int, float]], top: float) -> None:
-    """Over each box how it stands to the one that all are held against; where there is none such, the tables tell."""
-    for one in set.intersection(*({left, right} for left, right, _ in places)):
-        axes.text(one, 1.03 * top, "against", rotation=90, ha="center", va="bottom")
-        for left, right, p in places:
-            colour = BLACK if p < SIGNIFICANT else GREY
-            axes.text(
-                left + right - one,
-                1.03 * top,
-                p_label(p),
-                rotation=90,
-                ha="center",
-                va="bottom",
-                color=colour,
-            )
+def _draw_against_baseline(axes: Axes, brackets: list[_Bracket], top: float) -> None:
+    """Write each p-value above its box, if all comparisons share a condition."""
+    pairs = ({bracket.left, bracket.right} for bracket in brackets)
+    vertical = {"rotation": 90, "ha": "center", "va": "bottom"}
+    for baseline in set.intersection(*pairs):
+        axes.text(baseline, 1.03 * top, "against", **vertical)
+        for bracket in brackets:
+            position = bracket.left + bracket.right - baseline
+            label = format_p(bracket.p)
+            axes.text(position, 1.03 * top, label, **vertical, color=bracket.color)
         axes.set_ylim(top=1.7 * top)
 
 
-def p_label(p: float) -> str:
-    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}" if p < 0.995 else "p = 1"
+def format_p(p: float) -> str:
+    """Return a p-value as text, such as "p = 0.013"."""
+    if p < 0.001:
+        return "p < 0.001"
+    return f"p = {p:.2g}" if p < 0.995 else "p = 1"

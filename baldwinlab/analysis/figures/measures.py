@@ -1,4 +1,4 @@
-"""What models without a world on a plane have to show: shares, two clocks, measures of their own, and how long runs survive."""
+"""Draw the results of models without a map: shares, evaluations, measures, and survival."""
 
 from __future__ import annotations
 
@@ -13,126 +13,160 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.figures.fitness import box, conditions
+from baldwinlab.analysis.figures.fitness import draw_box, plotted_conditions
 from baldwinlab.analysis.figures.style import WIDTH, series, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
 
 COLUMNS = 3
-HEIGHT = 2.2  # inches, of a panel
+# Inches, of a panel.
+HEIGHT = 2.2
 
 
-class Measured(NamedTuple):
-    """What a measure of a model's own comes to."""
+class MeasureValues(NamedTuple):
+    """The values of a measure that a model declares.
+
+    Attributes
+    ----------
+    name, meaning : str
+        The measure, and its meaning in words.
+    values : mapping
+        By condition, one value per run. A run without a value is missing.
+    """
 
     name: str
     meaning: str
-    of: Mapping[
-        str, npt.NDArray[np.float64]
-    ]  # by condition, a value a run; of runs that have none, nothing
+    values: Mapping[str, npt.NDArray[np.float64]]
 
 
 @styled
-def shares(found: xr.Dataset) -> Figure:
-    """Shares (condition, run, generation) by generation, each a variable by its name: a panel a condition.
+def draw_shares(shares: xr.Dataset) -> Figure:
+    """Draw shares by generation: the mean over runs and its 95 % interval (Student's t).
 
-    The mean over runs, and its 95 % interval (Student's t) where there are two or more.
+    Parameters
+    ----------
+    shares
+        A variable for each share, 0 to 1, as (condition, run, generation).
+
+    Returns
+    -------
+    Figure
+        A panel per condition.
     """
-    shown = conditions(found)
-    rows, columns = math.ceil(len(shown) / COLUMNS), min(COLUMNS, len(shown))
+    conditions = plotted_conditions(shares)
+    rows = math.ceil(len(conditions) / COLUMNS)
     figure = Figure((WIDTH, rows * HEIGHT + 0.5))
-    panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for axes in panels.flat[len(shown) :]:
+    panels = figure.subplots(rows, min(COLUMNS, len(conditions)), squeeze=False, sharey=True)
+    for axes in panels.flat[len(conditions) :]:
         axes.remove()
-    for axes, condition in zip(panels.flat, shown, strict=False):
+    generation = shares["generation"]
+    for axes, condition in zip(panels.flat, conditions, strict=False):
         axes.set_title(condition.name, loc="left", fontweight="bold")
-        for number, (name, share) in enumerate(found.items()):
+        for number, (name, share) in enumerate(shares.items()):
             average, low, high = interval_of_mean(share.sel(condition=condition.name))
             look = series(number)
-            axes.fill_between(found["generation"], low, high, color=look.colour, alpha=0.18, lw=0)
-            axes.plot(
-                found["generation"],
-                average,
-                color=look.colour,
-                ls=look.line,
-                lw=1.5,
-                label=str(name),
-            )
+            axes.fill_between(generation, low, high, color=look.color, alpha=0.18, lw=0)
+            label = str(name)
+            axes.plot(generation, average, color=look.color, ls=look.line, lw=1.5, label=label)
         axes.set_ylim(-0.025, 1.025)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     for row in panels:
         row[0].set_ylabel("share")
-    figure.legend(
-        *panels[0, 0].get_legend_handles_labels(),
-        loc="outside upper center",
-        ncols=min(len(found), 4),
-    )
+    legend = panels[0, 0].get_legend_handles_labels()
+    figure.legend(*legend, loc="outside upper center", ncols=min(len(shares), 4))
     return figure
 
 
 @styled
-def clocks(study: xr.Dataset, used: str) -> Figure:
-    """Fitness of the average agent on two clocks: by generation, and by how often the worlds of a run were asked until then.
+def draw_clocks(dataset: xr.Dataset, evaluations: str) -> Figure:
+    """Draw mean fitness by generation and by the number of evaluations, averaged over runs.
 
-    `used` is the variable that counts how often an agent asked. Means over runs.
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+    evaluations
+        The variable that counts the evaluations of an agent.
+
+    Returns
+    -------
+    Figure
+        Two panels.
     """
     figure = Figure((WIDTH, 2.9))
-    by_generation, by_use = figure.subplots(1, 2, sharey=True)
-    for condition in conditions(study):
-        run = study.sel(condition=condition.name)
-        average, asked = (
-            fitness.mean(run).mean("run"),
-            run[used].sum("agent", min_count=1).cumsum("generation").mean("run"),
-        )
+    by_generation, by_evaluation = figure.subplots(1, 2, sharey=True)
+    for condition in plotted_conditions(dataset):
+        runs = dataset.sel(condition=condition.name)
+        average = fitness.mean(runs).mean("run")
+        per_generation = runs[evaluations].sum("agent", min_count=1)
+        total = per_generation.cumsum("generation").mean("run")
         look = condition.look
         line = {
-            "color": look.colour,
+            "color": look.color,
             "ls": look.line,
             "lw": 1.5,
             "marker": look.marker,
             "ms": 3.5,
             "markevery": 8,
         }
-        by_generation.plot(study["generation"], average, label=condition.name, **line)
-        by_use.plot(asked.where(average.notnull()), average, **line)
-    by_use.set_xscale("log")
+        by_generation.plot(dataset["generation"], average, label=condition.name, **line)
+        by_evaluation.plot(total.where(average.notnull()), average, **line)
+    by_evaluation.set_xscale("log")
     by_generation.set(xlabel="generation", ylabel="fitness, average agent")
-    by_use.set_xlabel("evaluations by all agents of a run until then")
+    by_evaluation.set_xlabel("evaluations by all agents of a run until then")
     figure.legend(*by_generation.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
 
 @styled
-def measures(study: xr.Dataset, found: Sequence[Measured]) -> Figure:
-    """A panel a measure: a box for each condition, those of a map side by side, and a point a run."""
-    shown = conditions(study)
-    maps, learners = (
-        list(dict.fromkeys(getattr(one, factor) for one in shown))
-        for factor in ("map_name", "learner")
-    )
-    places = {
-        one.name: maps.index(one.map_name) * (len(learners) + 1) + learners.index(one.learner)
-        for one in shown
+def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Figure:
+    """Draw measures: a panel each, with a box per condition and a point per run.
+
+    Parameters
+    ----------
+    dataset
+        Runs, for the names and factors of the conditions.
+    measures
+        The measures, at least one.
+
+    Returns
+    -------
+    Figure
+        A panel per measure. The conditions of a map are next to each other.
+    """
+    conditions = plotted_conditions(dataset)
+    maps = list(dict.fromkeys(condition.map_name for condition in conditions))
+    learners = list(dict.fromkeys(condition.learner for condition in conditions))
+    positions = {
+        condition.name: maps.index(condition.map_name) * (len(learners) + 1)
+        + learners.index(condition.learner)
+        for condition in conditions
     }
-    middles = [
-        np.mean([places[one.name] for one in shown if one.map_name == name]) for name in maps
-    ]
-    figure = Figure((WIDTH, 0.5 + 2.6 * len(found)))
-    for axes, measured in zip(figure.subplots(len(found), squeeze=False).flat, found, strict=True):
-        for one in shown:
-            if measured.of[one.name].size:
-                box(axes, places[one.name], measured.of[one.name], one.look)
-        axes.set_title(
-            measured.meaning[0].upper() + measured.meaning[1:], loc="left", fontweight="bold"
-        )
-        axes.set_xticks(*((middles, maps) if maps != [""] else (list(places.values()), learners)))
-        axes.set_xlim(-0.8, max(places.values()) + 0.8)
+    if maps == [""]:
+        ticks = (list(positions.values()), learners)
+    else:
+        centers = [
+            np.mean([positions[item.name] for item in conditions if item.map_name == name])
+            for name in maps
+        ]
+        ticks = (centers, maps)
+    figure = Figure((WIDTH, 0.5 + 2.6 * len(measures)))
+    panels = figure.subplots(len(measures), squeeze=False).flat
+    for axes, measure in zip(panels, measures, strict=True):
+        for condition in conditions:
+            values = measure.values[condition.name]
+            if values.size:
+                draw_box(axes, positions[condition.name], values, condition.look)
+        title = measure.meaning[0].upper() + measure.meaning[1:]
+        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set_xticks(*ticks)
+        axes.set_xlim(-0.8, max(positions.values()) + 0.8)
         axes.grid(visible=False, axis="x")
     if maps != [""] and len(learners) > 1:
-        looks = {one.learner: one.look for one in shown}
+        looks = {condition.learner: condition.look for condition in conditions}
         handles = [
-            Line2D([], [], color=looks[name].colour, marker=looks[name].marker, ms=4, label=name)
+            Line2D([], [], color=looks[name].color, marker=looks[name].marker, ms=4, label=name)
             for name in learners
         ]
         figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
@@ -140,22 +174,34 @@ def measures(study: xr.Dataset, found: Sequence[Measured]) -> Figure:
 
 
 @styled
-def survival(study: xr.Dataset) -> Figure:
-    """The share of runs that survive, by time: of models whose fitness is how long a run's average agent lives."""
+def draw_survival(dataset: xr.Dataset) -> Figure:
+    """Draw the share of surviving runs by time, for models whose fitness is a survival time.
+
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent); `energy` is the survival time.
+
+    Returns
+    -------
+    Figure
+        One panel, with a logarithmic time axis.
+    """
     figure = Figure((WIDTH, 3.1))
     axes = figure.subplots()
-    lasted = fitness.final(study, "mean", 1)
-    first = max(1.0, 0.9 * float(lasted.min()))
-    for condition in conditions(study):
-        times = np.sort(lasted.sel(condition=condition.name).dropna("run").values)
-        left = 1 - np.arange(1, times.size + 1) / max(1, times.size)
-        left[times == float(lasted.max())] = np.nan  # who lives still at the end is not seen to die
+    lifetimes = fitness.final(dataset, "mean", 1)
+    start = max(1.0, 0.9 * float(lifetimes.min()))
+    for condition in plotted_conditions(dataset):
+        times = np.sort(lifetimes.sel(condition=condition.name).dropna("run").values)
+        alive = 1 - np.arange(1, times.size + 1) / max(1, times.size)
+        # A run that survives to the end of the simulation has no death to draw.
+        alive[times == float(lifetimes.max())] = np.nan
         look = condition.look
         axes.step(
-            [first, *times],
-            [1.0, *left],
+            [start, *times],
+            [1.0, *alive],
             where="post",
-            color=look.colour,
+            color=look.color,
             ls=look.line,
             lw=1.5,
             label=condition.name,
@@ -163,7 +209,7 @@ def survival(study: xr.Dataset) -> Figure:
     axes.set(
         xscale="log",
         ylim=(-0.025, 1.025),
-        xlabel=str(study["energy"].attrs.get("long_name", "time")),
+        xlabel=str(dataset["energy"].attrs.get("long_name", "time")),
         ylabel="share of runs that survive",
     )
     figure.legend(loc="outside upper center", ncols=5)

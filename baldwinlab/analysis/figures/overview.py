@@ -1,4 +1,4 @@
-"""Who forages where, at a glance: a row for each learner, a column for each map."""
+"""Draw final fitness as a table: a row for each learner, a column for each map."""
 
 from __future__ import annotations
 
@@ -12,110 +12,137 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.claims import ClaimResult
-from baldwinlab.analysis.figures.fitness import Condition, conditions
+from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import BLUE, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 
 MARKS = {1: " ▲", -1: " ▼", 0: ""}
-DARK = 0.6  # share of the best from which on words are white
-COLUMN, LETTER = (
-    0.75,
-    0.08,
-)  # inches: as narrow as can be read, so that a phone shows all maps beside each other
+# Share of the best value above which text is white.
+DARK = 0.6
+# Inches: width of a column and of a letter. Narrow columns let a phone show all maps.
+COLUMN = 0.75
+LETTER = 0.08
 
 
-class Standing(NamedTuple):
-    """How a condition came out; fields are columns of the figure's table."""
+class OverviewCell(NamedTuple):
+    """The result of a condition. The fields are the columns of the figure's table.
+
+    Attributes
+    ----------
+    condition, learner, map : str
+        The condition and its factors.
+    median : float
+        Median over runs of the plotted value.
+    verdict : str
+        Verdict of the claim about the condition, or an empty string.
+    direction : int
+        1 if the value is significantly greater, -1 if it is lower, else 0.
+    """
 
     condition: str
     learner: str
     map: str
-    median: float  # over runs, of what is shown
-    verdict: str  # of what is asked of it; empty where nothing is
-    direction: int  # 1 where it is established to be the greater, -1 where the lower, else 0
+    median: float
+    verdict: str
+    direction: int
 
 
-def standings(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> list[Standing]:
-    """Of each condition that was lived, in the study's order: the average agent's fitness over the last `last` generations.
+def overview_cells(
+    dataset: xr.Dataset, results: Sequence[ClaimResult], last: int
+) -> list[OverviewCell]:
+    """Return the final mean fitness of each condition that has runs.
 
-    Asked is whether it is greater than that of another condition on its map, where a claim says so.
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+    results
+        Evaluated claims. A cell has the verdict of the claim that its mean fitness is greater than
+        that of another condition on the same map.
+    last
+        Number of final generations over which a run is averaged.
+
+    Returns
+    -------
+    list of OverviewCell
+        The cells, in the order of the study.
     """
-    medians, shown = fitness.final(study, "mean", last).median("run"), conditions(study)
-    maps = {one.name: one.map_name for one in shown}
-    verdicts = {
-        found.comparison.a: found.verdict
-        for result in results
-        for found in result.findings
-        if (found.comparison.rule, found.comparison.measure) == ("greater", "mean")
-        and maps.get(found.comparison.a) == maps.get(found.comparison.b or "")
-    }
-
-    def standing(one: Condition) -> Standing:
-        verdict = verdicts.get(one.name, "")
-        direction = 1 if verdict == HOLDS else -1 if verdict == FAILS else 0
-        return Standing(
-            one.name,
-            one.learner,
-            one.map_name,
-            float(medians.sel(condition=one.name)),
-            verdict,
-            direction,
+    medians = fitness.final(dataset, "mean", last).median("run")
+    conditions = plotted_conditions(dataset)
+    verdicts = _verdicts(results, {cell.name: cell.map_name for cell in conditions})
+    cells = []
+    for condition in conditions:
+        verdict = verdicts.get(condition.name, "")
+        cell = OverviewCell(
+            condition=condition.name,
+            learner=condition.learner,
+            map=condition.map_name,
+            median=float(medians.sel(condition=condition.name)),
+            verdict=verdict,
+            direction={HOLDS: 1, FAILS: -1}.get(verdict, 0),
         )
+        if np.isfinite(cell.median):
+            cells.append(cell)
+    return cells
 
-    return [one for one in map(standing, shown) if np.isfinite(one.median)]
+
+def _verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, str]:
+    """Return the verdict on "greater" mean fitness of conditions, compared on their map."""
+    verdicts: dict[str, str] = {}
+    for finding in (finding for result in results for finding in result.findings):
+        comparison = finding.comparison
+        is_on_map = maps.get(comparison.a) == maps.get(comparison.b or "")
+        if (comparison.rule, comparison.measure) == ("greater", "mean") and is_on_map:
+            verdicts[comparison.a] = finding.verdict
+    return verdicts
 
 
 @styled
-def overview(panels: Mapping[str, Sequence[Standing]]) -> Figure:
-    """One below the other, by their titles: the median in each cell; the darker, the nearer to the best on that map.
+def draw_overview(panels: Mapping[str, Sequence[OverviewCell]]) -> Figure:
+    """Draw tables of medians, one below another.
 
-    A triangle stands where it is established that this is greater or lower than what it is held against.
+    Parameters
+    ----------
+    panels
+        The cells of each table, by its title.
+
+    Returns
+    -------
+    Figure
+        Each cell has the median and a triangle if the difference is significant. A darker cell is
+        nearer to the best value on its map.
     """
-    rows = [len({one.learner for one in found}) for found in panels.values()]
-    columns = max(len({one.map for one in found}) for found in panels.values())
-    names = LETTER * max(
-        (len(one.learner) for found in panels.values() for one in found), default=0
-    )
-    cells = max(COLUMN * columns, *(LETTER * len(title) for title in panels))
-    figure = Figure((0.3 + names + cells, 0.7 * len(panels) + 0.3 * sum(rows)))
+    rows = [len({cell.learner for cell in cells}) for cells in panels.values()]
+    columns = max(len({cell.map for cell in cells}) for cells in panels.values())
+    all_cells = [cell for cells in panels.values() for cell in cells]
+    names = LETTER * max((len(cell.learner) for cell in all_cells), default=0)
+    width = max(COLUMN * columns, *(LETTER * len(title) for title in panels))
+    figure = Figure((0.3 + names + width, 0.7 * len(panels) + 0.3 * sum(rows)))
     grid = figure.subplots(len(panels), squeeze=False, height_ratios=rows)
-    for axes, (title, found) in zip(grid.flat, panels.items(), strict=True):
-        _panel(axes, found)
+    for axes, (title, cells) in zip(grid.flat, panels.items(), strict=True):
+        _draw_table(axes, cells)
         if title:
             axes.set_title(title, loc="left", fontweight="bold")
     return figure
 
 
-def _panel(axes: Axes, found: Sequence[Standing]) -> None:
-    learners, maps = (
-        list(dict.fromkeys(one.learner for one in found)),
-        list(dict.fromkeys(one.map for one in found)),
-    )
-    best = {
-        place: max([one.median for one in found if one.map == place], default=0) for place in maps
-    }
+def _draw_table(axes: Axes, cells: Sequence[OverviewCell]) -> None:
+    learners = list(dict.fromkeys(cell.learner for cell in cells))
+    maps = list(dict.fromkeys(cell.map for cell in cells))
+    best = {name: max(cell.median for cell in cells if cell.map == name) for name in maps}
     shares = np.full((len(learners), len(maps)), np.nan)
-    for one in found:
-        row, column = learners.index(one.learner), maps.index(one.map)
-        shares[row, column] = max(one.median, 0) / best[one.map] if best[one.map] > 0 else 0
-        colour = "white" if shares[row, column] > DARK else "black"
-        axes.text(
-            column,
-            row,
-            f"{round(one.median)}{MARKS[one.direction]}",
-            ha="center",
-            va="center",
-            color=colour,
-        )
-    axes.imshow(
-        shares,
-        aspect="auto",
-        vmin=0,
-        vmax=1,
-        cmap=LinearSegmentedColormap.from_list("to blue", ["white", BLUE]),
-    )
-    axes.set_xticks(range(len(maps)), [f"Map {place}" if place else "" for place in maps])
+    for cell in cells:
+        row = learners.index(cell.learner)
+        column = maps.index(cell.map)
+        highest = best[cell.map]
+        shares[row, column] = max(cell.median, 0) / highest if highest > 0 else 0
+        text = f"{round(cell.median)}{MARKS[cell.direction]}"
+        color = "white" if shares[row, column] > DARK else "black"
+        axes.text(column, row, text, ha="center", va="center", color=color)
+    white_to_blue = LinearSegmentedColormap.from_list("to blue", ["white", BLUE])
+    axes.imshow(shares, aspect="auto", vmin=0, vmax=1, cmap=white_to_blue)
+    axes.set_xticks(range(len(maps)), [f"Map {name}" if name else "" for name in maps])
     axes.set_yticks(range(len(learners)), learners)
     axes.xaxis.tick_top()
     axes.tick_params(length=0)

@@ -23,7 +23,7 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
     "#000000",
 )
 BROWN, PLUM = "#8c6239", "#9b2f76"
-GREY, DARK_GREY, MID_GREY, PALE = "#666666", "#444444", "#999999", "#e4e4e4"
+GRAY, DARK_GRAY, MID_GRAY, PALE = "#666666", "#444444", "#999999", "#e4e4e4"
 
 SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)  # of conditions, in print
 SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")  # black does not show on a dark page
@@ -31,10 +31,10 @@ LIVES: Final = {
     "on": BLACK,
     "off": PURPLE,
     "frozen": SKY,
-    "drift": MID_GREY,
+    "drift": MID_GRAY,
 }  # of the same newborns
 NEWBORNS: Final = (
-    MID_GREY,
+    MID_GRAY,
     "#c8a57a",
     BROWN,
     "#4a3016",
@@ -49,7 +49,7 @@ NAMED: Final[Mapping[str, tuple[str, str]]] = {
     "orange": (ORANGE, "#f0b429"),
     "sky": (SKY, "#8ccbf0"),
     "black": (BLACK, "#e7edf3"),
-    "grey": (GREY, "#9aa8b6"),
+    "grey": (GRAY, "#9aa8b6"),
 }
 
 # By what they are for: on the page of the lab ...
@@ -107,7 +107,7 @@ MOVIE: Final[Mapping[str, str]] = {
     "trail": "#9cc3e0",
     "meal": "#8ac0b0",
     "line": "#c3cbd5",
-    "text": DARK_GREY,
+    "text": DARK_GRAY,
 }
 
 # ... and in a report: on a light screen, on a dark one, and on paper.

@@ -1,7 +1,7 @@
-"""How all figures look, and how they are kept.
+"""The style of all figures, and how they are saved.
 
-Colours are those of `baldwinlab.analysis.figures.palette`; conditions differ in line and marker too, so that they survive a print in grey. Sizes
-are those of a page: 7.2 inches wide, no text below 8 points.
+Colors are those of `baldwinlab.analysis.figures.palette`. Conditions also differ in line and marker, so that they
+can be distinguished in a gray print. Figures are 7.2 inches wide, and no text is smaller than 8 points.
 """
 
 from __future__ import annotations
@@ -21,19 +21,20 @@ from baldwinlab.analysis.figures.palette import (
     BLACK,
     BLUE,
     BROWN,
-    DARK_GREY,
+    DARK_GRAY,
+    GRAY,
     GREEN,
-    GREY,
     ORANGE,
     PALE,
     SERIES,
 )
 from baldwinlab.core.files import write_atomically
 
-__all__ = ["BLACK", "BLUE", "BROWN", "DARK_GREY", "GREEN", "GREY", "ORANGE", "PALE"]
+__all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PALE"]
 
 WIDTH = 7.2  # inches
-LINES, MARKERS = ("-", "--", "-.", ":"), ("o", "s", "^", "D", "v", "P", "X")
+LINES = ("-", "--", "-.", ":")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 SETTINGS: dict[str, Any] = {
     "axes.grid": True,
@@ -42,68 +43,92 @@ SETTINGS: dict[str, Any] = {
     "axes.spines.top": False,
     "axes.titlesize": 9,
     "figure.constrained_layout.use": True,
-    "font.family": "DejaVu Sans",  # comes with Matplotlib: the same shapes everywhere
+    # Matplotlib contains this font, so text has the same shapes on every machine.
+    "font.family": "DejaVu Sans",
     "font.size": 8.5,
     "grid.color": PALE,
     "grid.linewidth": 0.6,
     "legend.frameon": False,
     "svg.fonttype": "path",
-    "svg.hashsalt": "baldwinlab",  # without it, identifiers in the SVG are drawn by lot
+    # Without it, identifiers in the SVG are random.
+    "svg.hashsalt": "baldwinlab",
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
 }
 
-_settings = RLock()  # Matplotlib's settings belong to the whole process
+# Matplotlib has one set of settings per process.
+_settings_lock = RLock()
 
-Given = ParamSpec("Given")
-Made = TypeVar("Made")
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
 
 
-def styled(draw: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Draw with the settings of this house, whatever the process has set; one thread at a time."""
+def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """Draw with `SETTINGS`, whatever the process has set; one thread at a time."""
 
     @wraps(draw)
-    def in_style(*args: Given.args, **kwargs: Given.kwargs) -> Made:
-        with _settings, style.context(SETTINGS, after_reset=True):
+    def draw_styled(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        with _settings_lock, style.context(SETTINGS, after_reset=True):
             return draw(*args, **kwargs)
 
-    return in_style
+    return draw_styled
 
 
 class Series(NamedTuple):
-    """How a condition is drawn."""
+    """The color, line and marker of a condition."""
 
-    colour: str
+    color: str
     line: str
     marker: str
 
 
 def series(number: int) -> Series:
-    """The look of the `number`-th condition; the first 28 differ."""
-    return Series(SERIES[number % 7], LINES[(number % 7 + number // 7) % 4], MARKERS[number % 7])
+    """Return the appearance of a condition by its number; the first 28 differ."""
+    line = LINES[(number % 7 + number // 7) % 4]
+    return Series(SERIES[number % 7], line, MARKERS[number % 7])
 
 
 @styled
-def svg(figure: Figure) -> bytes:
-    """The same bytes each time for the same figure and version of Matplotlib."""
+def to_svg(figure: Figure) -> bytes:
+    """Render a figure as SVG, deterministically for a version of Matplotlib."""
     page = io.BytesIO()
     figure.savefig(page, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
     return page.getvalue()
 
 
 @styled
-def _png(figure: Figure) -> bytes:
-    """As laid out already: to find a place for everything takes longer than to draw it."""
+def _to_png(figure: Figure) -> bytes:
     page = io.BytesIO()
+    # The layout of the SVG is used again, because computing it takes longer than drawing.
     figure.set_layout_engine("none")
     figure.set_dpi(200)
     FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 
-def save(figure: Figure, folder: Path, name: str) -> bytes:
-    """Write `name`.svg and `name`.png, each whole or not at all, and return the SVG. Raises OSError."""
-    drawing = svg(figure)
+def save_figure(figure: Figure, folder: Path, name: str) -> bytes:
+    """Write a figure as SVG and PNG.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    folder
+        The folder of the files, which are written atomically.
+    name
+        The name of the files without a suffix.
+
+    Returns
+    -------
+    bytes
+        The SVG.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    drawing = to_svg(figure)
     write_atomically(folder / f"{name}.svg", drawing)
-    write_atomically(folder / f"{name}.png", _png(figure))
+    write_atomically(folder / f"{name}.png", _to_png(figure))
     return drawing

@@ -1,8 +1,9 @@
-"""The world as the agents find it, to scale: the maps, and what an agent senses. y points down, as on a screen.
+"""Draw maps and the senses of agents to scale. y increases downward, as on a screen.
 
-What is drawn beside the map's edges and the place of birth is what the parts declare, the *look* that traces carry as their
-attribute; where it is not known, because parts are not here, the experiment's own food. Source: the paper, "The Simulated World
-of Foods and Agents".
+Besides edges and the birth disc, a map shows what the parts declare: their *look*, which traces
+store as an attribute. If the parts are not installed, it shows the food of the experiment.
+
+Source: N. Le (2019), "The Simulated World of Foods and Agents".
 """
 
 from __future__ import annotations
@@ -19,31 +20,48 @@ from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
 
 from baldwinlab.analysis.figures.palette import shade
-from baldwinlab.analysis.figures.style import BLACK, BLUE, GREY, ORANGE, PALE, WIDTH, styled
+from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, ORANGE, PALE, WIDTH, styled
 from baldwinlab.experiment import FoodRegion, World
 
-BODY = 10.0  # side of an agent and of an item, units of length
-NARROW = 10  # degrees
-EXAMPLE = 1906  # seed of the places shown
-HALO = [withStroke(linewidth=2, foreground="white")]  # of a text that lies on items
+# Side of an agent and of an item, in map units.
+BODY = 10.0
+# Degrees: edges of narrower sectors have no label, because there is no space.
+NARROW = 10
+# Seed of the example positions.
+EXAMPLE_SEED = 1906
+# A white outline makes text readable on items.
+HALO = [withStroke(linewidth=2, foreground="white")]
 
-Look = Mapping[str, Any]  # `models.miniworld.look.Look` as plain data
+Look = Mapping[str, Any]
+"""`models.miniworld.look.Look` as plain data."""
 
 
 @styled
-def world_maps(
+def draw_world_maps(
     worlds: Mapping[str, World], agents: int, looks: Mapping[str, Look] = MappingProxyType({})
 ) -> Figure:
-    """Each world by its title: where `agents` are born, where items lie, and an example of both. Bodies are to scale.
+    """Draw maps with the birth disc, the regions of items, and an example of agents and items.
 
-    `looks` are those of the worlds, by title, as far as they are known.
+    Parameters
+    ----------
+    worlds
+        The worlds, by title.
+    agents
+        The number of agents to draw.
+    looks
+        The looks of the worlds, by title. A world without a look shows its food.
+
+    Returns
+    -------
+    Figure
+        Up to three maps in a row, to scale.
     """
     columns = min(len(worlds), 3)
     rows = -(-len(worlds) // columns)
     figure = Figure((min(WIDTH, 3.6 * columns), rows * (3.5 if columns < 3 else 2.5)))
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes, (title, world) in zip(grid.flat, worlds.items(), strict=False):
-        _map(axes, world, agents, looks.get(title) or look_of_food(world))
+        _draw_map(axes, world, agents, looks.get(title) or look_of_food(world))
         axes.set_title(title, loc="left", fontweight="bold")
     for axes in grid.flat[len(worlds) :]:
         axes.set_visible(False)
@@ -51,25 +69,60 @@ def world_maps(
 
 
 def look_of_food(world: World) -> Look:
-    """What can be said of a world's look without asking parts: its food."""
-    marks = [_mark(region) for region in world.food]
+    """Return the look of a world without its parts: the regions of food."""
+    kinds = [{"name": "food", "colour": "green", "number": region.count} for region in world.food]
+    return {"marks": [_food_mark(region) for region in world.food], "item_kinds": kinds}
+
+
+def _food_mark(region: FoodRegion) -> dict[str, Any]:
+    left, right = region.x
+    top, bottom = region.y
     return {
-        "marks": marks,
-        "item_kinds": [
-            {"name": "food", "colour": "green", "number": region.count} for region in world.food
-        ],
+        "kind": "rectangle",
+        "x": left,
+        "y": top,
+        "width": right - left,
+        "height": bottom - top,
+        "colour": "green",
+        "label": "food",
+        "solid": False,
     }
 
 
-def _mark(region: FoodRegion) -> dict[str, Any]:
-    (left, right), (top, bottom) = region.x, region.y
-    place = {"x": left, "y": top, "width": right - left, "height": bottom - top}
-    return {"kind": "rectangle", **place, "colour": "green", "label": "food", "solid": False}
+def _draw_map(axes: Axes, world: World, agents: int, look: Look) -> None:
+    generator = np.random.default_rng(EXAMPLE_SEED)
+    draw_empty_map(axes, world, look)
+    _draw_agents(axes, world, agents, generator)
+    # Regions that overlap have one common label.
+    labels: dict[tuple[float, float, float], list[str]] = {}
+    for region, kind in zip(_regions(look), look["item_kinds"], strict=True):
+        left = region["x"]
+        top = region["y"]
+        right = left + region["width"]
+        bottom = top + region["height"]
+        count = kind["number"]
+        x = generator.uniform(left, right, count)
+        y = generator.uniform(top, bottom, count)
+        _draw_squares(axes, x, y, shade(kind["colour"]))
+        noun = f"of {kind['name']}"
+        if kind["name"] == "food":
+            noun = "item" if count == 1 else "items"
+        labels.setdefault((left, right, top - 8), []).append(f"{count} {noun}")
+    for (left, right, height), texts in labels.items():
+        center = (left + right) / 2
+        # In the right half, a label ends at the edge of its region, so that it fits on the map.
+        is_right = center > world.width / 2
+        axes.annotate(
+            ", ".join(texts),
+            (right if is_right else center, height),
+            ha="right" if is_right else "center",
+            va="bottom",
+            path_effects=HALO,
+        )
 
 
-def _map(axes: Axes, world: World, agents: int, look: Look) -> None:
-    generator = np.random.default_rng(EXAMPLE)
-    lay_out(axes, world, look)
+def _draw_agents(axes: Axes, world: World, agents: int, generator: np.random.Generator) -> None:
+    """Draw example agents in the birth disc, with a line in the direction of their heading."""
     start = world.start
     axes.annotate(
         "born here,\nheading right",
@@ -78,181 +131,128 @@ def _map(axes: Axes, world: World, agents: int, look: Look) -> None:
         va="top",
         path_effects=HALO,
     )
-    angle, distance = (
-        generator.uniform(0, 2 * np.pi, agents),
-        start.radius * np.sqrt(generator.uniform(size=agents)),
-    )
-    x, y = start.x + distance * np.cos(angle), start.y + distance * np.sin(angle)
-    _squares(axes, x, y, BLUE)
+    angle = generator.uniform(0, 2 * np.pi, agents)
+    distance = start.radius * np.sqrt(generator.uniform(size=agents))
+    x = start.x + distance * np.cos(angle)
+    y = start.y + distance * np.sin(angle)
+    _draw_squares(axes, x, y, BLUE)
     axes.hlines(y, x, x + 1.2 * BODY, color=BLACK, lw=0.9)
-    labels: dict[
-        tuple[float, float, float], list[str]
-    ] = {}  # regions that lie on each other are labelled together
-    for region, kind in zip(_regions(look), look["item_kinds"], strict=True):
-        right, bottom, count = (
-            region["x"] + region["width"],
-            region["y"] + region["height"],
-            kind["number"],
-        )
-        _squares(
-            axes,
-            generator.uniform(region["x"], right, count),
-            generator.uniform(region["y"], bottom, count),
-            shade(kind["colour"]),
-        )
-        items = (
-            f"item{'' if count == 1 else 's'}" if kind["name"] == "food" else f"of {kind['name']}"
-        )
-        labels.setdefault((region["x"], right, region["y"] - 8), []).append(f"{count} {items}")
-    for (left, right, top), texts in labels.items():
-        ends = (
-            left + right
-        ) / 2 > world.width / 2  # where the region does, so that a long text stays on the map
-        place = (right if ends else (left + right) / 2, top)
-        axes.annotate(
-            ", ".join(texts),
-            place,
-            ha="right" if ends else "center",
-            va="bottom",
-            path_effects=HALO,
-        )
 
 
 def _regions(look: Look) -> list[Mapping[str, Any]]:
-    """Where items lie, one of `item_kinds` after the other."""
+    """Return the regions of items, in the order of `item_kinds`."""
     return [mark for mark in look["marks"] if mark["kind"] == "rectangle" and not mark["solid"]]
 
 
-def lay_out(axes: Axes, world: World, look: Look) -> None:
-    """An empty map: edges, start disc, regions of items, and what else stands there."""
+def draw_empty_map(axes: Axes, world: World, look: Look) -> None:
+    """Draw the edges of a map, the birth disc, the regions of items, and obstacles."""
     axes.set(xlim=(0, world.width), ylim=(world.height, 0), aspect="equal")
     quarters = np.linspace(0, 1, 5)
     axes.set_xticks(quarters * world.width)
     axes.set_yticks(quarters * world.height)
     axes.spines[:].set_visible(True)
-    axes.add_patch(
-        Circle(
-            (world.start.x, world.start.y), world.start.radius, fill=False, ec=BLUE, ls="--", lw=1
-        )
-    )
+    start = world.start
+    disc = Circle((start.x, start.y), start.radius, fill=False, ec=BLUE, ls="--", lw=1)
+    axes.add_patch(disc)
     for region in _regions(look):
-        corner, size, colour = (
-            (region["x"], region["y"]),
-            (region["width"], region["height"]),
-            shade(region["colour"]),
-        )
-        axes.add_patch(Rectangle(corner, *size, fc=colour, alpha=0.15, lw=0))
-        axes.add_patch(Rectangle(corner, *size, fill=False, ec=colour, lw=1))
-    for mark in (mark for mark in look["marks"] if mark["solid"]):
-        _stand(axes, mark)
+        corner = (region["x"], region["y"])
+        size = (region["width"], region["height"])
+        color = shade(region["colour"])
+        axes.add_patch(Rectangle(corner, *size, fc=color, alpha=0.15, lw=0))
+        axes.add_patch(Rectangle(corner, *size, fill=False, ec=color, lw=1))
+    for mark in look["marks"]:
+        if mark["solid"]:
+            _draw_obstacle(axes, mark)
 
 
-def _stand(axes: Axes, mark: Mapping[str, Any]) -> None:
-    """What stands on the map, with its name."""
-    width, height = mark["width"], mark["height"]
-    middle = mark["x"] + width / 2, mark["y"] + height / 2
-    shape = (
-        Ellipse(middle, width, height)
-        if mark["kind"] == "disc"
-        else Rectangle((mark["x"], mark["y"]), width, height)
-    )
+def _draw_obstacle(axes: Axes, mark: Mapping[str, Any]) -> None:
+    """Draw a solid mark with its label."""
+    left = mark["x"]
+    top = mark["y"]
+    width = mark["width"]
+    height = mark["height"]
+    center = (left + width / 2, top + height / 2)
+    is_disc = mark["kind"] == "disc"
+    shape = Ellipse(center, width, height) if is_disc else Rectangle((left, top), width, height)
     shape.set(facecolor=shade(mark["colour"]), linewidth=0, zorder=2)
     axes.add_patch(shape)
-    axes.annotate(mark["label"], (mark["x"] + width + 8, middle[1]), ha="left", va="center")
+    axes.annotate(mark["label"], (left + width + 8, center[1]), ha="left", va="center")
 
 
-def _squares(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
     squares = [
         Rectangle((left - BODY / 2, top - BODY / 2), BODY, BODY)
         for left, top in zip(x, y, strict=True)
     ]
-    axes.add_collection(
-        PatchCollection(squares, facecolor=colour, edgecolor="white", linewidth=0.3)
-    )
+    collection = PatchCollection(squares, facecolor=color, edgecolor="white", linewidth=0.3)
+    axes.add_collection(collection)
 
 
-def sectors(look: Look) -> dict[tuple[float, float, float], list[str]]:
-    """Where inputs look, (from, to, radius), in degrees clockwise from where the agent heads, and the names of those that do."""
-    found: dict[tuple[float, float, float], list[str]] = {}
+def group_sectors(look: Look) -> dict[tuple[float, float, float], list[str]]:
+    """Return the names of the inputs of each sector: first and last angle, and radius.
+
+    Angles are degrees clockwise from the heading; the radius is in map units.
+    """
+    sectors: dict[tuple[float, float, float], list[str]] = {}
     for name, sector in zip(look["inputs"], look["sectors"], strict=True):
         if sector:
-            found.setdefault(
-                (sector["from_degrees"], sector["to_degrees"], sector["radius"]), []
-            ).append(name)
-    return found
+            key = (sector["from_degrees"], sector["to_degrees"], sector["radius"])
+            sectors.setdefault(key, []).append(name)
+    return sectors
 
 
 @styled
-def agent_senses(look: Look) -> Figure:
-    """An agent heading right, to scale, the sectors in which its inputs look, and an item in the last, which lights up."""
-    found = sectors(look)
-    radius = max((distance for _, _, distance in found), default=4 * BODY)
+def draw_agent_senses(look: Look) -> Figure:
+    """Draw an agent that heads right, its sensor sectors, and an item in the last sector."""
+    sectors = group_sectors(look)
+    radius = max((distance for _, _, distance in sectors), default=4 * BODY)
     figure = Figure((3.6, 3.1))
     axes = figure.subplots()
-    for number, ((first, past, distance), names) in enumerate(found.items(), 1):
-        colour = (
-            ORANGE if number == len(found) else PALE
-        )  # as in the lab, that of an input which is not 0
-        axes.add_patch(Wedge((0, 0), distance, first, past, fc=colour, alpha=0.55, ec=GREY, lw=1))
-        _at(
-            axes,
-            1.06 * radius,
-            _middle(first, past),
-            "\n".join(names),
-            ha="left",
-            va="center",
-            fontweight="bold",
-        )
-    wide = [
-        (first, past) for first, past, _ in found if (past - first) % 360 > NARROW
-    ]  # edges of others leave no room for words
-    for edge in dict.fromkeys(edge for pair in wide for edge in pair):
-        _at(
-            axes,
-            1.1 * radius,
-            edge,
-            f"{abs((edge + 180) % 360 - 180):g}°",
-            ha="center",
-            va="center",
-            color=GREY,
-        )
-    axes.add_patch(Circle((0, 0), radius, fill=False, ec=GREY, ls="--", lw=1))
-    axes.text(
-        0,
-        -1.05 * radius,
-        f"sees to {radius:g} units" if found else "looks nowhere in particular",
-        ha="center",
-        va="bottom",
-        color=GREY,
-    )
+    _draw_sectors(axes, sectors, radius)
+    axes.add_patch(Circle((0, 0), radius, fill=False, ec=GRAY, ls="--", lw=1))
+    text = f"sees to {radius:g} units" if sectors else "has no sensor sector"
+    axes.text(0, -1.05 * radius, text, ha="center", va="bottom", color=GRAY)
     axes.annotate("", (0.45 * radius, 0), (0, 0), arrowprops={"arrowstyle": "->", "color": BLACK})
-    _body(axes, 0.0, 0.0, BLUE)
+    _draw_body(axes, 0.0, 0.0, BLUE)
     axes.text(-BODY / 2, BODY / 2, "agent ", ha="right", va="top")
-    for first, past, distance in list(found)[-1:]:
-        x, y = _on_circle(0.78 * distance, _middle(first, past))
-        _body(axes, x, y, shade(look["item_kinds"][-1]["colour"]) if look["item_kinds"] else GREY)
+    for first, last, distance in list(sectors)[-1:]:
+        x, y = _on_circle(0.78 * distance, _middle(first, last))
+        kinds = look["item_kinds"]
+        _draw_body(axes, x, y, shade(kinds[-1]["colour"]) if kinds else GRAY)
         axes.text(x, y + 0.55 * BODY, "item", ha="center", va="top")
-    reach = 1.2 * max(radius, 0.8 * BODY)
-    axes.set(xlim=(-0.9 * reach, 1.2 * reach), ylim=(reach, -reach), aspect="equal")
+    limit = 1.2 * max(radius, 0.8 * BODY)
+    axes.set(xlim=(-0.9 * limit, 1.2 * limit), ylim=(limit, -limit), aspect="equal")
     axes.axis("off")
     return figure
 
 
-def _middle(first: float, past: float) -> float:
-    """Of a sector, degrees."""
-    return first + (past - first) % 360 / 2
+def _draw_sectors(
+    axes: Axes, sectors: Mapping[tuple[float, float, float], list[str]], radius: float
+) -> None:
+    for number, ((first, last, distance), names) in enumerate(sectors.items(), 1):
+        # The last sector contains the item, so it has the color of an active input in the lab.
+        color = ORANGE if number == len(sectors) else PALE
+        axes.add_patch(Wedge((0, 0), distance, first, last, fc=color, alpha=0.55, ec=GRAY, lw=1))
+        x, y = _on_circle(1.06 * radius, _middle(first, last))
+        axes.text(x, y, "\n".join(names), ha="left", va="center", fontweight="bold")
+    wide = [(first, last) for first, last, _ in sectors if (last - first) % 360 > NARROW]
+    for edge in dict.fromkeys(edge for pair in wide for edge in pair):
+        x, y = _on_circle(1.1 * radius, edge)
+        label = f"{abs((edge + 180) % 360 - 180):g}°"
+        axes.text(x, y, label, ha="center", va="center", color=GRAY)
+
+
+def _middle(first: float, last: float) -> float:
+    """Return the middle of a sector, in degrees."""
+    return first + (last - first) % 360 / 2
 
 
 def _on_circle(radius: float, degrees: float) -> tuple[float, float]:
-    return radius * float(np.cos(np.radians(degrees))), radius * float(np.sin(np.radians(degrees)))
+    radians = np.radians(degrees)
+    return radius * float(np.cos(radians)), radius * float(np.sin(radians))
 
 
-def _at(axes: Axes, radius: float, degrees: float, text: str, **how: Any) -> None:
-    axes.text(*_on_circle(radius, degrees), text, **how)
-
-
-def _body(axes: Axes, x: float, y: float, colour: str) -> None:
-    axes.add_patch(
-        Rectangle((x - BODY / 2, y - BODY / 2), BODY, BODY, fill=False, ec=colour, lw=1.6)
-    )
-    axes.plot(x, y, "o", color=colour, ms=4)
+def _draw_body(axes: Axes, x: float, y: float, color: str) -> None:
+    corner = (x - BODY / 2, y - BODY / 2)
+    axes.add_patch(Rectangle(corner, BODY, BODY, fill=False, ec=color, lw=1.6))
+    axes.plot(x, y, "o", color=color, ms=4)

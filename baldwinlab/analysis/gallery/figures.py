@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.analysis.figures.palette import VERMILION
-from baldwinlab.analysis.figures.style import BLUE, DARK_GREY, GREY, styled
+from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, styled
 from baldwinlab.analysis.gallery.analysis import QUESTIONS, Answer, System
 
 WIDTH: Final = 10.0  # inches
@@ -20,7 +20,7 @@ FARTHEST: Final = 1.0  # of the fitness as lived; what lies farther stands at th
 LOOKS: Final = {
     YES: (BLUE, "o", BLUE),
     NO: (VERMILION, "X", VERMILION),
-    UNDECIDED: (GREY, "o", "white"),
+    UNDECIDED: (GRAY, "o", "white"),
 }
 
 
@@ -33,7 +33,7 @@ def answers(papers: Mapping[str, Sequence[System]]) -> Figure:
     places = _places(papers)
     for axes, question in zip(panels, QUESTIONS, strict=True):
         axes.set_title(question.title, loc="left", fontweight="bold")
-        axes.axvline(0, color=DARK_GREY, lw=0.8)
+        axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for place, (_, system) in zip(places, rows, strict=True):
             _mark(axes, place, system.answers[question.criterion])
         axes.set_xlim(-108 * FARTHEST, 108 * FARTHEST)

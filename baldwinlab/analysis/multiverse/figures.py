@@ -10,7 +10,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.figures.palette import DARK_GREY, MID_GREY, VERDICTS
+from baldwinlab.analysis.figures.palette import DARK_GRAY, MID_GRAY, VERDICTS
 from baldwinlab.analysis.figures.style import BLUE, WIDTH, styled
 from baldwinlab.analysis.multiverse.analysis import Multiverse, Outcome, Share, Variant, shares
 from baldwinlab.analysis.statistics.rules import MARKS
@@ -40,7 +40,7 @@ def variants(multiverse: Multiverse) -> Figure:
     _lines(axes, len(names), [min(variant.choices, default="") for variant in rows])
     seen = {variant.outcomes[name].verdict for variant in rows for name in names}
     keys = [
-        Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GREY, label=f"{mark} {verdict}")
+        Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
         for verdict, mark in MARKS.items()
         if verdict in seen
     ]
@@ -113,4 +113,4 @@ def _lines(axes: Axes, columns: int, choices: list[str]) -> None:
     for column in range(1, columns):
         axes.axvline(column - 0.5, color="white", lw=1.5)
     for row, (above, below) in enumerate(pairwise(choices)):
-        axes.axhline(row + 0.5, color="white" if above == below else DARK_GREY, lw=1.0)
+        axes.axhline(row + 0.5, color="white" if above == below else DARK_GRAY, lw=1.0)

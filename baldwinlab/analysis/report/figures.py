@@ -64,7 +64,7 @@ def pictures(
     shares = content.shares(study, conditions) if "shares" in names else xr.Dataset()
     clock = content.clock(conditions)
     measured = (
-        [figures.Measured(*one) for one in compared(study, paper)]
+        [figures.MeasureValues(*one) for one in compared(study, paper)]
         if paper and "measures" in names
         else []
     )
@@ -96,7 +96,7 @@ def pictures(
 
 
 def _overview(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
-    standings = figures.standings(study, results, last)
+    standings = figures.overview_cells(study, results, last)
     return Picture(
         "overview",
         "Who forages where",
@@ -104,7 +104,7 @@ def _overview(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> P
         "to the best of that map. A triangle stands where a claim says that this is greater than something else: up where it "
         "holds, down where it does not; none where that is undecided.",
         final_medians(study, last),
-        figures.overview({"": standings}),
+        figures.draw_overview({"": standings}),
         [one._asdict() for one in standings],
     )
 
@@ -116,7 +116,7 @@ def _fitness(study: xr.Dataset, last: int) -> Picture:
         f"{_of_whom(study, 'best', 'average')} of each generation: mean over runs, and the "
         "95 % interval of that mean (Student's t) as a band.",
         f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
-        figures.fitness_curves(study),
+        figures.draw_fitness_curves(study),
         [row for measure in ("best", "mean") for row in _over_generations(study, measure)],
         _typical_lives(study),
     )
@@ -168,7 +168,7 @@ def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int)
         "Each point is a run, averaged over these generations. Box: quartiles, with the median as the thick line; whiskers reach "
         f"the farthest run within 1.5 times the box.{brackets}",
         f"Box plots of final fitness by condition. {final_medians(study, last)}",
-        figures.fitness_boxes(study, results, last),
+        figures.draw_fitness_boxes(study, results, last),
         _final_of_runs(study, last),
     )
 
@@ -207,14 +207,14 @@ def _shares(shares: xr.Dataset) -> Picture:
         "What generations are made of",
         f"Mean over agents and runs, and the 95 % interval of the mean over runs (Student's t) as a band. {said}.",
         f"Curves by generation for each condition: {said}.",
-        figures.shares(shares),
+        figures.draw_shares(shares),
         rows,
     )
 
 
-def _measures(study: xr.Dataset, found: Sequence[figures.Measured]) -> Picture:
+def _measures(study: xr.Dataset, found: Sequence[figures.MeasureValues]) -> Picture:
     medians = [
-        f"{one.meaning}: {', '.join(f'{name} {number(float(np.median(of)))}' for name, of in one.of.items() if of.size)}"
+        f"{one.meaning}: {', '.join(f'{name} {number(float(np.median(of)))}' for name, of in one.values.items() if of.size)}"
         for one in found
     ]
     return Picture(
@@ -223,11 +223,11 @@ def _measures(study: xr.Dataset, found: Sequence[figures.Measured]) -> Picture:
         "Each point is a run. Box: quartiles, with the median as the thick line; whiskers reach the farthest run within 1.5 "
         "times the box.",
         f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
-        figures.measures(study, found),
+        figures.draw_measures(study, found),
         [
             {"condition": name, "measure": one.name, "value": value}
             for one in found
-            for name, of in one.of.items()
+            for name, of in one.values.items()
             for value in of.tolist()
         ],
     )
@@ -240,7 +240,7 @@ def _clocks(study: xr.Dataset, used: str) -> Picture:
         "Fitness of the average agent, mean over runs: by generation, and by how often all agents of a run had asked their world "
         "until then. Learning asks often within one generation.",
         f"The same curves of fitness, once by generations and once by evaluations. {final_medians(study, 1)}",
-        figures.clocks(study, used),
+        figures.draw_clocks(study, used),
     )
 
 
@@ -250,7 +250,7 @@ def _survival(study: xr.Dataset) -> Picture:
         "Who survives",
         "The share of runs that survive, by time; a curve that does not come down has runs that live still at the end.",
         f"Curves of survival for each condition. {final_medians(study, 1)}",
-        figures.survival(study),
+        figures.draw_survival(study),
         _final_of_runs(study, 1),
     )
 
@@ -269,7 +269,7 @@ def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
             for title, world in found.items()
         )
         + ".",
-        figures.world_maps(
+        figures.draw_world_maps(
             found, min(experiment.population.size for experiment in conditions.values()), known
         ),
     )
@@ -293,14 +293,14 @@ def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
         "scale; the circle is where they are born, rectangles are where items lie. Below: the share of agents that ate at least "
         "one item, mean over runs with its 95 % interval.",
         f"Maps of where the agents were, at several generations. Agents that ate: {counts}.",
-        figures.emergence(study, traces),
+        figures.draw_emergence(study, traces),
         [row for row in _over_generations(study, "share") if row["condition"] == condition],
         [replayed(condition, run, int(trace.attrs["generation"])) for trace in traces],
     )
 
 
 def _networks(study: xr.Dataset, conditions: Experiments, looks: Looks, paper: Paper) -> Picture:
-    kinds: dict[str, figures.Kind] = {}
+    kinds: dict[str, figures.AgentKind] = {}
     for name, found in of_study(study).items():
         if name in looks and name in conditions:
             kinds.setdefault(found.learner, _kind(found.learner, conditions[name], looks[name]))
@@ -323,11 +323,11 @@ def _networks(study: xr.Dataset, conditions: Experiments, looks: Looks, paper: P
             for kind in kinds.values()
         )
         + ".",
-        figures.networks(list(kinds.values())),
+        figures.draw_networks(list(kinds.values())),
     )
 
 
-def _kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.Kind:
+def _kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.AgentKind:
     inherits = experiment.evolution.inheritance != "none"
     lines = (
         "evolves: inherits weights"
@@ -335,14 +335,14 @@ def _kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.K
         else "does not evolve: all weights\ndrawn anew at birth",
         f"learns in life: {experiment.learning.rule}" if experiment.learns else "does not learn",
     )
-    return figures.Kind(
+    return figures.AgentKind(
         learner, lines, look["inputs"], experiment.network.hidden, look["actions"], look["modules"]
     )
 
 
 def _senses(looks: Looks) -> Picture:
     name, look = next(iter(looks.items()))
-    found = [(" and ".join(names), *place) for place, names in figures.sectors(look).items()]
+    found = [(" and ".join(names), *place) for place, names in figures.group_sectors(look).items()]
     looking = [
         f"{names} from {first:g} to {past:g} degrees, to {radius:g} units"
         for names, first, past, radius in found
@@ -358,7 +358,7 @@ def _senses(looks: Looks) -> Picture:
         f"To scale, as in {name}: the sectors in which inputs look. The agent heads to the right of the page, its right hand is "
         f"below.{shown}{others}",
         f"An agent and its sectors, clockwise from where it heads: {'; '.join(looking) or 'none'}.",
-        figures.agent_senses(look),
+        figures.draw_agent_senses(look),
     )
 
 
@@ -374,7 +374,7 @@ def final_medians(study: xr.Dataset, last: int) -> str:
 
 def embed(picture: Picture, folder: Path) -> dict[str, Any]:
     """Keep the picture in `folder` as SVG and PNG, its numbers as CSV, and give what the page needs to show it without them."""
-    drawing = figures.save(picture.figure, folder, picture.name)
+    drawing = figures.save_figure(picture.figure, folder, picture.name)
     files = {"SVG": f"{picture.name}.svg", "PNG": f"{picture.name}.png"}
     if picture.table:
         files["CSV"] = f"{picture.name}.csv"

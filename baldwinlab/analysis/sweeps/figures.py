@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from baldwinlab.analysis.figures.style import BLACK, BLUE, GREY, WIDTH, styled
+from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, WIDTH, styled
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group, Response
 
@@ -87,7 +87,7 @@ def _curve(axes: Axes, measured: xr.Dataset, field: str, measure: str) -> None:
             places,
             measured[measure].mean("run"),
             "o",
-            color=GREY,
+            color=GRAY,
             ms=3,
             alpha=0.45,
             mew=0,

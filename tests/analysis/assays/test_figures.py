@@ -12,8 +12,8 @@ from matplotlib.text import Text
 
 from baldwinlab.analysis.assays import figures
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.figures import svg
-from tests.analysis.assays.assayed import constant, innate, whole
+from baldwinlab.analysis.figures import to_svg
+from tests.assays.assayed import constant, innate, whole
 
 A, B = "evo+self-taught/A", "evo+self-taught/B"
 
@@ -30,7 +30,7 @@ DRAW: dict[str, Callable[[Assays], Figure]] = {
 @pytest.mark.parametrize("name", DRAW)
 def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> None:
     figure = DRAW[name](whole())
-    assert svg(DRAW[name](whole())) == svg(figure)
+    assert to_svg(DRAW[name](whole())) == to_svg(figure)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2
@@ -40,7 +40,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> N
 def test_a_single_run_is_drawn_without_a_warning(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert svg(DRAW[name](whole(runs=1)))
+        assert to_svg(DRAW[name](whole(runs=1)))
 
 
 def test_three_conditions_stand_in_two_rows_and_lives_that_were_not_lived_are_left_out() -> None:

@@ -19,8 +19,8 @@ from PIL import Image
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claims import evaluate
-from baldwinlab.analysis.figures.emergence import density, unwrapped
-from baldwinlab.analysis.figures.fitness import conditions
+from baldwinlab.analysis.figures.emergence import split_at_edges, time_density
+from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import series
 from baldwinlab.analysis.multiverse.figures import variants, variants_shares
 from baldwinlab.experiment import World
@@ -45,40 +45,40 @@ MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
 STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
 STRINGS = STRINGS.assign(dict.fromkeys(("ones", "unset", "used"), STRINGS["energy"] / 5))
-MEASURED = figures.Measured(
+MEASURED = figures.MeasureValues(
     "items",
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
 )
-STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
+STANDINGS = figures.overview_cells(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
 
 
 def six_traces() -> list[xr.Dataset]:
     return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
 
 
-def kind(name: str, modules: int) -> figures.Kind:
+def kind(name: str, modules: int) -> figures.AgentKind:
     named = ("action module", "reinforcement module: teaches, fixed for life")[:modules]
-    return figures.Kind(
+    return figures.AgentKind(
         name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named
     )
 
 
 DRAW: dict[str, Callable[[], Figure]] = {
-    "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
-    "final-fitness": lambda: figures.fitness_boxes(
+    "fitness": lambda: figures.draw_fitness_curves(study(AS_THE_PAPER)),
+    "final-fitness": lambda: figures.draw_fitness_boxes(
         study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))
     ),
-    "overview": lambda: figures.overview({"": STANDINGS}),
-    "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
-    "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
-    "maps": lambda: figures.world_maps(MAPS, 20),
-    "senses": lambda: figures.agent_senses(look(load("evo/A")).to_dict()),
-    "networks": lambda: figures.networks([kind("evo", 1), kind("taught", 2)]),
-    "shares": lambda: figures.shares(STRINGS[["ones", "unset"]].mean("agent")),
-    "clocks": lambda: figures.clocks(STRINGS, "used"),
-    "measures": lambda: figures.measures(study(AS_THE_PAPER), [MEASURED]),
-    "survival": lambda: figures.survival(STRINGS),
+    "overview": lambda: figures.draw_overview({"": STANDINGS}),
+    "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
+    "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
+    "maps": lambda: figures.draw_world_maps(MAPS, 20),
+    "senses": lambda: figures.draw_agent_senses(look(load("evo/A")).to_dict()),
+    "networks": lambda: figures.draw_networks([kind("evo", 1), kind("taught", 2)]),
+    "shares": lambda: figures.draw_shares(STRINGS[["ones", "unset"]].mean("agent")),
+    "clocks": lambda: figures.draw_clocks(STRINGS, "used"),
+    "measures": lambda: figures.draw_measures(study(AS_THE_PAPER), [MEASURED]),
+    "survival": lambda: figures.draw_survival(STRINGS),
     "variants": lambda: variants(MULTIVERSE),
     "variants-shares": lambda: variants_shares(MULTIVERSE),
 }
@@ -96,9 +96,9 @@ ODD = {
 
 @pytest.mark.parametrize("name", DRAW)
 def test_a_figure_has_the_same_bytes_each_time_whatever_the_process_has_set(name: str) -> None:
-    first = figures.svg(DRAW[name]())
+    first = figures.to_svg(DRAW[name]())
     with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
-        assert figures.svg(DRAW[name]()) == first
+        assert figures.to_svg(DRAW[name]()) == first
 
 
 @pytest.mark.parametrize("name", DRAW)
@@ -118,22 +118,22 @@ def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for figure in (
-            figures.fitness_curves(odd),
-            figures.fitness_boxes(odd, evaluate(odd)),
-            figures.emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
+            figures.draw_fitness_curves(odd),
+            figures.draw_fitness_boxes(odd, evaluate(odd)),
+            figures.draw_emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
         ):
             assert isinstance(figure, Figure)
-            assert figures.svg(figure)
+            assert figures.to_svg(figure)
 
 
 def test_threads_may_draw_at_the_same_time() -> None:
-    alone = figures.svg(DRAW["fitness"]())
+    alone = figures.to_svg(DRAW["fitness"]())
     with ThreadPoolExecutor(3) as threads:
-        assert set(threads.map(lambda _: figures.svg(DRAW["fitness"]()), range(3))) == {alone}
+        assert set(threads.map(lambda _: figures.to_svg(DRAW["fitness"]()), range(3))) == {alone}
 
 
 def test_where_agents_were_sums_up_to_all_their_time() -> None:
-    shares = density(trace(FORAGERS, 3))
+    shares = time_density(trace(FORAGERS, 3))
     assert shares.sum() == pytest.approx(100)
     assert shares[7].sum() == pytest.approx(100)  # all of it on the line that they walk, at y = 150
 
@@ -149,7 +149,7 @@ def test_of_two_networks_one_is_said_to_teach() -> None:
 
 
 def test_no_band_of_fitness_reaches_below_nought() -> None:
-    bands = figures.fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
+    bands = figures.draw_fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
     assert (
         bands
         and min(
@@ -162,14 +162,14 @@ def test_no_band_of_fitness_reaches_below_nought() -> None:
 def test_a_way_is_broken_where_it_leaves_the_map() -> None:
     x = np.array([636.0, 638, 0, 2, 2, 2])
     y = np.array([100.0, 100, 100, 2, 638, 636])
-    way = unwrapped(x, y, World())
+    way = split_at_edges(x, y, World())
     assert np.flatnonzero(np.isnan(way).any(axis=1)).tolist() == [2, 5]
     assert np.nanmax(np.abs(np.diff(way, axis=0))) < 320
     np.testing.assert_array_equal(way[np.isfinite(way).all(axis=1)], np.stack([x, y], axis=1))
 
 
 def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
-    shown = conditions(study(AS_THE_PAPER))
+    shown = plotted_conditions(study(AS_THE_PAPER))
     assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [
         ("evo", "A"),
         ("evo", "B"),
@@ -196,8 +196,8 @@ def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_m
         for place in "AB" for a in names[1:]
     )  # fmt: skip
     many = study({f"{name}/{place}": range(20, 28) for place in "AB" for name in names})
-    figure = figures.fitness_boxes(many, evaluate(many, 10, Claims(claims)))
-    figures.svg(figure)  # which lays it out
+    figure = figures.draw_fitness_boxes(many, evaluate(many, 10, Claims(claims)))
+    figures.to_svg(figure)  # which lays it out
     upper, lower = (
         axes for axes in figure.axes if axes.get_title("left").endswith("average agent")
     )
@@ -211,14 +211,14 @@ def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_m
 
 
 def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:
-    texts = [text.get_text() for text in figures.overview({"": STANDINGS}).findobj(Text)]
+    texts = [text.get_text() for text in figures.draw_overview({"": STANDINGS}).findobj(Text)]
     taught, alone = (
         next(one for one in STANDINGS if one.condition == name)
         for name in ("evo+self-taught/A", "evo/A")
     )
     assert f"{taught.median:.0f} ▲" in texts
     assert f"{alone.median:.0f}" in texts
-    failed = figures.overview({"Above": [alone], "Below": [taught._replace(direction=-1)]})
+    failed = figures.draw_overview({"Above": [alone], "Below": [taught._replace(direction=-1)]})
     assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {
         text.get_text() for text in failed.findobj(Text)
     }
@@ -250,19 +250,19 @@ def test_the_map_of_shares_has_a_row_for_each_alternative_with_the_standard() ->
 
 def test_emergence_needs_a_trace() -> None:
     with pytest.raises(ValueError, match="no trace"):
-        figures.emergence(study(AS_THE_PAPER), [])
+        figures.draw_emergence(study(AS_THE_PAPER), [])
 
 
 def test_a_figure_is_kept_as_svg_and_as_png(tmp_path: Path) -> None:
-    drawing = figures.save(DRAW["maps"](), tmp_path / "figures", "maps")
+    drawing = figures.save_figure(DRAW["maps"](), tmp_path / "figures", "maps")
     assert (tmp_path / "figures" / "maps.svg").read_bytes() == drawing
     with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
         assert picture.width == 1440
 
 
 def test_measures_are_drawn_in_a_box_for_each_condition_that_has_any() -> None:
-    some = MEASURED._replace(of=dict(MEASURED.of) | {"evo/B": np.empty(0)})
-    axes = figures.measures(study(AS_THE_PAPER), [MEASURED, some]).axes
+    some = MEASURED._replace(values=dict(MEASURED.values) | {"evo/B": np.empty(0)})
+    axes = figures.draw_measures(study(AS_THE_PAPER), [MEASURED, some]).axes
     points = [
         sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in one.lines)
         for one in axes

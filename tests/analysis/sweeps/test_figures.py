@@ -30,7 +30,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
     name: str,
 ) -> None:
     figure = DRAW[name]()
-    assert figures.svg(figure) == figures.svg(DRAW[name]())
+    assert figures.to_svg(figure) == figures.to_svg(DRAW[name]())
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2
@@ -56,9 +56,9 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
 def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert figures.svg(response_curves(finals(data)))
+        assert figures.to_svg(response_curves(finals(data)))
         if data.attrs["design"] == "grid":
-            assert figures.svg(heat_maps(finals(data), RATE, COUNT))
+            assert figures.to_svg(heat_maps(finals(data), RATE, COUNT))
 
 
 @pytest.mark.parametrize(
