@@ -26,7 +26,7 @@ help:
 	@echo "make docs        build the documentation as a site, site/index.html, which needs no server"
 	@echo "make nightly     run the tests that take long, which make test leaves out"
 	@echo "make faults      try to break it: kills, damaged files, odd inputs, floods"
-	@echo "make lint        check style and types"
+	@echo "make lint        check style, docstrings, imports and types"
 	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
 	@echo "make format      put the code into its standard form"
 	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
@@ -60,9 +60,14 @@ nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators browser f
 faults: $(VENV)/.dev
 	FAULTS=all $(BIN)/python -m pytest -n logical --dist worksteal tests/faults
 
+# Modules whose public functions have complete docstrings.
+DOCUMENTED = $(shell git ls-files 'baldwinlab/analysis/statistics/*.py')
+
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-cache
+	$(BIN)/numpydoc lint $(DOCUMENTED)
 	$(BIN)/mypy
 
 # make prose WHERE="docs baldwinlab/engine" checks these folders only.

@@ -30,6 +30,7 @@ from baldwinlab.experiment.fields import (
     refuse_fields,
     sentences,
 )
+from baldwinlab.experiment.html import html
 from baldwinlab.experiment.registry import Choice, key_of
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
@@ -137,9 +138,7 @@ class BaseExperiment(Fields):
 
     def _repr_html_(self) -> str:
         """In a notebook: a table of its fields."""
-        from baldwinlab.experiment.html import html  # here, because it needs this class
-
-        return html(self)
+        return html(self, self.name, self.model)
 
     @property
     def of_model(self) -> Any:

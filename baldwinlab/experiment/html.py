@@ -5,15 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from baldwinlab.experiment.fields import brief, plain
-
-if TYPE_CHECKING:
-    from baldwinlab.experiment.base import BaseExperiment
 
 LEFT = 'style="text-align: left; vertical-align: top"'
 
@@ -64,11 +61,11 @@ def _text(value: Any) -> str:
     )
 
 
-def html(experiment: BaseExperiment) -> str:
-    """Its fields as tables: those that differ from their defaults, and all of them, folded."""
+def html(experiment: BaseModel, name: str, model: str) -> str:
+    """Return the fields of an experiment as two tables: changed fields, and all fields, folded."""
     found = [row for row in rows(experiment) if row.path not in ("name", "model")]
     changed = [row for row in found if row.differs]
-    title = f"<strong>{escape(experiment.name)}</strong>, an experiment of the model {escape(experiment.model)}"
+    title = f"<strong>{escape(name)}</strong>, an experiment of the model {escape(model)}"
     told = (
         f"{len(changed)} of its {len(found)} fields differ from their defaults:"
         if changed

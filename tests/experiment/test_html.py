@@ -31,7 +31,7 @@ def test_every_field_has_a_row_with_its_value_and_its_meaning() -> None:
 
 def test_what_differs_from_its_default_stands_first_and_bold() -> None:
     experiment = load("evo/A").replace(network={"biases": True}, lifetime={"steps": 200})
-    first, _, folded = html(experiment).partition("<details>")
+    first, _, folded = experiment._repr_html_().partition("<details>")
     assert [row.path for row in rows(experiment) if row.differs] == [
         *("name", "world.food.0.x", "world.food.0.y", "network.biases", "lifetime.steps")
     ]
@@ -44,7 +44,7 @@ def test_what_differs_from_its_default_stands_first_and_bold() -> None:
         assert told in first
     assert "learning.rate" not in first
     assert "learning.rate" in folded
-    assert "all fields are at their defaults" in html(validate({}))
+    assert "all fields are at their defaults" in validate({})._repr_html_()
 
 
 def test_defaults_are_those_of_the_model_and_of_its_parts() -> None:
@@ -60,7 +60,7 @@ def test_an_experiment_whose_part_is_not_here_is_shown_as_it_stands() -> None:
     tree["learning"] |= {"rule": "<b>mine", "mine": {"pace": "<script>"}}
     tree["learning"]["<b>mine"] = tree["learning"].pop("mine")
     experiment: BaseExperiment = validate(tree, lenient=True)
-    page = html(experiment)
+    page = experiment._repr_html_()
     assert "<script>" not in page
     assert "&lt;b&gt;mine" in page
     assert "pace" in page
@@ -68,4 +68,5 @@ def test_an_experiment_whose_part_is_not_here_is_shown_as_it_stands() -> None:
 
 def test_a_notebook_gets_the_table_of_any_experiment() -> None:
     for name in ("evo/A", "guessing"):
-        assert load(name)._repr_html_() == html(load(name))
+        experiment = load(name)
+        assert experiment._repr_html_() == html(experiment, name, experiment.model)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -282,7 +282,7 @@ def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> Non
 def _draw_against_baseline(axes: Axes, brackets: list[_Bracket], top: float) -> None:
     """Write each p-value above its box, if all comparisons share a condition."""
     pairs = ({bracket.left, bracket.right} for bracket in brackets)
-    vertical = {"rotation": 90, "ha": "center", "va": "bottom"}
+    vertical: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom"}
     for baseline in set.intersection(*pairs):
         axes.text(baseline, 1.03 * top, "against", **vertical)
         for bracket in brackets:

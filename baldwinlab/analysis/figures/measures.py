@@ -144,13 +144,13 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Fig
         for condition in conditions
     }
     if maps == [""]:
-        ticks = (list(positions.values()), learners)
+        ticks = ([float(position) for position in positions.values()], learners)
     else:
-        centers = [
-            np.mean([positions[item.name] for item in conditions if item.map_name == name])
+        on_map = {
+            name: [positions[item.name] for item in conditions if item.map_name == name]
             for name in maps
-        ]
-        ticks = (centers, maps)
+        }
+        ticks = ([float(np.mean(numbers)) for numbers in on_map.values()], maps)
     figure = Figure((WIDTH, 0.5 + 2.6 * len(measures)))
     panels = figure.subplots(len(measures), squeeze=False).flat
     for axes, measure in zip(panels, measures, strict=True):

@@ -15,8 +15,9 @@ from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import BLUE, styled
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
+from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
+DIRECTIONS: Mapping[Verdict, int] = {HOLDS: 1, FAILS: -1, UNDECIDED: 0, NOT_EVALUATED: 0}
 MARKS = {1: " ▲", -1: " ▼", 0: ""}
 # Share of the best value above which text is white.
 DARK = 0.6
@@ -73,23 +74,23 @@ def overview_cells(
     verdicts = _verdicts(results, {cell.name: cell.map_name for cell in conditions})
     cells = []
     for condition in conditions:
-        verdict = verdicts.get(condition.name, "")
+        verdict = verdicts.get(condition.name)
         cell = OverviewCell(
             condition=condition.name,
             learner=condition.learner,
             map=condition.map_name,
             median=float(medians.sel(condition=condition.name)),
-            verdict=verdict,
-            direction={HOLDS: 1, FAILS: -1}.get(verdict, 0),
+            verdict=verdict or "",
+            direction=DIRECTIONS[verdict] if verdict else 0,
         )
         if np.isfinite(cell.median):
             cells.append(cell)
     return cells
 
 
-def _verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, str]:
+def _verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, Verdict]:
     """Return the verdict on "greater" mean fitness of conditions, compared on their map."""
-    verdicts: dict[str, str] = {}
+    verdicts: dict[str, Verdict] = {}
     for finding in (finding for result in results for finding in result.findings):
         comparison = finding.comparison
         is_on_map = maps.get(comparison.a) == maps.get(comparison.b or "")

@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from baldwinlab.analysis.assays import figures
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures import to_svg
-from tests.assays.assayed import constant, innate, whole
+from tests.analysis.assays.assayed import constant, innate, whole
 
 A, B = "evo+self-taught/A", "evo+self-taught/B"
 

@@ -1,4 +1,4 @@
-"""Colours are written in one place, from which everybody takes theirs."""
+"""Tests that every color of the package is defined in `palette`."""
 
 from __future__ import annotations
 
@@ -12,38 +12,35 @@ from baldwinlab.analysis.figures import palette
 from baldwinlab.lab.single_page import STATIC
 
 PACKAGE = Path(baldwinlab.__file__).parent
-COLOUR = re.compile(r"#(?:[0-9a-fA-F]{3}){1,2}\b(?![\w-])")
+COLOR = re.compile(r"#(?:[0-9a-fA-F]{3}){1,2}\b(?![\w-])")
 
 
-def drawing() -> list[Path]:
-    """All that may draw: the package's own code and pages."""
-    own = [path for end in ("py", "html", "css", "js") for path in PACKAGE.rglob(f"*.{end}")]
-    return [
-        path for path in own if path != PACKAGE / "palette.py" and path.parent != STATIC / "vendor"
+def source_files() -> list[Path]:
+    """Return the code and the pages of the package, without third-party files."""
+    files = [
+        path for suffix in ("py", "html", "css", "js") for path in PACKAGE.rglob(f"*.{suffix}")
     ]
+    skipped = {Path(palette.__file__), *(STATIC / "vendor").iterdir()}
+    return [path for path in files if path not in skipped]
 
 
-@pytest.mark.parametrize("path", drawing(), ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_nobody_else_writes_a_colour(path: Path) -> None:
-    assert not COLOUR.findall(path.read_text("utf-8"))
+@pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_the_palette_defines_colors(path: Path) -> None:
+    assert not COLOR.findall(path.read_text("utf-8"))
 
 
-def test_every_colour_that_the_page_asks_for_is_there() -> None:
-    there = set(re.findall(r"--([\w-]+):", palette.lab_css()))
-    own = set(
-        re.findall(
-            r"--([\w-]+):", "".join(path.read_text("utf-8") for path in STATIC.glob("*.css"))
-        )
-    )
+def test_every_color_used_by_the_page_is_defined() -> None:
+    declared = re.compile(r"--([\w-]+):")
+    styles = "".join(path.read_text("utf-8") for path in STATIC.glob("*.css"))
+    defined = set(declared.findall(palette.lab_css())) | set(declared.findall(styles))
     for path in [*STATIC.glob("*.css"), *STATIC.glob("*.js")]:
         text = path.read_text("utf-8")
-        asked = set(re.findall(r"var\(--([\w-]+)\)", text)) | set(
-            re.findall(r"\bpalette\.(\w+)", text)
-        ) - {"py"}
-        assert asked <= there | own | {"css", "js", "text"}, path.name
+        used = set(re.findall(r"var\(--([\w-]+)\)", text))
+        used |= set(re.findall(r"\bpalette\.(\w+)", text)) - {"py"}
+        assert used <= defined | {"css", "js", "text"}, path.name
 
 
-def test_a_colour_has_a_shade_by_name_and_one_that_is_none_is_an_error() -> None:
+def test_a_color_name_has_a_shade_and_an_unknown_name_is_an_error() -> None:
     assert palette.shade("green") == palette.GREEN
     assert palette.shade("#123456") == "#123456"
     with pytest.raises(KeyError):
