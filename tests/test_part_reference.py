@@ -11,11 +11,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab import parts
-<<<<<<< HEAD
 from baldwinlab.api.checks import reference as naive
-=======
-from baldwinlab.api.checks import reference
->>>>>>> 2d331e1 (wip)
 from baldwinlab.models.miniworld import state
 from baldwinlab.parts.agent_parts import hook_names
 from scripts import part_reference
@@ -116,7 +112,7 @@ def test_every_field_of_model_and_state_has_a_description(described: type) -> No
     assert all(entry.text for entry in attributes.values())
 
 
-@pytest.mark.parametrize("described", [reference.Agent, reference.Item, reference.Naive])
+@pytest.mark.parametrize("described", [naive.Agent, naive.Item, naive.Naive])
 def test_every_field_of_an_oracle_has_a_description(described: type) -> None:
     attributes = described_attributes(described)
     assert list(attributes) == list(described.__annotations__)
@@ -124,7 +120,7 @@ def test_every_field_of_an_oracle_has_a_description(described: type) -> None:
 
 
 def test_every_function_of_naive_has_a_description() -> None:
-    functions = {name: value for name, value in vars(reference.Naive).items() if callable(value)}
+    functions = {name: value for name, value in vars(naive.Naive).items() if callable(value)}
     public = {name: value for name, value in functions.items() if not name.startswith("_")}
     assert public
     assert all(value.__doc__ for value in public.values())
