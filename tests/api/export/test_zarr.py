@@ -71,16 +71,16 @@ def test_a_store_of_many_chunks_is_the_dataset_of_the_sweep(
 def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
     tmp_path: Path, way: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read, held, most = stored.Study.read, list[ref[np.ndarray]](), 0
+    read, held, most = stored.StudyStore.read, list[ref[np.ndarray]](), 0
 
-    def noting(self: stored.Study, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
+    def noting(self: stored.StudyStore, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
         nonlocal most
         record = read(self, condition, run, genomes=genomes)
         held.append(ref(record["energy"].values))
         most = max(most, sum(each() is not None for each in held))
         return record
 
-    monkeypatch.setattr(stored.Study, "read", noting)
+    monkeypatch.setattr(stored.StudyStore, "read", noting)
     monkeypatch.setattr(zarr, "ROWS", 1)
     monkeypatch.setattr(files, "ROWS", 1)
     study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
