@@ -31,9 +31,7 @@ def main() -> None:
             ]
     palette = images[-1].quantize(64, dither=Image.Dither.NONE)
     first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-    first.save(
-        PICTURE, save_all=True, append_images=rest, duration=DURATION, loop=0, optimize=True
-    )
+    first.save(PICTURE, save_all=True, append_images=rest, duration=DURATION, loop=0, optimize=True)
 
 
 def lifetime(preset: str) -> Scene:

@@ -110,10 +110,10 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "walls": f"{_MINIWORLD}.features.map_features:Walls",
     },
     "selection": {
-        "best-copies": f"{_EVOLUTION}.variation_operators:BestCopies",
-        "expected-offspring": f"{_EVOLUTION}.variation_operators:ExpectedOffspring",
-        "larger-tournament": f"{_EVOLUTION}.variation_operators:LargerTournament",
-        "outcrossing": f"{_EVOLUTION}.variation_operators:Outcrossing",
+        "best-copies": f"{_EVOLUTION}.selection_schemes:BestCopies",
+        "expected-offspring": f"{_EVOLUTION}.selection_schemes:ExpectedOffspring",
+        "larger-tournament": f"{_EVOLUTION}.selection_schemes:LargerTournament",
+        "outcrossing": f"{_EVOLUTION}.selection_schemes:Outcrossing",
         "species": f"{_EVOLUTION}.neat.operators:Species",
     },
     "variation": {

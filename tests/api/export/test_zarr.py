@@ -73,7 +73,9 @@ def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
 ) -> None:
     read, held, most = stored.StudyStore.read, list[ref[np.ndarray]](), 0
 
-    def noting(self: stored.StudyStore, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
+    def noting(
+        self: stored.StudyStore, condition: str, run: int, *, genomes: bool = True
+    ) -> xr.Dataset:
         nonlocal most
         record = read(self, condition, run, genomes=genomes)
         held.append(ref(record["energy"].values))
