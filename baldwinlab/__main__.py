@@ -27,7 +27,7 @@ def main() -> None:
 
         run()
     except KeyboardInterrupt:
-        sys.stderr.write("baldwinlab: stopped\n")
+        sys.stderr.write("baldwinlab: Interrupted.\n")
         sys.exit(130)
 
 

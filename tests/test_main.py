@@ -67,5 +67,5 @@ def _has_stopped(process: subprocess.Popen[str]) -> None:
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "Traceback" not in err + out
-    assert "stopped" in err
+    assert "Interrupted" in err
     assert len(err.strip().splitlines()) == 1

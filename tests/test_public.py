@@ -118,8 +118,9 @@ def test_to_import_it_loads_nothing_and_makes_no_folder(tmp_path: Path) -> None:
     [
         ["--help"],
         ["--version"],
-        ["papers"],
-        ["presets"],
+        ["list", "papers"],
+        ["list", "presets"],
+        ["list", "parts"],
         ["show", "evo+self-taught/B", "--set", "lifetime.steps=5"],
         ["rum"],
     ],
@@ -129,7 +130,8 @@ def test_a_command_that_only_tells_loads_no_engine(words: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["--help"], ["presets"], ["bench", "--help"], ["lab", "--help"], ["run", "--help"]]
+    "words",
+    [["--help"], ["list", "presets"], ["bench", "--help"], ["lab", "--help"], ["run", "--help"]],
 )
 def test_no_command_needs_what_only_unix_has(words: list[str]) -> None:
     without = "import sys\nfor name in ('resource', 'fcntl', 'pwd', 'grp', 'termios'): sys.modules[name] = None\n"

@@ -1,6 +1,6 @@
-"""What this machine does: agent-steps a second of a small study, of every condition, and of worlds of many agents.
+"""Measure the speed of this machine: a small study, every condition, and worlds of many agents.
 
-Each case runs in a process of its own, so that its compile time and its peak memory are its own.
+Each case runs in its own process, so that its compile time and its peak memory are separate.
 """
 
 from __future__ import annotations
@@ -31,70 +31,88 @@ from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.run import agent_steps_of_run, available_cores, missing_runs, run_study
 from baldwinlab.studies.store import create
 
-LIVES: Final = 5  # of a world: they take a tenth of a second
-CROWDS = (20, 1000, 10_000)  # agents in one world, at the paper's density
+REPETITIONS: Final = 5  # of the lives of a world, a tenth of a second in all
+WORLD_SIZES = (20, 1000, 10_000)  # agents in one world, at the density of the paper
 
 
 class Record(NamedTuple):
-    """One case, measured. Seconds are without `compile_seconds`; `peak_mib` is the most memory its process held."""
+    """The measurements of one case.
+
+    `seconds` excludes `compile_seconds`. `peak_mib` is the largest memory of its process, in MiB.
+    """
 
     case: str
     agent_steps_per_second: float
     seconds: float
     compile_seconds: float
-    peak_mib: float | None  # None where the system does not tell
+    peak_mib: float | None  # None if the system does not report it
     threads: int
 
 
 def cases(backend: str = "auto") -> list[str]:
-    """The cases in the order in which they are measured; a GPU holds no world of 10,000 agents."""
-    crowds = CROWDS[:-1] if backend == "cuda" else CROWDS
+    """Return the cases in the order of measurement. A GPU cannot hold a world of 10,000 agents."""
+    sizes = WORLD_SIZES[:-1] if backend == "cuda" else WORLD_SIZES
     return [
         "study",
         *(experiment.name for experiment in paper()),
-        *(f"world-{agents}" for agents in crowds),
+        *(f"world-{agents}" for agents in sizes),
     ]
 
 
-def rules() -> list[str]:
-    """A case for each learning rule of the package: the first paper's agents on its map A, learning so."""
+def rule_cases() -> list[str]:
+    """Return a case for each built-in learning rule: agents of the first paper on its map A."""
     return [f"rule-{name}" for name in registry.packaged("learning rule")]
 
 
-def bench(
-    quick: bool, backend: str = "auto", parts: Sequence[Path] = (), every_rule: bool = False
+def measure_cases(
+    quick: bool, backend: str = "auto", parts: Sequence[Path] = (), all_rules: bool = False
 ) -> Iterator[Record]:
-    """Measure every case, then those of learning rules if wanted, then the parts of each file.
+    """Measure every case, then the learning rules, then the parts of each file.
 
-    `quick` measures less of each, and is less exact.
-    Raises ValueError for a backend not to be had, and PartError for a file that does not load.
+    Parameters
+    ----------
+    quick
+        Measure less of each case, which is less exact.
+    backend
+        "auto", "cpu" or "cuda".
+    parts
+        Files with parts to measure.
+    all_rules
+        Measure every built-in learning rule.
+
+    Raises
+    ------
+    ValueError
+        The backend cannot be used on this machine.
+    PartError
+        A file cannot be loaded.
     """
     choose(backend)
     for file in parts:
         load_file(file)
-    wanted = cases(backend) + (rules() if every_rule else [])
+    selected = cases(backend) + (rule_cases() if all_rules else [])
     tasks: list[tuple[Any, Any]] = [
-        *((measure, case) for case in wanted),
+        *((measure, case) for case in selected),
         *((measure_parts, file) for file in parts),
     ]
-    for task, what in tasks:
+    for task, argument in tasks:
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-            yield process.submit(task, what, quick, backend).result()
+            yield process.submit(task, argument, quick, backend).result()
 
 
 def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     """Measure one case in this process."""
-    crowd = int(case.removeprefix("world-")) if case.startswith("world-") else CROWDS[0]
-    chosen = choose(backend, GPU_PAYS if crowd == CROWDS[0] else 1, crowd)
+    agents = int(case.removeprefix("world-")) if case.startswith("world-") else WORLD_SIZES[0]
+    chosen = choose(backend, GPU_PAYS if agents == WORLD_SIZES[0] else 1, agents)
     compile_seconds = warm_up(_experiments(case), chosen)
     if case == "study":
-        agent_steps, seconds, threads = _study(
-            chosen, runs=2 if quick else 8 if chosen is CPU else 30
-        )
+        runs = 8 if chosen is CPU else 30
+        agent_steps, seconds, threads = _study(chosen, runs=2 if quick else runs)
     elif case.startswith("world-"):
-        agent_steps, seconds, threads = _world(chosen, crowd, steps=20 if quick else 200)
+        agent_steps, seconds, threads = _world(chosen, agents, steps=20 if quick else 200)
     else:
-        generations = 100 if chosen is CPU else 10  # of many more worlds
+        # A GPU simulates many more worlds at a time.
+        generations = 100 if chosen is CPU else 10
         agent_steps, seconds, threads = _condition(
             chosen, _case(case), generations // 5 if quick else generations
         )
@@ -102,15 +120,20 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
 
 
 def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
-    """Measure the parts in a file in this process: runs of the worlds in which they are checked, with as many agents as ever."""
-    chosen = choose(backend, GPU_PAYS, CROWDS[0])
-    length = {"population": {"size": CROWDS[0]}, "evolution": {"generations": 4 if quick else 20}}
+    """Measure the parts in a file in this process, in the worlds of `baldwinlab check`."""
+    chosen = choose(backend, GPU_PAYS, WORLD_SIZES[0])
+    length = {
+        "population": {"size": WORLD_SIZES[0]},
+        "evolution": {"generations": 4 if quick else 20},
+    }
     experiments = [
         subject.experiment.replace(**length) for subject in subjects(parts_in(load_file(file)))
     ]
     experiments = [
-        each.replace(lifetime={"steps": 5000}) if isinstance(each, Experiment) else each
-        for each in experiments
+        experiment.replace(lifetime={"steps": 5000})
+        if isinstance(experiment, Experiment)
+        else experiment
+        for experiment in experiments
     ]
     compile_seconds = warm_up(experiments, chosen)
     measured = [_runs(chosen, experiment) for experiment in experiments]
@@ -119,20 +142,20 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
 
 
 def _peak_mib() -> float | None:
-    """The most memory that this process has held, MiB; None where the system does not tell."""
-    held = peak_memory()
-    return None if held is None else held / 2**20
+    """Return the largest memory of this process so far, in MiB; None if it is unknown."""
+    peak = peak_memory()
+    return None if peak is None else peak / 2**20
 
 
 def _experiments(case: str) -> list[Experiment]:
-    """What is lived in a case, but for its length."""
+    """Return the experiments of a case, except for their lengths."""
     if case.startswith("world-"):
-        return [crowded(int(case.removeprefix("world-")), steps=1)]
+        return [many_agent_experiment(int(case.removeprefix("world-")), steps=1)]
     return paper() if case == "study" else [_case(case)]
 
 
 def _case(name: str) -> Experiment:
-    """A condition by its name, or the agents that learn by a rule."""
+    """Return a condition by its name, or agents that learn by the rule of a rule case."""
     rule = name.removeprefix("rule-")
     return (
         load("evo+self-taught/A").replace(name=name, learning={"rule": rule})
@@ -142,38 +165,39 @@ def _case(name: str) -> Experiment:
 
 
 def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
-    """The paper with fewer runs, on all cores, stored as ever."""
-    threads = max(
-        available_cores(), 1 if backend is CPU else len(paper())
-    )  # a GPU lives several batches at a time
+    """Measure the paper with fewer runs, on all cores, with stored records."""
+    # A GPU simulates several batches at a time.
+    threads = max(available_cores(), 1 if backend is CPU else len(paper()))
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", paper(), seed=0)
-        missing = missing_runs(study, runs, _ignore)
-        began = time.perf_counter()
-        run_study(study, missing, threads, _silent, _ignore, backend)
-        seconds = time.perf_counter() - began
+        missing = missing_runs(study, runs, _discard_message)
+        start = time.perf_counter()
+        run_study(study, missing, threads, _no_progress, _discard_message, backend)
+        seconds = time.perf_counter() - start
     return runs * sum(agent_steps_of_run(experiment) for experiment in paper()), seconds, threads
 
 
 def _condition(
     backend: Backend, experiment: Experiment, generations: int
 ) -> tuple[int, float, int]:
-    """One batch of runs of a condition, on one thread."""
+    """Measure one batch of runs of a condition, on one thread."""
     return *_runs(backend, experiment.replace(evolution={"generations": generations})), 1
 
 
 def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
-    """Agent-steps and seconds of one batch of runs, on one thread."""
-    simulate_batch(
-        experiment.replace(evolution={"generations": 1}), 0, [0], backend
-    )  # loads what a first run loads
-    began = time.perf_counter()
+    """Return the agent-steps and the seconds of one batch of runs, on one thread."""
+    # The first run loads compiled code.
+    simulate_batch(experiment.replace(evolution={"generations": 1}), 0, [0], backend)
+    start = time.perf_counter()
     simulate_batch(experiment, 0, range(backend.worlds), backend)
-    return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began
+    return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - start
 
 
-def crowded(agents: int, steps: int) -> Experiment:
-    """evo+self-taught/A with more agents, on a map as much larger and with as much more food; all are born among the food."""
+def many_agent_experiment(agents: int, steps: int) -> Experiment:
+    """Return evo+self-taught/A with more agents, on a map and with food in proportion.
+
+    All agents are born among the food.
+    """
     scale = math.sqrt(agents / 20)
     start = {"x": 480 * scale, "y": 160 * scale, "radius": 80 * scale}
     food = [
@@ -190,32 +214,33 @@ def crowded(agents: int, steps: int) -> Experiment:
 
 
 def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
-    """Lives of one large world, on one thread; of small ones, of as many as make up a batch: the fastest of some.
+    """Measure lives of one large world, or of a batch of small worlds, on one thread.
 
-    Lives are as long, whatever the crowd, so that as many agents are still among the food; the smaller it is, the more it lives.
+    The fastest of some repetitions counts. Lives have the same length in worlds of any size, so
+    that as many agents are still among the food. A smaller world is simulated more often.
     """
-    worlds = backend.worlds if agents == CROWDS[0] else 1
-    experiment, lives = crowded(agents, steps), max(1, CROWDS[-1] // (agents * worlds))
+    worlds = backend.worlds if agents == WORLD_SIZES[0] else 1
+    experiment = many_agent_experiment(agents, steps)
+    n_lives = max(1, WORLD_SIZES[-1] // (agents * worlds))
     batch = backend.batch(experiment, 0, range(worlds))
-    genomes, least = (
-        np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]),
-        math.inf,
-    )
-    for _ in range(LIVES):
+    genomes = np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)])
+    fastest = math.inf
+    for _ in range(REPETITIONS):
         seconds = 0.0
-        for _ in range(lives):
+        for _ in range(n_lives):
             batch.begin(0, genomes)
-            batch.eaten_in_life()  # waits until it is done
-            began = time.perf_counter()
+            # This waits until the batch is ready.
+            batch.eaten_in_life()
+            start = time.perf_counter()
             batch.simulate(0, steps)
             batch.eaten_in_life()
-            seconds += time.perf_counter() - began
-        least = min(least, seconds)
-    return lives * worlds * agents * steps, least, 1
+            seconds += time.perf_counter() - start
+        fastest = min(fastest, seconds)
+    return n_lives * worlds * agents * steps, fastest, 1
 
 
 def machine() -> dict[str, Any]:
-    """On what the figures were measured."""
+    """Return the platform, the processor and the versions of this machine."""
     provenance = {
         "platform": platform.platform(),
         "processor": _processor(),
@@ -239,10 +264,10 @@ def _processor() -> str:
     )
 
 
-def _ignore(message: str) -> None:
-    """Tell nobody."""
+def _discard_message(message: str) -> None:
+    """Ignore a message."""
 
 
 @contextmanager
-def _silent(description: str, total: int) -> Iterator[Callable[[int], None]]:
+def _no_progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
     yield lambda amount: None

@@ -20,7 +20,7 @@ from baldwinlab.studies.store import StudyStore
 
 
 @dataclass(frozen=True)
-class Own:
+class CustomClaims:
     """Claims about the conditions of a study, whoever makes them."""
 
     claims: tuple[Claim, ...]
@@ -35,7 +35,7 @@ class Own:
         return None if model is None else model.measures
 
 
-def claims(
+def evaluate_claims(
     study: StudyStore, file: Path | None = None, *, paper: str = "", last: int = 10
 ) -> list[ClaimResult]:
     """Decide the claims in a file, those of a paper, or those of the study's paper, and show them; nothing is written.
@@ -46,7 +46,7 @@ def claims(
     """
     require_positive("last", last)
     study.require_runs()
-    title, wanted = _wanted(study, file, paper)
+    title, wanted = _select_claims(study, file, paper)
     about = sorted(
         set().union(*(claim.conditions for claim in wanted.claims)) & set(study.experiments)
     )
@@ -56,7 +56,7 @@ def claims(
     return found
 
 
-def _wanted(study: StudyStore, file: Path | None, paper: str) -> tuple[str, Claiming]:
+def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[str, Claiming]:
     if file and paper:
         raise RefusedError(
             f"--claims {file} and --paper {paper} exclude each other: give one of them"
@@ -73,6 +73,6 @@ def _wanted(study: StudyStore, file: Path | None, paper: str) -> tuple[str, Clai
         raise PaperError(
             f"there is no {file}, or no [[claims]] in it; docs/papers.md says what a claim is"
         )
-    own = Own(made, study)
+    own = CustomClaims(made, study)
     require_known(made, file, list(study.experiments), own.measures)
     return f"The claims of {file.name}", own

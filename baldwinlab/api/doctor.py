@@ -1,4 +1,4 @@
-"""What this machine has for baldwinlab, and what it lacks: each problem with its mend."""
+"""Examine this machine: what baldwinlab needs, what is available, and how to fix each problem."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import platform
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
@@ -15,126 +15,141 @@ from baldwinlab.core import extras, resources
 from baldwinlab.engine import cache
 from baldwinlab.simulation.compilation import available_cores
 
-State = Literal["well", "missing", "problem"]  # missing is what may be
-LITTLE: Final = 2**30  # bytes of memory or disk: less than a study of the paper takes
+State = Literal["well", "missing", "problem"]  # "missing" concerns something optional
+MIN_FREE: Final = 2**30  # bytes of memory or disk that a study of the paper takes
 
 
 class Finding(NamedTuple):
-    about: str
+    """The result of one check, and how to fix a problem."""
+
+    topic: str
     state: State
-    said: str
-    mend: str = ""
+    message: str
+    fix: str = ""
 
 
 def examine(folder: Path) -> Iterator[Finding]:
-    """What is found of this machine; `folder` is where studies would be written."""
-    yield _python()
-    yield from _packages()
-    yield _cores()
-    yield _room(
+    """Yield the findings on this machine. `folder` is where studies would be written."""
+    yield _check_python()
+    yield from _check_packages()
+    yield _check_cores()
+    yield _check_free_space(
         "memory",
         resources.available_memory(),
-        "close other programs, or run fewer agents or worlds at a time",
+        "close other programs, or simulate fewer agents or worlds at a time",
     )
-    yield _cache()
-    yield _written(folder)
-    yield _room(
-        f"disk, {folder}", resources.free_disk(folder), "write studies elsewhere with --out"
+    yield _check_cache()
+    yield _check_writing(folder)
+    yield _check_free_space(
+        f"disk, {folder}", resources.free_disk(folder), "write studies to another disk with --out"
     )
-    yield _gpu()
+    yield _check_gpu()
 
 
-def _python() -> Finding:
-    said = f"{platform.python_version()} on {platform.system()} {platform.machine()}, baldwinlab {__version__}"
-    return Finding("Python", "well", said)
+def _check_python() -> Finding:
+    system = f"{platform.system()} {platform.machine()}"
+    message = f"{platform.python_version()} on {system}, baldwinlab {__version__}"
+    return Finding("Python", "well", message)
 
 
-def _packages() -> Iterator[Finding]:
-    """Describe the core and each extra: installed versions, or the missing packages and how to install them."""
+def _check_packages() -> Iterator[Finding]:
+    """Yield the core and each extra: installed versions, or missing packages and how to add them."""
+    required = extras.required_packages()
     for extra in (extras.CORE, *extras.PURPOSES):
-        versions = {
-            name: extras.installed_version(name)
-            for name in extras.required_packages().get(extra, [])
-        }
+        versions = {name: extras.installed_version(name) for name in required.get(extra, [])}
         installed = ", ".join(f"{name} {version}" for name, version in versions.items() if version)
         missing = ", ".join(name for name, version in versions.items() if version is None)
-        about, purpose = f"extra {extra}", f"for {extras.PURPOSES.get(extra)}"
-        if extra == extras.CORE:
-            mend = "install baldwinlab again, with pip" if missing else ""
-            said = f"not installed: {missing}" if missing else installed
-            yield Finding("core", "problem" if missing else "well", said, mend)
-        elif missing:
-            said = f"{purpose}; not installed: {missing}"
-            yield Finding(about, "missing", said, extras.installation_command(extra))
-        else:
-            yield Finding(about, "well", f"{purpose}: {installed}")
-
-
-def _cores() -> Finding:
-    usable, all_there = available_cores(), os.cpu_count() or 1
-    said = f"{usable} of {all_there}" if usable != all_there else str(usable)
-    return Finding("cores", "well", f"{said}: so many threads live unless --workers says otherwise")
-
-
-def _room(about: str, left: int | None, mend: str) -> Finding:
-    if left is None:
-        return Finding(
-            about,
-            "missing",
-            "this system does not tell how much is free",
-            "nothing is refused for want of it",
+        yield (
+            _check_core(installed, missing)
+            if extra == extras.CORE
+            else _check_extra(extra, installed, missing)
         )
-    return Finding(
-        about,
-        "well" if left >= LITTLE else "problem",
-        f"{resources.amount(left)} free",
-        "" if left >= LITTLE else mend,
-    )
 
 
-def _cache() -> Finding:
-    """Where compiled code is kept."""
+def _check_core(installed: str, missing: str) -> Finding:
+    if missing:
+        return Finding(
+            "core", "problem", f"not installed: {missing}", "install baldwinlab again with pip"
+        )
+    return Finding("core", "well", installed)
+
+
+def _check_extra(extra: str, installed: str, missing: str) -> Finding:
+    topic = f"extra {extra}"
+    purpose = f"for {extras.PURPOSES[extra]}"
+    if missing:
+        message = f"{purpose}; not installed: {missing}"
+        return Finding(topic, "missing", message, extras.installation_command(extra))
+    return Finding(topic, "well", f"{purpose}: {installed}")
+
+
+def _check_cores() -> Finding:
+    usable = available_cores()
+    total = os.cpu_count() or 1
+    count = f"{usable} of {total}" if usable != total else str(usable)
+    return Finding("cores", "well", f"{count}, the default number of threads (--workers)")
+
+
+def _check_free_space(topic: str, free: int | None, fix: str) -> Finding:
+    if free is None:
+        return Finding(
+            topic,
+            "missing",
+            "the system does not report how much is free",
+            "commands start without a check of it",
+        )
+    message = f"{resources.amount(free)} free"
+    if free >= MIN_FREE:
+        return Finding(topic, "well", message)
+    return Finding(topic, "problem", message, fix)
+
+
+def _check_cache() -> Finding:
+    """Check the folder of compiled code."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        place = cache.place()
-    if place is None:
-        why = "; ".join(str(each.message) for each in caught)
+        folder = cache.place()
+    if folder is None:
         return Finding(
             "compiled code",
             "problem",
-            why,
-            "let BALDWINLAB_CACHE name a folder that only you may write to",
+            "; ".join(str(warning.message) for warning in caught),
+            "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
-    held = sum(file.stat().st_size for file in place.rglob(f"*{cache.ENDING}"))
-    return Finding("compiled code", "well", f"{resources.amount(held)} in {place}")
+    size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.ENDING}"))
+    return Finding("compiled code", "well", f"{resources.amount(size)} in {folder}")
 
 
-def _written(folder: Path) -> Finding:
-    """Whether a study can be written, by writing a file as one would be."""
-    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+def _check_writing(folder: Path) -> Finding:
+    """Check that a study can be written, with a temporary file."""
+    parents = (folder, *folder.absolute().parents)
+    existing = next(parent for parent in parents if parent.exists())
     try:
-        with tempfile.TemporaryFile(dir=there) as file:
+        with tempfile.TemporaryFile(dir=existing) as file:
             file.write(b"baldwinlab")
     except OSError as error:
-        said = f"{there} cannot be written to ({error.strerror})"
-        return Finding("studies", "problem", said, "go to a folder of your own, or give --out one")
+        message = f"{existing} cannot be written to ({error.strerror})"
+        fix = "change to a folder that you can write to, or pass one with --out"
+        return Finding("studies", "problem", message, fix)
     return Finding("studies", "well", f"{folder} can be written to")
 
 
-def _gpu() -> Finding:
+def _check_gpu() -> Finding:
     if extras.installed_version("numba-cuda") is None:
         return Finding(
             "GPU",
             "missing",
-            "not looked for, as the extra cuda is not installed; the CPU gives the same bits",
+            "not checked, because the extra cuda is not installed; the CPU gives the same results",
         )
-    from baldwinlab.models.miniworld.backends import cuda  # here, because to load it takes a while
+    # Imported late: it takes a while to load.
+    from baldwinlab.models.miniworld import cuda
 
     problem = cuda.available()
-    return Finding(
-        "GPU", "missing" if problem else "well", problem or "an NVIDIA GPU that can be used"
-    )
+    if problem:
+        return Finding("GPU", "missing", problem)
+    return Finding("GPU", "well", "an NVIDIA GPU that can be used")
 
 
-def is_well(findings: list[Finding]) -> bool:
-    return not any(finding.state == "problem" for finding in findings)
+def has_problem(findings: Sequence[Finding]) -> bool:
+    """Return whether one of the findings is a problem."""
+    return any(finding.state == "problem" for finding in findings)

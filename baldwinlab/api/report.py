@@ -28,7 +28,7 @@ def report(
     *,
     last: int = 10,
     force: bool = False,
-    then: Callable[[], None] | None = None,
+    add_results: Callable[[], None] | None = None,
     baseline: str = "",
     paper: Paper | None = None,
 ) -> Path:
@@ -42,7 +42,7 @@ def report(
         The number of generations over which a run is averaged, counted from its last one.
     force
         Write even if it takes more memory than is free, or over a file that is no report.
-    then
+    add_results
         It is called when the page is written; then the page is written again, with the files that it has added to the study.
     baseline
         The condition with which all others are compared; see `statistics.contrasts.references` for the default.
@@ -88,8 +88,8 @@ def report(
     else:
         published = publish(study, out, last, console.info, baseline, paper)
         _show(study, published, out)
-        if then:
-            then()
+        if add_results:
+            add_results()
             published.write()
             _show(study, published, out)
         return out

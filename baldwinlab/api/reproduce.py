@@ -1,9 +1,10 @@
-"""A paper, whole: its conditions, its assays and its report."""
+"""Reproduce a paper: its conditions, its assays and its report."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ from baldwinlab.api.load import load_installed
 from baldwinlab.api.publish.study import of_emergence
 from baldwinlab.api.report import report
 from baldwinlab.api.run import assignments_of
-from baldwinlab.api.run_study import How, assay, bring
+from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing, run_missing_assays
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
@@ -29,8 +30,61 @@ from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.assays.memory import Planned
 from baldwinlab.studies.assays.run import missing_assays
 
-LONGEST_NAME: Final = 120  # of a folder, in characters
+MAX_NAME: Final = 120  # characters of the name of a folder
 SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A paper to reproduce, and the differences from its own settings.
+
+    Attributes
+    ----------
+    paper
+        The paper.
+    assignments
+        Settings that change its model, such as "lifetime.steps=100".
+    variant
+        Name of a variant of its model.
+    runs
+        Number of runs of each condition; that of the paper if None.
+    seed
+        Seed of the study.
+    out
+        Directory of the study; a folder of results/ if None.
+    last
+        Number of final generations that are averaged in each run.
+    """
+
+    paper: papers.Paper
+    assignments: Sequence[str] = ()
+    variant: str = STANDARD
+    runs: int | None = None
+    seed: int = 0
+    out: str | Path | None = None
+    last: int = 10
+
+    @property
+    def runs_of_condition(self) -> int:
+        """Return the number of runs of each condition."""
+        return self.paper.about.runs if self.runs is None else self.runs
+
+    @property
+    def directory(self) -> Path:
+        """Return the directory of the study."""
+        return Path("results") / self.folder_name if self.out is None else location(self.out)
+
+    @property
+    def folder_name(self) -> str:
+        """Return the default name of the directory, with every difference from the paper."""
+        words = ["paper" if self.paper.name == papers.DEFAULT else self.paper.name]
+        words += [self.variant] * (self.variant != STANDARD)
+        for assignment in self.assignments:
+            path, _, value = assignment.partition("=")
+            word = f"{SHORT_NAMES[path]}{value}" if path in SHORT_NAMES else assignment
+            words.append(re.sub(r"[^\w.=+-]+", "_", word))
+        words += [f"seed{self.seed}"] * bool(self.seed)
+        return "-".join(words)[:MAX_NAME]
 
 
 def reproduce(
@@ -49,143 +103,158 @@ def reproduce(
     set: Mapping[str, Any] | None = None,
     force: bool = False,
 ) -> Study:
-    """Run every condition of a paper and its assays, and write the report: when the runs are done, and again with the assays.
+    """Run every condition of a paper and its assays, and write the report.
+
+    The report is written after the runs, and again after the assays. The same call again does only
+    what is missing.
 
     Parameters
     ----------
     paper
-        The name of a paper, or the folder of a custom one.
+        Name of a paper, or folder of a custom paper.
     runs
-        Runs of each condition, by default as many as the paper has.
+        Number of runs of each condition, 1 to 2**31; by default as in the paper.
     generations, steps
-        Generations of a run, and steps of a forager's life. They change the model, as `set` does.
+        Number of generations of a run, and number of steps of a forager's life; by default as in
+        the paper. Other values change the model, as `set` does.
+    seed
+        Seed of all random numbers, 0 to 2**31 - 1.
     variant
-        An interpretation of the paper.
+        Name of a variant of the model: an interpretation of the paper.
     out
-        The directory of the study, by default a folder of results/.
+        Directory of the study, or a URL that fsspec can open. By default results/PAPER, with every
+        difference from the paper in its name; results/paper for the first paper, le-2019.
+    last
+        Number of final generations that are averaged in each run, at least 1.
+    workers
+        Number of threads, at least 1; by default one per core. With the executor "slurm", the
+        number of jobs.
+    backend
+        "cpu", "cuda", or "auto" for the fastest that is available.
+    executor
+        "threads", "dask:tcp://HOST:PORT", or "slurm".
     set
-        Fields to change in all conditions, such as {"lifetime.steps": 100}. The study is then one of a changed model, and
-        all its results say so.
+        Settings to change in all conditions, such as {"lifetime.steps": 100}. The model then
+        differs from the paper, and all results say so.
+    force
+        Run even if less memory or disk is free than the estimate.
+
+    Returns
+    -------
+    Study
+        The study, on disk.
 
     Raises
     ------
     PaperError
-        For a paper that does not exist or is not valid.
+        The paper does not exist or is not valid.
     ExperimentError
-        For an unknown variant or field, and for a field without effect.
+        The variant or a setting does not exist, or a setting has no effect.
+    ArgumentError
+        A number is out of range.
+    StudyError
+        The directory holds another study. These four are raised before anything is written.
     RefusedError
-        For `steps` where lives have none; and as `run` does, which counts in the assays and the report.
+        The paper has no foragers and `steps` is given; the backend cannot be used on this machine;
+        or too little memory or disk is free for runs, assays and report.
+    InterruptedStudyError
+        A worker or a disk failed. The stored runs remain, and the same call continues.
     """
     load_installed()
     chosen = papers.load(paper)
-    assignments = [*lengths(chosen, generations, steps), *assignments_of(set or {})]
-    how = How(workers, backend, executor, force)
-    return reproduce_changed(
-        chosen, assignments, how, runs=runs, seed=seed, variant=variant, out=out, last=last
+    lengths = assignments_of_lengths(chosen, generations, steps)
+    request = Reproduction(
+        chosen,
+        assignments=(*lengths, *assignments_of(set or {})),
+        variant=variant,
+        runs=runs,
+        seed=seed,
+        out=out,
+        last=last,
     )
+    return reproduce_changed(request, RunOptions(workers, backend, executor, force))
 
 
-def lengths(paper: papers.Paper, generations: int | None, steps: int | None) -> list[str]:
-    """Return the assignments of these lengths. Raises RefusedError for steps where lives have none."""
+def assignments_of_lengths(
+    paper: papers.Paper, generations: int | None, steps: int | None
+) -> list[str]:
+    """Return the assignments of these lengths. Raise RefusedError for steps without foragers."""
     if steps is not None and not are_foragers(paper.experiments()):
         raise RefusedError(
-            f"--steps is of foragers; {paper.name} has none, and its lives are as long as its model says"
+            f"--steps {steps} applies to foragers; {paper.name} has none, and its model sets the "
+            "length of a life: remove --steps"
         )
-    given = {"evolution.generations": generations, "lifetime.steps": steps}
-    return [f"{path}={value}" for path, value in given.items() if value is not None]
+    values = {"evolution.generations": generations, "lifetime.steps": steps}
+    return [f"{path}={value}" for path, value in values.items() if value is not None]
 
 
-def reproduce_changed(
-    paper: papers.Paper,
-    assignments: Sequence[str],
-    how: How,
-    *,
-    runs: int | None,
-    seed: int,
-    variant: str,
-    out: str | Path | None,
-    last: int,
-) -> Study:
-    """Reproduce a paper whose model is changed by assignments, or not at all. `reproduce` and its command call this."""
-    originals = paper.experiments(variant)
-    experiments = [assign(original, assignments) for original in originals]
+def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
+    """Reproduce a paper, whose model may be changed. `reproduce` and its command call this."""
+    paper = request.paper
+    originals = paper.experiments(request.variant)
+    experiments = [assign(original, request.assignments) for original in originals]
     require_effect(experiments, originals)
-    changes = assignments if experiments != originals else ()
-    require_positive("last", last)
-    name = _name(paper, variant, assignments, seed)
-    directory = Path("results") / name if out is None else location(out)
-    wanted = paper.about.runs if runs is None else runs
-    afterwards = _afterwards(experiments, paper, wanted, how.workers)
-    for sentence in too_few_runs(experiments, paper, wanted):
-        console.info(sentence)
-    study = bring(
+    require_positive("last", request.last)
+    runs = request.runs_of_condition
+    study_request = StudyRequest(
         experiments,
-        directory,
-        how,
-        runs=wanted,
-        seed=seed,
+        request.directory,
+        runs=runs,
+        seed=request.seed,
         paper=paper,
-        changes=changes,
-        afterwards=afterwards,
+        changes=request.assignments if experiments != originals else (),
+        later_need=_need_after_runs(experiments, paper, runs, options.workers),
     )
+    for sentence in describe_too_few_runs(experiments, paper, runs):
+        console.info(sentence)
+    study = run_missing(study_request, options)
 
-    def assays() -> None:
-        console.info(
-            "so far without assays: they follow, and then the report is written again, with them"
-        )
-        assay(study, paper.about.assays, how)
+    def run_assays() -> None:
+        console.info("The report lacks the assays. They run now; then it is written again.")
+        run_missing_assays(study, paper.about.assays, options)
 
-    then = assays if any(missing_assays(study, paper.about.assays).values()) else None
-    report(study, last=last, force=how.force, then=then, paper=paper)
+    has_missing_assays = any(missing_assays(study, paper.about.assays).values())
+    report(
+        study,
+        last=request.last,
+        force=options.force,
+        add_results=run_assays if has_missing_assays else None,
+        paper=paper,
+    )
     return Study(study)
 
 
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
-    """Whether all are of the model whose lives have steps that can be given."""
+    """Return whether all experiments are of the model whose lives have a settable length."""
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
-def too_few_runs(
+def describe_too_few_runs(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int
 ) -> Iterator[str]:
-    """Say which verdicts so few runs cannot give: on the claims, and on the Baldwin effect."""
+    """Yield which verdicts so few runs cannot give: on the claims, and on the Baldwin effect."""
     names = [experiment.name for experiment in experiments]
     if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
         yield f"Claims: {claims}"
-    planned = _planned(experiments, paper)
-    assays = planned.fitting(paper.about.assays)
-    if effect := describe_too_few(planned_designs(planned.experiments, assays, runs)):
+    plan = _plan_assays(experiments, paper)
+    assays = plan.fitting(paper.about.assays)
+    if effect := describe_too_few(planned_designs(plan.experiments, assays, runs)):
         yield f"Baldwin effect: {effect}"
 
 
-def _planned(experiments: Sequence[Experiment], paper: papers.Paper) -> Planned:
+def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> Planned:
     by_name = {experiment.name: experiment for experiment in experiments}
-    return Planned(
-        by_name, {name: found for name, found in paper.factors().items() if name in by_name}
-    )
+    factors = {name: value for name, value in paper.factors().items() if name in by_name}
+    return Planned(by_name, factors)
 
 
-def _afterwards(
+def _need_after_runs(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
 ) -> Need:
-    """What the assays and the report take."""
+    """Return the memory and disk of the assays and the report."""
     by_name = {experiment.name: experiment for experiment in experiments}
-    assays = _planned(experiments, paper).need(
-        runs, workers or available_cores(), paper.about.assays
-    )
+    plan = _plan_assays(experiments, paper)
+    need = plan.need(runs, workers or available_cores(), paper.about.assays)
+    tables = memory.of_tables([(experiment, runs) for experiment in experiments])
     shown = by_name.get(paper.about.emergence, experiments[0])
-    return assays.then(memory.of_tables([(one, runs) for one in experiments])).then(
-        of_emergence(shown)
-    )
-
-
-def _name(paper: papers.Paper, variant: str, assignments: Sequence[str], seed: int) -> str:
-    """Return the name of the folder for a study of this paper, with everything that is not as in the paper."""
-    words = ["paper" if paper.name == papers.DEFAULT else paper.name]
-    words += [variant] * (variant != STANDARD)
-    for assignment in assignments:
-        path, _, value = assignment.partition("=")
-        word = f"{SHORT_NAMES[path]}{value}" if path in SHORT_NAMES else assignment
-        words.append(re.sub(r"[^\w.=+-]+", "_", word))
-    words += [f"seed{seed}"] * bool(seed)
-    return "-".join(words)[:LONGEST_NAME]
+    return need.then(tables).then(of_emergence(shown))

@@ -1,4 +1,4 @@
-"""A study from experiments: `bl.run`, and what its command calls."""
+"""Run experiments as one study: `bl.run`, and the function that its command calls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import tomlkit
 
 from baldwinlab.api.load import load_installed
-from baldwinlab.api.run_study import How, bring
+from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
@@ -33,28 +33,32 @@ def run(
     set: Mapping[str, Any] | None = None,
     force: bool = False,
 ) -> Study:
-    """Run one or several experiments as one study. The same call again runs only the runs that are missing.
+    """Run one or several experiments as one study.
+
+    The same call again runs only the runs that are missing.
 
     Parameters
     ----------
     experiments
         Presets such as "evo/A", experiment files that end in .toml, or experiments from `load`.
     runs
-        Independent runs of each experiment.
+        Number of independent runs of each experiment, 1 to 2**31.
     seed
-        The seed of all randomness.
+        Seed of all random numbers, 0 to 2**31 - 1.
     out
-        The directory of the study, results/NAME by default; NAME joins the names of the experiments by "-".
+        Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
+        joins the names of the experiments by "-".
     workers
-        Threads, by default all cores.
+        Number of threads, at least 1; by default one per core. With the executor "slurm", the
+        number of jobs.
     backend
-        "auto", "cpu" or "cuda".
+        "cpu", "cuda", or "auto" for the fastest that is available.
     executor
-        "threads", "dask:tcp://HOST:PORT" or "slurm".
+        "threads", "dask:tcp://HOST:PORT", or "slurm".
     set
-        Changes of fields in all experiments: {"lifetime.steps": 100}.
+        Settings to change in all experiments, such as {"lifetime.steps": 100}.
     force
-        Run with less free memory or disk than the estimate.
+        Run even if less memory or disk is free than the estimate.
 
     Returns
     -------
@@ -64,34 +68,34 @@ def run(
     Raises
     ------
     ExperimentError
-        For an experiment that does not exist or is not valid, and a setting without effect.
+        An experiment does not exist or is not valid, or a setting has no effect.
     ArgumentError
-        For a number of runs, a seed or a number of workers out of range.
+        A number of runs, a seed or a number of workers is out of range.
     StudyError
-        Where the directory holds another study. These three are raised before anything is written.
+        The directory holds another study. These three are raised before anything is written.
     RefusedError
-        For a backend that cannot be used here, and for too little free memory or disk.
+        The backend cannot be used on this machine, or too little memory or disk is free.
     InterruptedStudyError
-        Where the study stops before its end. The stored runs stay.
+        A worker or a disk failed. The stored runs remain, and the same call continues.
     """
-    given = (
-        [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
-    )
-    if not given:
+    is_single = isinstance(experiments, str | Path | BaseExperiment)
+    sources = [experiments] if is_single else list(experiments)  # type: ignore[arg-type, list-item]
+    if not sources:
         raise RefusedError("a study needs at least one experiment")
     load_installed()
-    loaded = [
-        Loaded(each) if isinstance(each, BaseExperiment) else load_with_origin(each)
-        for each in given
-    ]
-    how = How(workers, backend, executor, force)
-    return run_loaded(loaded, assignments_of(set or {}), how, runs=runs, seed=seed, out=out)
+    loaded = [_load(source) for source in sources]
+    options = RunOptions(workers, backend, executor, force)
+    return run_loaded(loaded, assignments_of(set or {}), options, runs=runs, seed=seed, out=out)
+
+
+def _load(source: str | Path | BaseExperiment) -> Loaded:
+    return Loaded(source) if isinstance(source, BaseExperiment) else load_with_origin(source)
 
 
 def run_loaded(
     loaded: Sequence[Loaded],
     assignments: Sequence[str],
-    how: How,
+    options: RunOptions,
     *,
     runs: int,
     seed: int,
@@ -100,38 +104,38 @@ def run_loaded(
 ) -> Study:
     """Run experiments, changed by assignments, as one study. `run` and its command call this.
 
-    It says before the runs whether they are too few for a comparison of the conditions with each other or with `baseline`.
+    Before the runs it prints whether they are too few for a comparison of the conditions with each
+    other, or with `baseline`.
     """
-    experiments = [assign(each.experiment, assignments) for each in loaded]
-    require_effect(experiments, [each.origin for each in loaded])
-    names = [each.name for each in experiments]
+    experiments = [assign(item.experiment, assignments) for item in loaded]
+    require_effect(experiments, [item.origin for item in loaded])
+    names = [experiment.name for experiment in experiments]
     if baseline and baseline not in names:
         raise RefusedError(
-            f"baseline {baseline!r} is not a condition of the study{suggest(baseline, names)}"
+            f"--baseline {baseline} is not a condition of the study{suggest(baseline, names)}"
         )
     console.info_if_any(_describe_too_few(names, runs, baseline))
-    directory = (
-        Path("results") / "-".join(name.replace("/", "-") for name in names)
-        if out is None
-        else location(out)
-    )
-    return Study(bring(experiments, directory, how, runs=runs, seed=seed))
+    folder = "-".join(name.replace("/", "-") for name in names)
+    directory = Path("results") / folder if out is None else location(out)
+    return Study(run_missing(StudyRequest(experiments, directory, runs, seed), options))
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
-    from baldwinlab.analysis.statistics.contrasts import (
-        planned_designs,  # here, because SciPy's statistics take a while to load
-    )
+    """Return a sentence if so few runs cannot give a verdict, else ""."""
+    # Imported late: SciPy's statistics take a while to load.
+    from baldwinlab.analysis.statistics.contrasts import planned_designs
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
-    known = factors()
-    return describe_too_few(
-        planned_designs({name: known.get(name, Factors(name)) for name in names}, runs, baseline)
-    )
+    factors_of_presets = factors()
+    conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}
+    return describe_too_few(planned_designs(conditions, runs, baseline))
 
 
 def assignments_of(tables: Mapping[str, Any]) -> list[str]:
-    """Return the assignments of tables: `{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` are both lifetime.steps=5."""
+    """Return the assignments of nested tables.
+
+    `{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` both become lifetime.steps=5.
+    """
     return list(_assignments(tables))
 
 

@@ -1,12 +1,11 @@
-"""How a study is brought to its runs and to its assays, showing how far it is."""
+"""Run the missing runs and assays of a study, with a progress bar."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
-from typing import NamedTuple
 
 from baldwinlab.core import console, variables
 from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, require_positive
@@ -20,7 +19,7 @@ from baldwinlab.papers import Paper, keep, presets
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies import executors, store
-from baldwinlab.studies.assays.memory import need as of_assays
+from baldwinlab.studies.assays.memory import need as estimate_assays
 from baldwinlab.studies.assays.run import agent_steps, misfits, missing_assays, run_assays
 from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
@@ -29,181 +28,298 @@ from baldwinlab.studies.run import agent_steps_of_run, missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 
 
-class How(NamedTuple):
-    """How lives are lived, which decides no bit of what comes of them; `workers` are all cores unless given."""
+@dataclass(frozen=True)
+class RunOptions:
+    """How simulations are executed. The options do not change results.
+
+    Attributes
+    ----------
+    workers
+        Number of threads, or of jobs with the executor "slurm"; by default one thread per core.
+    backend
+        "cpu", "cuda", or "auto" for the fastest that is available.
+    executor
+        "threads", "dask:tcp://HOST:PORT", or "slurm".
+    force
+        Run even if less memory or disk is free than the memory.
+    """
 
     workers: int | None = None
     backend: str = "auto"
     executor: str = "threads"
     force: bool = False
 
-    def place(self) -> Executor:
+    def make_executor(self) -> Executor:
+        """Return the executor. Raise ArgumentError for a number of workers below 1."""
         require_positive("workers", self.workers)
         return executors.choose(self.executor, self.workers)
 
 
-def bring(
-    experiments: Sequence[Experiment],
-    directory: Path,
-    how: How,
-    *,
-    runs: int,
-    seed: int,
-    paper: Paper | None = None,
-    changes: Sequence[str] = (),
-    kind: Kind = CONDITIONS,
-    factors: Mapping[str, Factors] | None = None,
-    beside: Mapping[str, bytes] = MappingProxyType({}),
-    afterwards: Need = NOTHING,
-) -> StudyStore:
-    """Make the study, that of a paper if one is given, or open the one that is there, and do the runs that it lacks.
+@dataclass(frozen=True)
+class StudyRequest:
+    """A study that is to be complete: its conditions, and the number of runs of each.
 
-    Unless `factors` are given, those of the conditions that bear a preset's name are the preset's. `beside` are files that the
-    directory is to hold, too. `afterwards` is what the caller needs for what comes after the runs.
-    Raises ArgumentError for an argument beyond its limits, RefusedError for more memory or disk than is free (unless forced),
-    and StudyError where the directory holds anything else, before anything is written; KeyboardInterrupt and
-    InterruptedStudyError say what is stored when it is stopped.
+    Attributes
+    ----------
+    experiments
+        One experiment per condition.
+    directory
+        Where the study is stored.
+    runs
+        Number of runs of each condition, at least 1.
+    seed
+        Seed of the study, 0 to 2**31 - 1.
+    paper
+        The paper that defines the study. A custom paper is copied into the directory.
+    changes
+        Assignments that change the model of the paper.
+    kind
+        Kind of the study.
+    factors
+        Factors of each condition by its name, by default those of the presets.
+    extra_files
+        Contents of further files of the directory, by file name.
+    later_need
+        Memory and disk that the caller needs after the runs; the resource check includes them.
     """
-    require_positive("runs", runs)
-    if runs > MOST_RUNS:
-        raise ArgumentError("runs", runs, f"must be at most {MOST_RUNS}")
-    place = how.place()
-    check_seed(seed)
-    engine = _engine(how.backend, place, runs, experiments)
-    tasks = (
-        place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)
-    )  # one lives, another breeds
-    need = _of_runs(experiments, directory, runs, tasks, engine, place).then(afterwards)
-    require(f"runs: {runs * len(experiments):,}", need, directory, force=how.force)
-    for experiment in experiments:
-        memory.require_storable(
-            variables.of_record(experiment), memory.sizes(experiment), experiment.name
-        )
-    if factors is None:
-        factors = paper.factors() if paper else presets.factors()
-    study = store.create(
-        directory,
-        experiments,
-        seed,
-        kind,
-        factors,
-        paper=paper.name if paper else "",
-        changes=changes,
-    )
-    if paper:
-        keep(paper, directory)
-    for name, content in beside.items():
-        write_atomically(directory / name, content)
-    missing = missing_runs(study, runs, console.warn)
-    total = sum(
-        agent_steps_of_run(study.experiments[condition]) * len(numbers)
-        for condition, numbers in missing.items()
-    )
-    wanted = runs * len(experiments)
-    if not total:
-        console.info(f"{directory}: runs: {wanted}, all of them stored already")
+
+    experiments: Sequence[Experiment]
+    directory: Path
+    runs: int
+    seed: int
+    paper: Paper | None = None
+    changes: Sequence[str] = ()
+    kind: Kind = CONDITIONS
+    factors: Mapping[str, Factors] | None = None
+    extra_files: Mapping[str, bytes] = field(default_factory=dict)
+    later_need: Need = NOTHING
+
+    @property
+    def total_runs(self) -> int:
+        """Return the number of runs of all conditions."""
+        return self.runs * len(self.experiments)
+
+
+@dataclass(frozen=True)
+class _Machinery:
+    """The executor and the backend of a request, and the number of tasks at a time."""
+
+    executor: Executor
+    backend: Backend
+    tasks: int
+
+
+def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
+    """Create or open a study and run its missing runs.
+
+    Parameters
+    ----------
+    request
+        The study.
+    options
+        Workers, backend, executor and force.
+
+    Returns
+    -------
+    StudyStore
+        The directory of the study, with all its runs.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    RefusedError
+        Less memory or disk is free than the estimate, unless `options.force`.
+    StudyError
+        The directory holds something else. These three are raised before anything is written.
+    InterruptedStudyError
+        A worker or a disk failed. The message states how many runs are stored, as that of
+        KeyboardInterrupt does.
+    """
+    machinery = _check_request(request, options)
+    _require_resources(request, machinery, options.force)
+    study = _open_or_create(request)
+    missing = missing_runs(study, request.runs, console.warn)
+    if not any(missing.values()):
+        console.info(f"{request.directory}: all {request.total_runs:,} runs are already stored")
         return study
-    study.require_writable(
-        study.path(condition, lacking[0]) for condition, lacking in missing.items() if lacking
-    )
-    stored = wanted - sum(map(len, missing.values()))
-    console.info(
-        f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}"
-    )
-    with _saying_where_it_stands(study, lambda: _standing(study, runs)):
-        run_study(study, missing, tasks, console.progress, console.info, engine, place)
+    _announce_runs(study, missing, request)
+    with _report_progress_on_error(study, lambda: _count_stored_runs(study, request.runs)):
+        run_study(
+            study,
+            missing,
+            machinery.tasks,
+            console.progress,
+            console.info,
+            machinery.backend,
+            machinery.executor,
+        )
     return study
 
 
-def _of_runs(
-    experiments: Sequence[Experiment],
-    directory: Path,
-    runs: int,
-    workers: int,
-    engine: Backend,
-    place: Executor,
-) -> Need:
-    """What the runs take that the directory lacks."""
-    there = is_study(directory)
-    lacking = []
-    for experiment in experiments:
-        stored = sum(1 for _ in (directory / "runs" / experiment.name).glob("*.nc")) if there else 0
-        lacking.append((experiment, max(0, runs - stored)))
-    return _here(memory.of_runs(lacking, workers, engine.worlds), place)
+def _check_request(request: StudyRequest, options: RunOptions) -> _Machinery:
+    """Return the executor and the backend. Raise ArgumentError for a number out of range."""
+    require_positive("runs", request.runs)
+    if request.runs > MOST_RUNS:
+        raise ArgumentError("runs", request.runs, f"must be at most {MOST_RUNS}")
+    executor = options.make_executor()
+    check_seed(request.seed)
+    backend = _choose_backend(options.backend, executor, request)
+    tasks = executor.workers
+    if backend.name == "cuda":
+        # While the GPU simulates one task, the CPU breeds the next generation of another.
+        tasks = max(tasks, len(request.experiments), 2)
+    return _Machinery(executor, backend, tasks)
 
 
-def _here(need: Need, place: Executor) -> Need:
-    """What of it is this machine's to give: elsewhere than on threads, the memory is others'."""
-    return need if place.name == THREADS.name else need._replace(memory=0)
+def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Backend:
+    """Return the backend. "auto" is the CPU where a GPU of this machine would not be used.
+
+    Remote workers may lack a GPU, and models other than MiniWorld run on the CPU only.
+    """
+    is_miniworld = all(isinstance(experiment, Experiment) for experiment in request.experiments)
+    if name == "auto" and not (is_miniworld and executor.name == THREADS.name):
+        name = "cpu"
+    agents = max(experiment.population.size for experiment in request.experiments)
+    return choose(name, request.total_runs, agents)
 
 
-def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experiment]) -> Backend:
-    """Whether there is a GPU here says nothing about workers elsewhere, and models that are parts live on the CPU alone."""
-    foragers = all(isinstance(experiment, Experiment) for experiment in experiments)
-    chosen = "cpu" if name == "auto" and not (foragers and place.name == "threads") else name
-    return choose(
-        chosen,
-        runs * len(experiments),
-        max(experiment.population.size for experiment in experiments),
+def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool) -> None:
+    """Raise RefusedError if the missing runs, or the work after them, need more than is free."""
+    missing = [
+        (experiment, _count_missing_files(request, experiment.name))
+        for experiment in request.experiments
+    ]
+    need = memory.of_runs(missing, machinery.tasks, machinery.backend.worlds)
+    need = _need_on_this_machine(need, machinery.executor).then(request.later_need)
+    require(f"{request.total_runs:,} runs", need, request.directory, force=force)
+    for experiment in request.experiments:
+        memory.require_storable(
+            variables.of_record(experiment), memory.sizes(experiment), experiment.name
+        )
+
+
+def _count_missing_files(request: StudyRequest, condition: str) -> int:
+    """Return the number of runs of a condition without a file, in a directory that may not exist."""
+    if not is_study(request.directory):
+        return request.runs
+    files = (request.directory / "runs" / condition).glob("*.nc")
+    return max(0, request.runs - sum(1 for _ in files))
+
+
+def _need_on_this_machine(need: Need, executor: Executor) -> Need:
+    """Return the need without the memory of remote workers."""
+    return need if executor.name == THREADS.name else need._replace(memory=0)
+
+
+def _open_or_create(request: StudyRequest) -> StudyStore:
+    """Return the study in the directory, which is created if it does not exist."""
+    factors = request.factors
+    if factors is None:
+        factors = request.paper.factors() if request.paper else presets.factors()
+    study = store.create(
+        request.directory,
+        request.experiments,
+        request.seed,
+        request.kind,
+        factors,
+        paper=request.paper.name if request.paper else "",
+        changes=request.changes,
+    )
+    if request.paper:
+        keep(request.paper, request.directory)
+    for name, content in request.extra_files.items():
+        write_atomically(request.directory / name, content)
+    return study
+
+
+def _announce_runs(
+    study: StudyStore, missing: Mapping[str, Sequence[int]], request: StudyRequest
+) -> None:
+    """Print the numbers of stored and of missing runs, after a check that records can be written."""
+    study.require_writable(study.path(name, runs[0]) for name, runs in missing.items() if runs)
+    to_do = sum(map(len, missing.values()))
+    steps = sum(
+        agent_steps_of_run(study.experiments[name]) * len(runs) for name, runs in missing.items()
+    )
+    console.info(
+        f"{request.directory}: {request.total_runs - to_do:,} of {request.total_runs:,} runs "
+        f"stored, {to_do:,} to do ({steps:,} agent-steps)"
     )
 
 
-def assay(study: StudyStore, names: Sequence[str], how: How) -> None:
-    """Do these assays of a study, as far as they are not stored, on the CPU whatever the backend; raises as `bring` does."""
-    place = how.place()
+def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOptions) -> None:
+    """Run the assays of a study that are not stored, on the CPU.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    names
+        Names of assays, see `baldwinlab.studies.assays.run.ASSAYS`.
+    options
+        Workers, executor and force.
+
+    Raises
+    ------
+    ArgumentError
+        The number of workers is below 1.
+    StudyError
+        No assay has that name.
+    RefusedError
+        Less memory or disk is free than the estimate, unless `options.force`.
+    InterruptedStudyError
+        A worker or a disk failed. The message states how many assays are stored.
+    """
+    executor = options.make_executor()
     study.require_parts()
     for sentence in misfits(study, names):
         console.info(sentence)
     missing = missing_assays(study, names)
     count = sum(map(len, missing.values()))
     if not count:
-        console.info(f"{study.directory}: all of these assays are stored already")
+        console.info(f"{study.directory}: all assays are already stored")
         return
-    for condition, lacking in missing.items():
-        for name in lacking:
+    for condition, assays in missing.items():
+        for name in assays:
             require_place(assay_path(study.directory, name, condition))
-    need = of_assays(
-        study,
-        missing,
-        {condition: len(study.runs(condition)) for condition in missing},
-        place.workers,
-    )
-    require(f"assays: {count}", _here(need, place), study.directory, force=how.force)
-    console.info(
-        f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}"
-    )
+    runs = {condition: len(study.runs(condition)) for condition in missing}
+    need = estimate_assays(study, missing, runs, executor.workers)
+    need = _need_on_this_machine(need, executor)
+    require(f"{count} assays", need, study.directory, force=options.force)
+    steps = agent_steps(study, missing)
+    console.info(f"{study.directory}: {count} assays to do ({steps:,} agent-steps)")
 
-    def standing() -> str:
+    def count_stored_assays() -> str:
         done = count - sum(map(len, missing_assays(study, names).values()))
-        return (
-            f"{done} of {count} assays are stored and kept; an unfinished assay is not stored, and the "
-            "same command measures it from its beginning"
-        )
+        return f"{done} of {count} assays are stored in {study.directory}"
 
-    with _saying_where_it_stands(study, standing):
-        run_assays(study, missing, place.workers, console.progress, console.info, place)
+    with _report_progress_on_error(study, count_stored_assays):
+        run_assays(study, missing, executor.workers, console.progress, console.info, executor)
 
 
 @contextmanager
-def _saying_where_it_stands(study: StudyStore, standing: Callable[[], str]) -> Iterator[None]:
-    """Whatever stops the work, its message says how much of it is stored."""
+def _report_progress_on_error(study: StudyStore, count_stored: Callable[[], str]) -> Iterator[None]:
+    """Add to the message of an interruption what is stored and how to continue."""
     try:
         yield
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"stopped; {standing()}") from None
+        raise KeyboardInterrupt(f"Interrupted. {_resume_message(count_stored())}") from None
     except ExecutorError as error:
-        raise InterruptedStudyError(f"{error}; {standing()}") from None
+        raise InterruptedStudyError(f"{error}. {_resume_message(count_stored())}") from None
     except OSError as error:
-        fault = f"cannot write {error.filename or study.directory}: {error.strerror or error}"
-        raise InterruptedStudyError(f"{fault}; {standing()}") from None
+        file = error.filename or study.directory
+        raise InterruptedStudyError(
+            f"cannot write {file}: {error.strerror or error}. {_resume_message(count_stored())}"
+        ) from None
 
 
-def _standing(study: StudyStore, runs: int) -> str:
+def _resume_message(stored: str) -> str:
+    return f"{stored}. Repeat the command to continue."
+
+
+def _count_stored_runs(study: StudyStore, runs: int) -> str:
     stored = sum(
         len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments
     )
-    wanted = runs * len(study.experiments)
-    return (
-        f"{stored} of {wanted} runs are stored in {study.directory} and kept; an unfinished run is not "
-        "stored, and the same command simulates it from its first generation"
-    )
+    return f"{stored} of {runs * len(study.experiments)} runs are stored in {study.directory}"

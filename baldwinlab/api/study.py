@@ -20,7 +20,7 @@ from baldwinlab.api.export.ro_crate import write_crate
 from baldwinlab.api.export.table import Table
 from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.api.load import load_installed
-from baldwinlab.api.run_study import How, assay
+from baldwinlab.api.run_study import RunOptions, run_missing_assays
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.files import location
 from baldwinlab.core.resources import require
@@ -92,7 +92,8 @@ class Study:
         it has nothing to measure; and RefusedError, unless forced, for more memory or disk than is free.
         """
         if any(missing_assays(self._stored, [name]).values()):
-            assay(self._stored, [name], How(workers, executor=executor, force=force))
+            options = RunOptions(workers, executor=executor, force=force)
+            run_missing_assays(self._stored, [name], options)
         if condition is not None:
             return open_assay(self.directory, name, condition)
         measured = [each for each in self.conditions if is_stored(name, self._stored, each)]

@@ -1,4 +1,4 @@
-"""A sweep, given as its file or as what its file would say."""
+"""Run a sweep, from its file or from a dict with the same content."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import tomlkit
 
 from baldwinlab.api.load import load_installed
 from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
-from baldwinlab.api.run_study import How, bring
+from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
@@ -30,41 +30,70 @@ def sweep(
     executor: str = "threads",
     force: bool = False,
 ) -> Study:
-    """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields.
+    """Run an experiment with many values of its settings: a grid, a list or a random sample.
 
-    `plan` is a TOML file, or a dict of the same content: {"experiment": "evo/A", "fields": {...}}.
-    docs/reference/sweeps.md lists the keys. `out`
-    is results/ and the file's name unless given; a dict needs it. The same call again does what is missing. Raises
-    ExperimentError with a line for every fault, StudyError where `out` holds anything else, and RefusedError, unless forced,
-    for more memory or disk than is free.
+    The same call again runs only the runs that are missing.
+
+    Parameters
+    ----------
+    plan
+        A TOML file, or a dict with the same content, such as
+        {"experiment": "evo/A", "runs": 8, "fields": {"learning.rate": [0.01, 0.1]}}. The page
+        docs/reference/sweeps.md lists the keys.
+    out
+        Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
+        is that of the file. A dict needs it.
+    workers
+        Number of threads, at least 1; by default one per core. With the executor "slurm", the
+        number of jobs.
+    backend
+        "cpu", "cuda", or "auto" for the fastest that is available.
+    executor
+        "threads", "dask:tcp://HOST:PORT", or "slurm".
+    force
+        Run even if less memory or disk is free than the estimate.
+
+    Returns
+    -------
+    Study
+        The study, on disk. Its conditions are the points of the sweep.
+
+    Raises
+    ------
+    ExperimentError
+        The plan is not valid. The message has one line for each error.
+    ArgumentError
+        A number is out of range.
+    StudyError
+        The directory holds another study. These three are raised before anything is written.
+    RefusedError
+        `plan` is a dict and `out` is missing, or too little memory or disk is free.
+    InterruptedStudyError
+        A worker or a disk failed. The stored runs remain, and the same call continues.
     """
     require_positive("workers", workers)
     load_installed()
     if isinstance(plan, Mapping):
         if out is None:
-            raise RefusedError("a sweep that is no file needs out, the directory of its study")
-        path, content = Path("sweep"), tomlkit.dumps(plan).encode()
+            raise RefusedError("out is missing: a sweep from a dict needs the study's directory")
+        path = Path("sweep")
+        content = tomlkit.dumps(plan).encode()
         design = validate(plan, str(path))
     else:
         path = Path(plan)
-        design, content = read(path), path.read_bytes()
+        design = read(path)
+        content = path.read_bytes()
     directory = Path("results") / path.stem if out is None else location(out)
     points = experiments(design, path)
     require_as_many(directory, points)
     console.info_if_any(describe_too_few_runs(design, len(points)))
-    how, need = (
-        How(workers, backend, executor, force),
-        of_tables([(point, design.runs) for point in points]),
+    request = StudyRequest(
+        points,
+        directory,
+        runs=design.runs,
+        seed=design.seed,
+        kind=SWEEP,
+        extra_files={FILE: content},
+        later_need=of_tables([(point, design.runs) for point in points]),
     )
-    return Study(
-        bring(
-            points,
-            directory,
-            how,
-            runs=design.runs,
-            seed=design.seed,
-            kind=SWEEP,
-            beside={FILE: content},
-            afterwards=need,
-        )
-    )
+    return Study(run_missing(request, RunOptions(workers, backend, executor, force)))

@@ -1,4 +1,4 @@
-"""The command line: a thin layer over `baldwinlab.api`. A command's module is loaded when the command is used."""
+"""The command line: a thin layer over `baldwinlab.api`. The module of a command is loaded on first use."""
 
 from __future__ import annotations
 
@@ -7,57 +7,99 @@ import sys
 import warnings
 from contextlib import chdir
 from pathlib import Path
+from typing import Final, NamedTuple
 
+from cyclopts import Group
+
+from baldwinlab.cli.old_names import replace_old_names
 from baldwinlab.cli.options import app
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
 
-COMMANDS = {  # module and function of each
-    "assay": ("cli.assay", "assay"),
-    "bench": ("cli.bench", "bench"),
-    "check": ("cli.check", "check"),
-    "claims": ("cli.claims", "claims"),
-    "crate": ("cli.crate", "crate"),
-    "doctor": ("cli.doctor", "doctor"),
-    "export": ("cli.export", "export"),
-    "gallery": ("cli.gallery", "gallery"),
-    "lab": ("cli.lab", "lab"),
-    "multiverse": ("cli.multiverse", "multiverse"),
-    "papers": ("cli.papers", "papers"),
-    "phylogeny": ("cli.phylogeny", "phylogeny"),
-    "presets": ("cli.presets", "list_presets"),
-    "replay": ("cli.replay", "replay"),
-    "report": ("cli.report", "report"),
-    "reproduce": ("cli.reproduce", "reproduce"),
-    "run": ("cli.run", "run"),
-    "show": ("cli.presets", "show"),
-    "sweep": ("cli.sweep", "sweep"),
+
+class Command(NamedTuple):
+    """The module and the function of a command, and its arguments as the help shows them."""
+
+    module: str
+    function: str
+    arguments: str = ""
+
+
+# The commands by the groups of `baldwinlab --help`.
+GROUPS: Final[dict[str, dict[str, Command]]] = {
+    "Run": {
+        "reproduce": Command("cli.reproduce", "reproduce", "[PAPER]"),
+        "run": Command("cli.run", "run", "EXPERIMENT [EXPERIMENTS...]"),
+        "sweep": Command("cli.sweep", "sweep", "FILE"),
+        "multiverse": Command("cli.multiverse", "multiverse", "[PAPER]"),
+    },
+    "Analyze": {
+        "assay": Command("cli.assay", "assay", "DIRECTORY"),
+        "report": Command("cli.report", "report", "DIRECTORY"),
+        "claims": Command("cli.claims", "claims", "DIRECTORY"),
+        "gallery": Command("cli.gallery", "gallery", "[FOLDER]"),
+    },
+    "Look": {
+        "lab": Command("cli.lab", "lab", "[DIRECTORY]"),
+        "replay": Command(
+            "cli.replay", "replay", "DIRECTORY --run RUN --generation GENERATION --out OUT"
+        ),
+        "export": Command("cli.export", "export", "SOURCE"),
+    },
+    "Parts and papers": {
+        "list": Command("cli.list", "list_names", "papers|presets|parts"),
+        "show": Command("cli.show", "show", "EXPERIMENT"),
+        "check": Command("cli.check", "check", "FILE"),
+    },
+    "Machine": {
+        "doctor": Command("cli.doctor", "doctor", "[FOLDER]"),
+        "bench": Command("cli.bench", "bench"),
+    },
+}
+COMMANDS: Final[dict[str, Command]] = {
+    name: command for commands in GROUPS.values() for name, command in commands.items()
 }
 
 
-def _help(module: str, function: str) -> str:
-    """A command's docstring, read without loading what the command uses, which takes seconds."""
-    tree = ast.parse(
-        (Path(__file__).parents[1] / f"{module.replace('.', '/')}.py").read_text("utf-8")
-    )
-    (found,) = (
+def _read_docstring(module: str, function: str) -> str:
+    """Return the docstring of a command without loading its module, which takes seconds."""
+    path = Path(__file__).parents[1] / f"{module.replace('.', '/')}.py"
+    tree = ast.parse(path.read_text("utf-8"))
+    (definition,) = (
         node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function
     )
-    return "\n\n".join(
-        " ".join(paragraph.split()) for paragraph in (ast.get_docstring(found) or "").split("\n\n")
-    )
+    paragraphs = (ast.get_docstring(definition) or "").split("\n\n")
+    return "\n\n".join(map(_join_lines, paragraphs))
 
 
-for _name, (_module, _function) in COMMANDS.items():
-    app.command(f"baldwinlab.{_module}:{_function}", name=_name, help=_help(_module, _function))
+def _join_lines(paragraph: str) -> str:
+    """Join the lines of a paragraph. Indented lines are an example and stay as they are."""
+    return paragraph if paragraph.startswith("    ") else " ".join(paragraph.split())
+
+
+def _register_commands() -> None:
+    for number, (title, commands) in enumerate(GROUPS.items()):
+        group = Group(title, sort_key=number)
+        for position, (name, command) in enumerate(commands.items()):
+            app.command(
+                f"baldwinlab.{command.module}:{command.function}",
+                name=name,
+                help=_read_docstring(command.module, command.function),
+                group=group,
+                sort_key=position,
+                usage=f"Usage: baldwinlab {name} [OPTIONS] {command.arguments}".rstrip(),
+            )
+
+
+_register_commands()
 
 
 def main() -> None:
-    """Run the command line; every fault is one clear sentence and a non-zero exit."""
-    _pass_over_matplotlibrc()
+    """Run the command line. An error prints one sentence and sets a non-zero exit status."""
+    _ignore_local_matplotlibrc()
     warnings.showwarning = lambda message, *_: console.warn(str(message))
     try:
-        app(sys.argv[1:])
+        app(replace_old_names(sys.argv[1:], console.warn))
     except ArgumentError as error:
         _fail(error.option, 2)
     except InterruptedStudyError as error:
@@ -65,18 +107,19 @@ def main() -> None:
     except (BaldwinLabError, ValueError) as error:
         _fail(str(error), 2)
     except KeyboardInterrupt as error:
-        _fail(str(error) or "stopped", 130)
+        _fail(str(error) or "Interrupted.", 130)
     except OSError as error:
-        _fail(
-            f"{error.filename}: {error.strerror}"
-            if error.filename and error.strerror
-            else error.strerror or str(error),
-            1,
-        )
+        _fail(_describe_os_error(error), 1)
 
 
-def _pass_over_matplotlibrc() -> None:
-    """Load Matplotlib from another folder where the working directory has settings that it would read."""
+def _describe_os_error(error: OSError) -> str:
+    if error.filename and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return error.strerror or str(error)
+
+
+def _ignore_local_matplotlibrc() -> None:
+    """Load Matplotlib from another folder if the working directory has a settings file for it."""
     if Path("matplotlibrc").exists():
         with chdir(Path(__file__).parent):
             import matplotlib  # noqa: F401

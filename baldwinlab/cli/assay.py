@@ -1,4 +1,4 @@
-"""Assays of a stored study."""
+"""The command `assay`: measure the stored genomes of a study under changed conditions."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api import run_study
 from baldwinlab.api.report import report
+from baldwinlab.api.run_study import RunOptions, run_missing_assays
 from baldwinlab.cli.options import Directory, Executor, Force, Parts, Workers, load_parts
 from baldwinlab.studies.assays.run import ASSAYS
 from baldwinlab.studies.store import StudyStore
@@ -17,18 +17,26 @@ def assay(
     directory: Directory,
     /,
     *,
-    only: Annotated[
+    assays: Annotated[
         str | None,
-        Parameter(help=f"some of {', '.join(ASSAYS)}, with commas between; all unless given"),
+        Parameter(help=f"Assays, separated by commas: {', '.join(ASSAYS)}. Default: all."),
     ] = None,
     workers: Workers = None,
     part: Parts = None,
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Live the genomes of a stored study again under changed circumstances, measure them, and rebuild the report."""
+    """Simulate the stored genomes of a study under changed conditions, and measure what they do.
+
+    For example, `innate` switches learning off. The results are written to assays/ in the directory
+    of the study, and its report is written again. Stored assays are not repeated.
+
+    For example:
+
+        baldwinlab assay results/evo-A-evo+self-taught-A --assays innate,neutral
+    """
     load_parts(part)
     study = StudyStore(directory)
-    names = list(ASSAYS) if only is None else [name.strip() for name in only.split(",")]
-    run_study.assay(study, names, run_study.How(workers, executor=executor, force=force))
+    names = list(ASSAYS) if assays is None else [name.strip() for name in assays.split(",")]
+    run_missing_assays(study, names, RunOptions(workers, executor=executor, force=force))
     report(study, force=force)

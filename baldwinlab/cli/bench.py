@@ -1,4 +1,4 @@
-"""Measuring the machine."""
+"""The command `bench`: measure the speed of this machine."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.benchmark import bench as benchmark
-from baldwinlab.api.benchmark import machine
-from baldwinlab.cli.options import BackendName, Force, Parts
+from baldwinlab.api.benchmark import machine, measure_cases
+from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, Backend, Parts
 from baldwinlab.core import console
 from baldwinlab.core.files import write_atomically
 from baldwinlab.core.output_paths import require_writable
@@ -18,36 +17,43 @@ from baldwinlab.core.output_paths import require_writable
 
 def bench(
     *,
-    quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
-    backend: BackendName = "auto",
-    rules: Annotated[
-        bool, Parameter(help="measure every learning rule, too; each compiles first", negative="")
+    quick: Annotated[bool, FLAG, Parameter(help="Measure less of each case.")] = False,
+    backend: Backend = "auto",
+    all_rules: Annotated[
+        bool, FLAG, Parameter(help="Also measure every learning rule. Each compiles first.")
     ] = False,
     part: Parts = None,
-    json: Annotated[
-        Path | None, Parameter(help="a file for the records, for other programs")
+    out: Annotated[
+        Path | None, Parameter(help="JSON file for the figures. Default: no file.")
     ] = None,
-    force: Force = False,
+    force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
-    """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds.
+    """Measure this machine in agent-steps per second: a study, each condition, and large worlds.
 
-    With --rules, also of the first paper's agents on map A under each learning rule. With --part, also of
-    the parts in each file, in the small worlds in which `check` tries them.
+    With --all-rules, also measure the agents of the first paper on map A under each learning rule.
+    With --part, also measure the parts in each file, in the small worlds of `check`. The figures
+    are printed. Nothing is written unless --out is given.
+
+    For example:
+
+        baldwinlab bench --quick
     """
-    if json:
-        require_writable("--json", json, b"agent_steps_per_second", force=force)
+    if out:
+        require_writable("--out", out, b"agent_steps_per_second", force=force)
     records = []
     console.info(
-        f"{'case':<22} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}"
+        f"{'case':<22} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} "
+        f"{'peak MiB':>9} {'threads':>8}"
     )
-    for record in benchmark(quick, backend, part or (), rules):
+    for record in measure_cases(quick, backend, part or (), all_rules):
         records.append(record._asdict())
         rate = record.agent_steps_per_second / 1e6
         peak = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
-        numbers = f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
-        console.info(f"{record.case:<22} {numbers}")
-    if json:
-        write_atomically(
-            json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode()
+        console.info(
+            f"{record.case:<22} {rate:>22.1f} {record.seconds:>9.2f} "
+            f"{record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
         )
-        console.info(f"records: {json}")
+    if out:
+        content = dumps({"machine": machine(), "records": records}, indent=2)
+        write_atomically(out, f"{content}\n".encode())
+        console.info(f"records: {out}")

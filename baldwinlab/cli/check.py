@@ -1,4 +1,4 @@
-"""Checking parts of one's own."""
+"""The command `check`: test custom parts."""
 
 from __future__ import annotations
 
@@ -9,35 +9,42 @@ from cyclopts import Parameter
 
 from baldwinlab.api.checks import REQUIREMENTS, findings
 from baldwinlab.api.checks.fixture import SEED
-from baldwinlab.cli.options import Whole
+from baldwinlab.cli.options import Integer
 from baldwinlab.core import console
 
 
 def check(
-    file: Annotated[Path, Parameter(help="A file with one or more parts.")],
+    file: Annotated[Path, Parameter(help="Python file with one or more parts.")],
     /,
     *,
-    only: Annotated[
+    requirements: Annotated[
         list[str] | None,
         Parameter(
-            help=f"Try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True
+            help=f"Test only these requirements: {', '.join(REQUIREMENTS)}. Default: all.",
+            consume_multiple=True,
+            negative="",
         ),
     ] = None,
     seed: Annotated[
-        Whole, Parameter(help="Seed of the random worlds in which the parts are tried.")
+        Integer, Parameter(help="Seed of the random worlds in which the parts are tested.")
     ] = SEED,
 ) -> None:
-    """Check whether the parts of a file keep the contract of parts.
+    """Check whether the parts in a file fulfill the contract of parts.
 
-    Each requirement is a line; one that does not hold says how to try it again. First the hooks of a part
-    run in plain Python, in other processes: they must stay within their arrays, write their outputs and
-    read nothing that was never written. Then they are compiled: they must give the same bits alone and in
-    a SIMD block, in any batch, under both updates, resumed, replayed, in plain Python and in the simulator
-    of a GPU, and agree with their oracle. Hooks without an oracle are listed as not verified.
+    Each requirement prints one line. A requirement that fails prints the command that repeats it.
+    The hooks of a part first run in plain Python, in other processes. They must stay within their
+    arrays, write their outputs, and read nothing that was never written. Then they are compiled.
+    They must give the same bits alone and in a SIMD block, in any batch, under both updates,
+    resumed, replayed, in plain Python and in the GPU simulator, and agree with their oracle. Hooks
+    without an oracle are listed as not verified. The exit status is 1 if a requirement fails.
+
+    For example:
+
+        baldwinlab check my_rule.py
     """
-    failed = False
-    for finding in findings(file, only or (), seed):
+    has_failed = False
+    for finding in findings(file, requirements or (), seed):
         console.info(str(finding))
-        failed |= finding.holds is False
-    if failed:
+        has_failed |= finding.holds is False
+    if has_failed:
         raise SystemExit(1)

@@ -1,4 +1,4 @@
-"""Claims about a study."""
+"""The command `claims`: evaluate claims about a study."""
 
 from __future__ import annotations
 
@@ -8,8 +8,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.claims import claims as decide
-from baldwinlab.cli.options import Directory, Force, Last, Parts, load_parts
+from baldwinlab.api.claims import evaluate_claims
+from baldwinlab.cli.options import (
+    DESCRIBED_DEFAULT,
+    FLAG,
+    OVERWRITE_FORCE,
+    Directory,
+    LastGenerations,
+    Parts,
+    load_parts,
+)
 from baldwinlab.core import console
 from baldwinlab.core.files import write_atomically
 from baldwinlab.core.output_paths import require_writable
@@ -21,25 +29,35 @@ def claims(
     /,
     *,
     claims: Annotated[
-        Path | None,
-        Parameter(help="a TOML file of claims; those of the study's paper unless given"),
+        Path | None, Parameter(help="TOML file with claims. Default: the claims of --paper.")
     ] = None,
-    paper: Annotated[str, Parameter(help="a paper whose claims are decided")] = "",
+    paper: Annotated[
+        str,
+        DESCRIBED_DEFAULT,
+        Parameter(help="Paper whose claims are evaluated. Default: the paper that made the study."),
+    ] = "",
     part: Parts = None,
-    last: Last = 10,
+    last_generations: LastGenerations = 10,
     out: Annotated[
-        Path | None, Parameter(help="a JSON file for the verdicts, for other programs")
+        Path | None, Parameter(help="JSON file for the verdicts. Default: no file.")
     ] = None,
-    force: Force = False,
+    force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
-    """Decide claims about a study: those of its paper, of another paper, or in a file (see docs/papers.md)."""
+    """Evaluate claims about a study: those of its paper, of another paper, or in a file.
+
+    The verdicts are printed. Nothing is written unless --out is given.
+
+    For example:
+
+        baldwinlab claims results/paper --claims my-claims.toml
+    """
     load_parts(part)
     if out:
         require_writable("--out", out, b'"p_holm"', force=force)
-    found = decide(StudyStore(directory), claims, paper=paper, last=last)
+    results = evaluate_claims(StudyStore(directory), claims, paper=paper, last=last_generations)
     if out:
         records = json.dumps(
-            [result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False
+            [result.record() for result in results], indent=2, ensure_ascii=False, allow_nan=False
         )
         write_atomically(out, f"{records}\n".encode())
         console.info(f"verdicts: {out}")

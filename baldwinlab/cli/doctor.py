@@ -1,33 +1,37 @@
-"""What this machine has and lacks."""
+"""The command `doctor`: examine this machine."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.doctor import examine, is_well
+from baldwinlab.api.doctor import examine, has_problem
 from baldwinlab.core import console
 
-MARKS = {"well": "ok", "missing": "-", "problem": "PROBLEM"}
+MARKS: Final = {"well": "ok", "missing": "-", "problem": "PROBLEM"}
 
 
 def doctor(
-    folder: Annotated[Path, Parameter(help="where studies would be written")] = Path("results"),
+    folder: Annotated[Path, Parameter(help="Folder for studies that is tested.")] = Path("results"),
     /,
 ) -> None:
-    """Say what is installed, which extras, cores, memory, cache and GPU there are, and how to mend what is wrong.
+    """List the installed packages, extras, cores, memory, disk, cache and GPU, and how to fix problems.
 
-    Ends with 1 where there is a problem. That something is missing which may be missing is none.
+    A line that begins with "-" names something optional that is missing. A line that begins with
+    "PROBLEM" names something that baldwinlab needs. The exit status is 1 if there is a problem.
+
+    For example:
+
+        baldwinlab doctor
     """
     findings = []
     for finding in examine(folder):
         findings.append(finding)
-        console.info(
-            f"{MARKS[finding.state]:<8} {finding.about:<16} {finding.said}{f'; {finding.mend}' if finding.mend else ''}"
-        )
-    if not is_well(findings):
+        fix = f"; {finding.fix}" if finding.fix else ""
+        console.info(f"{MARKS[finding.state]:<8} {finding.topic:<16} {finding.message}{fix}")
+    if has_problem(findings):
         console.warn("there are problems, see above")
         sys.exit(1)

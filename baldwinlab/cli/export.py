@@ -1,13 +1,21 @@
-"""A laboratory to give away, and a study for other people's tools."""
+"""The command `export`: a study for third-party tools, or a page that simulates."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 from cyclopts import Parameter
 
-from baldwinlab.cli.options import Assignments, Force, Parts, PerhapsWhole, load_parts
+from baldwinlab.cli.options import (
+    DESCRIBED_DEFAULT,
+    FLAG,
+    Assignments,
+    OptionalInteger,
+    Parts,
+    load_parts,
+)
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import location, write_atomically
@@ -17,77 +25,244 @@ from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import Loaded, load_with_origin
 from baldwinlab.studies.store import StudyStore
 
+Format = Literal["csv", "parquet", "zarr", "phylogeny", "ro-crate", "page"]
+FORMAT_OF_ENDING: Final[Mapping[str, Format]] = {
+    ".csv": "csv",
+    ".parquet": "parquet",
+    ".zarr": "zarr",
+    ".html": "page",
+}
+ENDINGS: Final[Mapping[Format, str]] = {
+    format: ending for ending, format in FORMAT_OF_ENDING.items()
+}
+# The options that apply to some formats only.
+FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
+    "--part": ("page", "phylogeny", "ro-crate"),
+    "--set": ("page",),
+    "--seed": ("page",),
+    "--condition": ("phylogeny",),
+    "--run": ("phylogeny",),
+    "--author": ("ro-crate",),
+    "--license": ("ro-crate",),
+    "--out": ("csv", "parquet", "zarr", "phylogeny", "page"),
+}
+
+
+class ExportOptions(NamedTuple):
+    """The options of an export. Those that a format does not use are None or empty."""
+
+    source: str
+    format: Format
+    out: Path | None
+    assignments: list[str]
+    seed: int | None
+    condition: str | None
+    run: int | None
+    authors: list[str]
+    license: str
+    force: bool
+
+    @property
+    def store(self) -> StudyStore:
+        """Open the study."""
+        return StudyStore(location(self.source))
+
 
 def export(
     source: Annotated[
         str,
         Parameter(
-            help="a preset such as evo+self-taught/B, a TOML file, or the directory of a study"
+            help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
+            "experiment file (.toml)."
         ),
     ],
     /,
     *,
-    out: Annotated[Path, Parameter(help="ends in .html, or of a study in .zarr, .parquet or .csv")],
+    format: Annotated[
+        Format | None,
+        Parameter(
+            help="csv, parquet or zarr: all results. phylogeny: the parents of every agent. "
+            "ro-crate: metadata of the study. page: a laboratory. Default: by the ending of --out."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        Parameter(
+            help="File to write: .csv, .parquet, .zarr or .html. No default, except for ro-crate, "
+            "which writes ro-crate-metadata.json into the study."
+        ),
+    ] = None,
     part: Parts = None,
     assignments: Assignments = None,
     seed: Annotated[
-        PerhapsWhole, Parameter(help="that the page begins with; a study's own, else 0")
+        OptionalInteger,
+        Parameter(help="page: first seed. Default: the seed of the study, or 0."),
     ] = None,
-    force: Force = False,
+    condition: Annotated[
+        str | None, Parameter(help="phylogeny: a condition. Default: all conditions.")
+    ] = None,
+    run: Annotated[
+        OptionalInteger, Parameter(help="phylogeny: number of a run. Default: all runs.")
+    ] = None,
+    author: Annotated[
+        list[str] | None,
+        Parameter(
+            negative="",
+            help="ro-crate: name of an author, optionally followed by the address of an ORCID. "
+            "Repeat the option for several authors.",
+        ),
+    ] = None,
+    license: Annotated[
+        str,
+        DESCRIBED_DEFAULT,
+        Parameter(help="ro-crate: license of the study, an address or an SPDX name: CC-BY-4.0."),
+    ] = "",
+    force: Annotated[
+        bool,
+        FLAG,
+        Parameter(
+            help="Overwrite a file that this command did not write (never a Zarr store); for zarr, "
+            "also run if less memory is free than the estimate."
+        ),
+    ] = False,
 ) -> None:
-    """Write a live laboratory as one HTML file, or the results of a study as Parquet, CSV or Zarr."""
-    if out.suffix != ".html":
-        if part or assignments or seed is not None:
-            raise RefusedError(
-                f"--part, --set and --seed are for pages, which end in .html, and not for {out}"
-            )
-        _write_results(location(source), out, force=force)
-        return
+    """Write a study for third-party tools, or a page that simulates in the browser of its reader.
+
+    A table (csv, parquet) has one row per agent. A phylogeny is CSV in the ALife data standard. A
+    page is one HTML file that needs no server and gives the same bits as baldwinlab.
+
+    For example:
+
+        baldwinlab export results/evo-A --out evo.csv
+        baldwinlab export results/evo-A --format phylogeny --out parents.csv
+        baldwinlab export evo+self-taught/B --out lab.html
+    """
+    chosen = format or _find_format(out)
+    _require_used(
+        chosen,
+        {
+            "--part": part,
+            "--set": assignments,
+            "--seed": seed,
+            "--condition": condition,
+            "--run": run,
+            "--author": author,
+            "--license": license,
+            "--out": out,
+        },
+    )
+    options = ExportOptions(
+        source, chosen, out, assignments or [], seed, condition, run, author or [], license, force
+    )
+    if chosen == "page":
+        _require_page_output(options)
+    load_parts(part)
+    WRITERS[chosen](options)
+
+
+def _find_format(out: Path | None) -> Format:
+    """Return the format that the ending of `out` names. Raise RefusedError if there is none."""
+    if out is None:
+        raise RefusedError(
+            "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; only "
+            "--format ro-crate needs no file"
+        )
+    if out.suffix not in FORMAT_OF_ENDING:
+        raise RefusedError(
+            f"--out {out} must end in .html for a page, or in .zarr, .parquet or .csv for the "
+            "results of a study; or give --format"
+        )
+    return FORMAT_OF_ENDING[out.suffix]
+
+
+def _require_used(chosen: Format, values: Mapping[str, Any]) -> None:
+    """Raise RefusedError for an option that the format does not use, and for a missing --out."""
+    for option, value in values.items():
+        is_given = value is not None and value != ""
+        formats = FORMATS_OF_OPTION[option]
+        if is_given and chosen not in formats:
+            raise RefusedError(f"{option} applies to --format {' or '.join(formats)}, not {chosen}")
+        if option == "--out" and not is_given and chosen in formats:
+            raise RefusedError(f"--out is missing: --format {chosen} needs the name of a file")
+    out = values["--out"]
+    ending = ENDINGS.get(chosen)
+    if ending and out.suffix != ending:
+        raise RefusedError(f"--out {out} must end in {ending}, as --format {chosen} needs")
+
+
+def _write_table(options: ExportOptions) -> None:
+    """Write all results of a study as CSV, Parquet or Zarr."""
+    # Imported late: loading it takes a while.
+    from baldwinlab.api.study import Study
+
+    out = options.out
+    assert out is not None
+    study = Study(options.store)
+    write = {"zarr": study.to_zarr, "parquet": study.to_parquet, "csv": study.to_csv}
+    write[options.format](out, force=options.force)
+    runs = sum(len(study.runs(condition)) for condition in study.conditions)
+    console.info(f"{out}: {runs:,} runs")
+
+
+def _write_phylogeny(options: ExportOptions) -> None:
+    from baldwinlab.api.export.files import write_phylogeny
+
+    assert options.out is not None
+    count = write_phylogeny(
+        options.store, options.out, options.condition, options.run, force=options.force
+    )
+    console.info(f"{options.out}: {count:,} agents")
+
+
+def _write_crate(options: ExportOptions) -> None:
+    from baldwinlab.api.export.ro_crate import write_crate
+
+    path = write_crate(options.store, options.authors, options.license, force=options.force)
+    console.info(f"RO-Crate: {path}")
+
+
+def _require_page_output(options: ExportOptions) -> None:
+    """Raise RefusedError if the page cannot be written, before the engine is loaded."""
+    assert options.out is not None
+    require_writable("--out", options.out, EXPORT.encode(), force=options.force)
+
+
+def _write_page(options: ExportOptions) -> None:
+    # Imported late: loading the engine takes a while.
     from baldwinlab.engine.wasm import find_linker
-    from baldwinlab.lab.export import live_page  # here, because to load the engine takes a while
+    from baldwinlab.lab.export import live_page
     from baldwinlab.models.miniworld.backends.wasm_modules import is_ready
 
-    require_writable("--out", out, EXPORT.encode(), force=force)
-    load_parts(part)
-    experiments, own_seed = _given(source, assignments or [])
-    if any(not is_ready(each) for each in experiments if isinstance(each, Experiment)):
+    assert options.out is not None
+    experiments, study_seed = _load_experiments(options.source, options.assignments)
+    foragers = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
+    if not all(map(is_ready, foragers)):
         find_linker()
-        console.info("compiling for browsers, which takes about a minute …")
-    page = live_page(experiments, own_seed if seed is None else seed)
-    write_atomically(out, page)
+        console.info("Compiling for browsers, which takes about a minute.")
+    page = live_page(experiments, study_seed if options.seed is None else options.seed)
+    write_atomically(options.out, page)
     names = ", ".join(experiment.name for experiment in experiments)
-    console.info(f"{out}: {names}; {len(page):,} bytes that need no server")
+    console.info(f"{options.out}: {names}; {len(page):,} bytes")
 
 
-def _write_results(directory: Path, out: Path, *, force: bool) -> None:
-    """As the ending says. Raises RefusedError for another, and StudyError where there is no study."""
-    if out.suffix not in (".zarr", ".parquet", ".csv"):
-        raise RefusedError(
-            f"--out {out} must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study"
-        )
-    from baldwinlab.api.study import Study as Whole  # here, because to load it takes a while
-
-    study = Whole(StudyStore(directory))
-    if out.suffix == ".zarr":
-        study.to_zarr(out, force=force)
-    elif out.suffix == ".parquet":
-        study.to_parquet(out, force=force)
-    else:
-        study.to_csv(out, force=force)
-    console.info(
-        f"{out}: runs: {sum(len(study.runs(condition)) for condition in study.conditions):,}"
-    )
-
-
-def _given(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
-    """The experiments that are meant, and their seed: those of a study, or one."""
-    study = StudyStore(Path(source)) if is_study(Path(source)) else None
-    if study:
-        loaded = [
-            Loaded(study.experiment(name), study.experiment(name)) for name in study.experiments
-        ]
+def _load_experiments(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
+    """Return the experiments of a study and its seed; or one experiment, and 0."""
+    store = StudyStore(Path(source)) if is_study(Path(source)) else None
+    if store:
+        stored = [store.experiment(name) for name in store.experiments]
+        loaded = [Loaded(experiment, experiment) for experiment in stored]
     else:
         loaded = [load_with_origin(source)]
-    experiments = [assign(each.experiment, assignments) for each in loaded]
-    require_effect(experiments, [each.origin for each in loaded])
-    return experiments, study.seed if study else 0
+    experiments = [assign(item.experiment, assignments) for item in loaded]
+    require_effect(experiments, [item.origin for item in loaded])
+    return experiments, store.seed if store else 0
+
+
+WRITERS: Final[Mapping[Format, Callable[[ExportOptions], None]]] = {
+    "csv": _write_table,
+    "parquet": _write_table,
+    "zarr": _write_table,
+    "phylogeny": _write_phylogeny,
+    "ro-crate": _write_crate,
+    "page": _write_page,
+}

@@ -1,4 +1,4 @@
-"""The gallery: all papers whose studies lie in a folder, on one page."""
+"""The command `gallery`: all papers in a folder, on one page."""
 
 from __future__ import annotations
 
@@ -8,20 +8,27 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.gallery import compare_papers
-from baldwinlab.cli.options import Force, Last, Parts, load_parts
+from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, LastGenerations, Parts, load_parts
 
 
 def gallery(
-    folder: Annotated[Path, Parameter(help="the folder that holds the studies")] = Path("results"),
+    folder: Annotated[Path, Parameter(help="Folder that holds the studies.")] = Path("results"),
     /,
     *,
     out: Annotated[
-        Path | None, Parameter(help="the page; gallery.html in the folder unless given")
+        Path | None, Parameter(help="HTML file. Default: gallery.html in the folder.")
     ] = None,
-    last: Last = 10,
+    last_generations: LastGenerations = 10,
     part: Parts = None,
-    force: Force = False,
+    force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
-    """Ask of all papers whose studies are stored: is it the Baldwin effect? One page, one table, one figure."""
+    """Compare all papers in a folder: is there a Baldwin effect? Write one page, table and figure.
+
+    No simulation runs. The figures are in figures/ in the folder.
+
+    For example:
+
+        baldwinlab gallery results
+    """
     load_parts(part)
-    compare_papers(folder, out, last=last, force=force)
+    compare_papers(folder, out, last=last_generations, force=force)

@@ -1,4 +1,4 @@
-"""The lab in the browser."""
+"""The command `lab`: the laboratory in the browser."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.cli.options import Directory, Parts, Whole, load_parts
+from baldwinlab.cli.options import Directory, Integer, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
 from baldwinlab.core.extras import missing_extra
@@ -29,37 +29,50 @@ from baldwinlab.simulation.compilation import warm_up
 RESULTS = Path("results")
 PORT = 8642
 HOST = "127.0.0.1"
-HEAD_START = 1.5  # seconds, of the page before the compiler: it shows a recorded life meanwhile
+# Seconds by which the page starts before the compiler. It shows a recorded life meanwhile.
+HEAD_START = 1.5
 
 
 def lab(
     directory: Annotated[
-        Directory, Parameter(help="a study, or a folder that holds studies at any depth")
+        Directory, Parameter(help="A study, or a folder that holds studies at any depth.")
     ] = RESULTS,
     /,
     *,
     part: Parts = None,
-    port: Annotated[Whole, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
-    browser: Annotated[bool, Parameter(help="open the page in the browser")] = True,
+    port: Annotated[
+        Integer, Parameter(help="Port of the page's address; 0 for any free port.")
+    ] = PORT,
+    browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
 ) -> None:
-    """Open the lab in the browser: watch, replay and share the studies in a folder, and start new ones."""
+    """Open the lab in the browser: watch, replay and share studies, and start new ones.
+
+    The lab needs no studies: it starts with a recorded life. Studies that you save in the lab are
+    written to the folder. Ctrl-C closes the lab.
+
+    For example:
+
+        baldwinlab lab
+    """
     if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
         raise missing_extra("lab", "the lab")
     if not is_local(directory):
-        raise RefusedError(f"{directory}: the lab shows folders of this machine only")
-    if (
-        directory != RESULTS and not directory.is_dir()
-    ):  # whoever begins has no results yet, and may start a live run
         raise RefusedError(
-            f"{directory}: there is no such folder; give that of a study, or one that holds studies"
+            f"{directory}: the lab shows local folders only. Copy the study to this machine."
+        )
+    # The default folder may not exist: a new user has no results yet and may start a live run.
+    if directory != RESULTS and not directory.is_dir():
+        raise RefusedError(
+            f"{directory} does not exist. Give the folder of a study, or one that holds studies."
         )
     load_parts(part)
     with listening(port) as listener:
-        access, address = Access(), f"http://{HOST}:{listener.getsockname()[1]}/?token="
-        sentence = (
-            f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it"
+        access = Access()
+        address = f"http://{HOST}:{listener.getsockname()[1]}/?token="
+        console.info(
+            f"The lab is open at {address}{access.token} and shows {directory}. Ctrl-C closes it.",
+            has_address=True,
         )
-        console.info(sentence, has_address=True)
         if browser:
             target = f"{address}{access.issue_ticket()}"
             threading.Thread(target=webbrowser.open, args=[target], daemon=True).start()
@@ -67,14 +80,13 @@ def lab(
 
 
 def listening(port: int) -> socket.socket:
-    """A socket on loopback, to which browsers may already turn. Raises RefusedError where there can be none."""
+    """Return a listening socket on loopback. Raise RefusedError if the port cannot be used."""
     if not 0 <= port <= 65535:
-        raise RefusedError(f"--port {port} must be at least 0 and at most 65535")
+        raise RefusedError(f"--port {port} must be from 0 to 65535")
     listener = socket.socket()
     try:
-        if (
-            os.name == "posix"
-        ):  # a port that was used a moment ago is free; elsewhere the option means another thing
+        if os.name == "posix":
+            # A port that was used a moment ago is free. On Windows the option has another meaning.
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()
@@ -82,28 +94,28 @@ def listening(port: int) -> socket.socket:
         listener.close()
         if error.errno == errno.EADDRINUSE:
             raise RefusedError(
-                f"port {port} is in use, perhaps by another lab; choose another with --port"
+                f"port {port} is in use, perhaps by another lab. Choose another port with --port."
             ) from None
         raise RefusedError(
-            f"port {port} cannot be used: {error.strerror}; choose another with --port"
+            f"port {port} cannot be used: {error.strerror}. Choose another port with --port."
         ) from None
     return listener
 
 
 def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
-    """Until ctrl-C. Pages are there before the engine is: where it must be compiled first, they say so."""
-    from baldwinlab.lab.rate_limit import (
-        server_of,  # here, because only the extra has what they need, and it takes a while to load
-    )
+    """Serve the pages until Ctrl-C. They are available while the engine still compiles."""
+    # Imported late: it needs the packages of the extra, and takes a while to load.
+    from baldwinlab.lab.rate_limit import server_of
     from baldwinlab.lab.server import make_app
 
     warming = threading.Thread(target=_warm_up)
     server = server_of(make_app(directory, access, ready=lambda: not warming.is_alive()))
     warming.start()
-    with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
+    # The server raises KeyboardInterrupt again after its end.
+    with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
-    console.info("the lab is closed")
-    _leave()
+    console.info("The lab is closed.")
+    _exit_process()
 
 
 def _warm_up() -> None:
@@ -111,16 +123,15 @@ def _warm_up() -> None:
         time.sleep(HEAD_START)
     try:
         seconds = warm_up([Experiment()])
-    except BaldwinLabError as error:  # whoever wants a life hears of it again
+    except BaldwinLabError as error:
+        # The page shows the error again at the first simulation.
         console.warn(str(error))
     else:
-        console.info(
-            f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before"
-        )
+        console.info(f"Engine ready after {seconds:.1f} s.")
 
 
-def _leave() -> None:
-    """End the process where Python would wait for threads first: the engine's, a life that is lived again, a disk that hangs."""
+def _exit_process() -> None:
+    """End the process even if threads are running: the compiler, a replay, a disk that hangs."""
     if any(
         not thread.daemon
         for thread in threading.enumerate()

@@ -1,20 +1,22 @@
-"""Every variant of a paper."""
+"""The command `multiverse`: the claims of a paper under every variant of its model."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 
 from baldwinlab.api.publish.multiverse import FOLDERS
 from baldwinlab.api.report import report
-from baldwinlab.api.run_study import How, bring
+from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
 from baldwinlab.cli.options import (
-    BackendName,
+    FLAG,
+    LOCATION,
+    Backend,
     Executor,
     Force,
-    Last,
+    LastGenerations,
     Out,
     Parts,
     Runs,
@@ -26,67 +28,90 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.factors import MULTIVERSE
-from baldwinlab.papers import DEFAULT, PaperError, load
-from baldwinlab.studies.multiverse import combinations, experiments, factors, one_at_a_time
+from baldwinlab.papers import DEFAULT, Paper, PaperError, load
+from baldwinlab.studies.multiverse import Variant, combinations, experiments, factors, one_at_a_time
 from baldwinlab.studies.store import StudyStore
 
-ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when Holm corrects 19 tests; 6 against 6 only 0.041
+# With 8 runs against 8, an exact p of 0.00016 is possible, or 0.003 after Holm's correction of 19
+# tests. With 6 against 6 the corrected p is at least 0.041.
+DEFAULT_RUNS: Final = 8
 
 
 def multiverse(
     paper: Annotated[
-        str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")
+        str,
+        Parameter(help="A paper, see `baldwinlab list papers`, or the folder of a custom paper."),
     ] = DEFAULT,
     /,
     *,
     part: Parts = None,
-    runs: Runs = ENOUGH_RUNS,
-    full: Annotated[
+    runs: Runs = DEFAULT_RUNS,
+    all_combinations: Annotated[
         bool,
+        FLAG,
         Parameter(
-            help="all combinations of the choices (of Le's paper 2048), not one at a time",
-            negative="",
+            help="Simulate all combinations of the choices (2048 for le-2019), not one changed "
+            "choice at a time."
         ),
     ] = False,
     executor: Executor = "threads",
-    out: Out = None,
+    out: Annotated[
+        Out,
+        Parameter(
+            help=f"{LOCATION} Default: multiverse/, or multiverse-full/ with --all-combinations, "
+            "in the default directory of the paper's study."
+        ),
+    ] = None,
     workers: Workers = None,
     seed: Seed = 0,
-    backend: BackendName = "auto",
-    last: Last = 10,
+    backend: Backend = "auto",
+    last_generations: LastGenerations = 10,
     force: Force = False,
 ) -> None:
-    """Hold a paper's claims against every variant of the paper: each choice it leaves open, made otherwise.
+    """Test the claims of a paper under every variant of its model.
 
-    With 8 runs of each condition, a difference that every pair of runs shows stays significant when all tests of a variant are
-    corrected together (p = 0.003); with fewer than 6, none can be. Where the folder lies in a study of the paper, as it does
-    unless --out is given, the report of that study is written again.
+    A variant changes one choice that the paper leaves open. With 8 runs of each condition, a
+    difference that every pair of runs shows stays significant when all tests of a variant are
+    corrected together (p = 0.003). With fewer than 6 runs, no difference can be significant. If the
+    directory lies in a study of the paper, as the default does, the report of that study is written
+    again, with the variants.
+
+    For example:
+
+        baldwinlab multiverse le-2019 --runs 8
     """
     load_parts(part)
-    require_positive("last", last)
+    require_positive("last", last_generations)
     chosen = None if paper == DEFAULT else load(paper)
-    variants = combinations(chosen) if full else one_at_a_time(chosen)
-    if chosen and not (chosen.claims and len(variants) > 1):
-        raise PaperError(
-            f"{chosen.folder}: a multiverse needs claims.toml, and a variant beside the standard in variants/"
-        )
-    out = out or Path("results") / (chosen.name if chosen else "paper") / (
-        "multiverse-full" if full else "multiverse"
-    )
-    how = How(workers, backend, executor, force)
-    study = bring(
+    variants = _list_variants(chosen, all_combinations)
+    out = out or _default_directory(chosen, all_combinations)
+    request = StudyRequest(
         experiments(variants),
         out,
-        how,
         runs=runs,
         seed=seed,
         paper=chosen,
         kind=MULTIVERSE,
         factors=factors(variants),
     )
-    report(study, last=last, force=force)
+    store = run_missing(request, RunOptions(workers, backend, executor, force))
+    report(store, last=last_generations, force=force)
     if out.name in FOLDERS and is_study(out.parent):
-        console.info(
-            f"{out.parent} is a study of the paper: its report is written again, with the variants"
+        console.info(f"{out.parent}: writing the report of this study again, with the variants")
+        report(StudyStore(out.parent), last=last_generations, force=force)
+
+
+def _list_variants(paper: Paper | None, all_combinations: bool) -> list[Variant]:
+    """Return the variants to simulate. Raise PaperError for a paper without claims or variants."""
+    variants = combinations(paper) if all_combinations else one_at_a_time(paper)
+    if paper and not (paper.claims and len(variants) > 1):
+        raise PaperError(
+            f"{paper.folder}: a multiverse needs claims.toml and at least one variant besides "
+            "standard.toml in variants/"
         )
-        report(StudyStore(out.parent), last=last, force=force)
+    return variants
+
+
+def _default_directory(paper: Paper | None, all_combinations: bool) -> Path:
+    folder = "multiverse-full" if all_combinations else "multiverse"
+    return Path("results") / (paper.name if paper else "paper") / folder

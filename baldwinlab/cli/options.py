@@ -1,16 +1,18 @@
-"""What the commands share: the application and its options."""
+"""The application, and the arguments and options that several commands share."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from inspect import Parameter as SignatureParameter
 from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from cyclopts import (
     App,
     CycloptsError,
+    Group,
     MissingArgumentError,
     Parameter,
     Token,
@@ -23,112 +25,160 @@ from baldwinlab.core import console
 from baldwinlab.core.files import location
 from baldwinlab.core.suggestions import suggest
 
+HELP: Final = """\
+A laboratory for experiments on evolution and lifetime learning.
 
-def _location(kind: object, tokens: Sequence[Token]) -> Path:
+Start here:
+
+    baldwinlab lab                           Watch evolution in the browser.
+    baldwinlab run evo/A evo+self-taught/A   Compare with and without learning.
+    baldwinlab reproduce                     Reproduce the first paper.
+
+`baldwinlab list presets` lists the experiments that you can run.
+`baldwinlab COMMAND --help` explains a command and shows an example.
+Studies are written to results/ in the working directory."""
+
+
+def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
     return location(tokens[0].value)
 
 
-def _whole(kind: object, tokens: Sequence[Token]) -> int:
-    """A whole number, in digits: 1.5 is not rounded, and 0x10 is not read."""
+def _read_integer(kind: object, tokens: Sequence[Token]) -> int:
+    """Read a decimal integer. Refuse 1.5, which would be rounded, and 0x10."""
     word = tokens[0].value
     if not re.fullmatch(r"[+-]?[0-9]{1,18}", word):
         raise ValueError(f"{word!r} must be a whole number of at most 18 digits")
     return int(word)
 
 
-def _sentence(error: CycloptsError) -> str:
-    """What is wrong with the words of a command, and what to write."""
+def _format_error(error: CycloptsError) -> str:
+    """Return one sentence that says what is wrong with the words of a command and what to write."""
     if isinstance(error, UnknownCommandError) and error.unused_tokens:
-        name, known = error.unused_tokens[0], [name for name in app if not name.startswith("-")]
-        return f"there is no command {name!r}{suggest(name, known)}"
+        name = error.unused_tokens[0]
+        commands = [command for command in app if not command.startswith("-")]
+        return f"there is no command {name!r}{suggest(name, commands)}"
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
-        wrong = f"{' '.join(error.unused_tokens)!r} is too much"
+        problem = f"unexpected argument {' '.join(error.unused_tokens)!r}"
     elif isinstance(error, MissingArgumentError) and error.argument:
-        wrong = f"{error.argument.name} {'needs a value' if error.argument.name.startswith('-') else 'is missing'}"
+        name = error.argument.name
+        problem = f"{name} {'needs a value' if name.startswith('-') else 'is missing'}"
     else:
         return " ".join(str(error).split())
     command = " ".join(["baldwinlab", *(error.command_chain or ())])
-    usage = " ".join([command, *(_usage(error.target) if error.target else ())])
-    return f"{wrong}; write: {usage}; for its options see {command} --help"
+    usage = " ".join([command, *(_list_arguments(error.target) if error.target else ())])
+    return f"{problem}; usage: {usage}; {command} --help lists the options"
 
 
-def _usage(command: Callable[..., Any]) -> Iterator[str]:
-    """The words after a command's name, but for options that may be left out: DIRECTORY --out OUT."""
+def _list_arguments(command: Callable[..., Any]) -> Iterator[str]:
+    """Yield the arguments and the required options of a command: DIRECTORY, --out OUT."""
     for name, parameter in signature(command).parameters.items():
-        needed = (
-            parameter.default is parameter.empty and parameter.kind is not parameter.VAR_POSITIONAL
-        )
-        if parameter.kind is parameter.KEYWORD_ONLY:
-            yield from [f"--{name} {name.upper()}"] if needed else []
-        else:
-            yield name.upper() if needed else f"[{name.upper()}]"
+        word = name.upper()
+        is_required = parameter.default is SignatureParameter.empty
+        if parameter.kind is SignatureParameter.VAR_POSITIONAL:
+            yield f"[{word}...]"
+        elif parameter.kind is not SignatureParameter.KEYWORD_ONLY:
+            yield word if is_required else f"[{word}]"
+        elif is_required:
+            yield f"--{name} {word}"
 
 
 app = App(
     name="baldwinlab",
-    help="A laboratory for experiments on evolution and lifetime learning. First steps: `presets` lists experiments, "
-    "`show` the fields of one, `run` runs some, `report` writes their results, `replay` a film.",
+    help=HELP,
     version=__version__,
-    error_formatter=lambda error: f"baldwinlab: {console.clip_for_terminal(_sentence(error))}",
+    error_formatter=lambda error: f"baldwinlab: {console.clip_for_terminal(_format_error(error))}",
     error_console=console.errors,
     suppress_keyboard_interrupt=False,
-    help_format="plaintext",  # to load Markdown takes a while
+    # Loading a Markdown renderer takes a while.
+    help_format="plaintext",
 )
+_options = Group("Options", sort_key=99)
+for _flag in ("--help", "--version"):
+    app[_flag].group = _options
 
-Whole = Annotated[int, Parameter(converter=_whole)]
-PerhapsWhole = Annotated[int | None, Parameter(converter=_whole)]
-Runs = Annotated[Whole, Parameter(help="independent runs of each condition")]
-Variant = Annotated[str, Parameter(help="a named variant, laid over; see `baldwinlab presets`")]
-Seed = Annotated[Whole, Parameter(help="the seed that all randomness comes from")]
+# A flag without a negative form. "default: False" would add nothing.
+FLAG: Final = Parameter(negative="", show_default=False)
+# An option whose help text states the default in words.
+DESCRIBED_DEFAULT: Final = Parameter(show_default=False)
+
+Integer = Annotated[int, Parameter(converter=_read_integer)]
+OptionalInteger = Annotated[int | None, Parameter(converter=_read_integer)]
+
+Experiment = Annotated[
+    str,
+    Parameter(help="A preset, such as evo+self-taught/B, or an experiment file (.toml)."),
+]
+LOCATION: Final = "Directory of the study, or a URL such as s3://BUCKET/STUDY."
+# A Path, or for a URL the object that fsspec makes of it.
+Directory = Annotated[Any, Parameter(converter=_read_location, help=LOCATION)]
+Out = Annotated[Any, Parameter(converter=_read_location), DESCRIBED_DEFAULT]
+Runs = Annotated[Integer, Parameter(help="Number of independent runs of each condition.")]
+Seed = Annotated[Integer, Parameter(help="Seed of all random numbers, 0 to 2147483647.")]
+Variant = Annotated[
+    str,
+    Parameter(help="Variant of the paper, see `baldwinlab list presets`."),
+]
 Workers = Annotated[
-    PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")
+    OptionalInteger,
+    DESCRIBED_DEFAULT,
+    Parameter(
+        help="Number of threads, by default one per core; with --executor slurm, number of jobs."
+    ),
 ]
-LOCATION = "directory of the study, or a URL such as s3://BUCKET/STUDY"
-Directory = Annotated[
-    Any, Parameter(converter=_location, help=LOCATION)
-]  # a Path, or for a URL what fsspec makes of it
-Out = Annotated[
-    Any, Parameter(converter=_location, help=f"{LOCATION}; a folder in results/ unless given")
-]
-BackendName = Annotated[
-    str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")
+Backend = Annotated[
+    str, Parameter(name="--backend", help="cpu, cuda, or auto (the fastest that is available).")
 ]
 Executor = Annotated[
-    str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")
+    str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm.")
 ]
-Last = Annotated[
-    Whole, Parameter(help="a run counts with its average over so many last generations")
+LastGenerations = Annotated[
+    Integer,
+    Parameter(
+        name="--last-generations",
+        help="Number of final generations that are averaged in each run.",
+    ),
 ]
 Baseline = Annotated[
     str,
+    DESCRIBED_DEFAULT,
     Parameter(
-        help="the condition with which all others are compared; see docs/reference/file-formats.md"
+        help="Condition with which all others are compared, by default the first one on the "
+        "same map."
     ),
 ]
-SET = "change fields: --set learning.rate=0.05 population.size=30; `baldwinlab show EXPERIMENT` lists all fields"
 Assignments = Annotated[
-    list[str] | None, Parameter(name="--set", negative="", consume_multiple=True, help=SET)
+    list[str] | None,
+    Parameter(
+        name="--set",
+        negative="",
+        consume_multiple=True,
+        help="Change one or more settings: --set learning.rate=0.05 population.size=30. "
+        "`baldwinlab show EXPERIMENT` lists all settings.",
+    ),
 ]
-NamedExperiment = Annotated[
-    str,
-    Parameter(help="a preset such as evo+self-taught/B, or an experiment file that ends in .toml"),
-]
-
-FORCE = "run although less memory or disk is free than estimated, and overwrite a file that this command did not write"
-Force = Annotated[bool, Parameter(negative="", help=FORCE)]
 Parts = Annotated[
     list[Path] | None,
-    Parameter(name="--part", negative="", help="a file with a part of your own; repeatable"),
+    Parameter(
+        name="--part",
+        negative="",
+        help="Python file with custom parts. Repeat the option for several files.",
+    ),
 ]
+
+RESOURCE_FORCE: Final = "Run even if less memory or disk is free than the estimate."
+OVERWRITE_FORCE: Final = "Overwrite a file at --out that this command did not write."
+Force = Annotated[bool, FLAG, Parameter(help=RESOURCE_FORCE)]
 
 
 def load_parts(files: Sequence[Path] | None) -> None:
-    """Make known the parts that installed packages bring, and those in files, before any experiment is read."""
-    from baldwinlab.api.load import load_installed  # here, because help needs no experiments
+    """Register the parts of installed packages and of `files`, before any experiment is read."""
+    # Imported late: help needs no experiments.
+    from baldwinlab.api.load import load_installed
 
     load_installed()
     if files:
-        from baldwinlab.parts import load_file  # here, because to load the engine takes a while
+        # Imported late: loading the engine takes a while.
+        from baldwinlab.parts import load_file
 
         for file in files:
             load_file(file)

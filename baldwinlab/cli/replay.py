@@ -1,16 +1,25 @@
-"""Any moment of a study again."""
+"""The command `replay`: simulate a stored lifetime again and write it."""
 
 from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
+import xarray as xr
 from cyclopts import Parameter
 
-from baldwinlab.api import study as studies
 from baldwinlab.api.agents import only_condition
-from baldwinlab.cli.options import Directory, Force, Parts, Whole, load_parts
+from baldwinlab.api.study import Study
+from baldwinlab.cli.options import (
+    FLAG,
+    OVERWRITE_FORCE,
+    RESOURCE_FORCE,
+    Directory,
+    Integer,
+    Parts,
+    load_parts,
+)
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import write_atomically
@@ -19,7 +28,9 @@ from baldwinlab.core.resources import Need, require
 from baldwinlab.core.variables import TRACE
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.memory import of_replay, require_storable, sizes
-from baldwinlab.studies import store
+from baldwinlab.studies.store import StudyStore
+
+ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
 
 
 def replay(
@@ -27,32 +38,49 @@ def replay(
     /,
     *,
     condition: Annotated[
-        str | None, Parameter(help="a condition of the study; the only one unless given")
+        str | None, Parameter(help="Condition of the run. Default: the only one of the study.")
     ] = None,
-    run: Annotated[Whole, Parameter(help="the number of a stored run, from 0")],
-    generation: Annotated[Whole, Parameter(help="the number of a generation, from 0")],
+    run: Annotated[Integer, Parameter(help="Number of a stored run, from 0.")],
+    generation: Annotated[Integer, Parameter(help="Number of a generation, from 0.")],
     out: Annotated[
         Path,
-        Parameter(help="the file to write: a trace (.nc), a film (.mp4, .gif) or a picture (.png)"),
+        Parameter(help="File to write: a movie (.mp4, .gif), a picture (.png) or a trace (.nc)."),
     ],
     part: Parts = None,
-    force: Force = False,
+    force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
 ) -> None:
-    """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
-    if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
+    """Simulate one stored lifetime again, and write it as a movie, a picture or a trace.
+
+    A trace is a netCDF file with the state of every agent in every step.
+
+    For example:
+
+        baldwinlab replay results/evo-A --run 0 --generation 99 --out life.gif
+    """
+    if out.suffix not in ENDINGS:
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
     require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
-    stored = store.StudyStore(directory)
-    condition = only_condition(stored, condition)
-    study, experiment = studies.Study(stored), stored.experiment(condition)
+    store = StudyStore(directory)
+    condition = only_condition(store, condition)
+    experiment = store.experiment(condition)
     if out.suffix == ".nc" and isinstance(experiment, Experiment):
         require_storable(TRACE, sizes(experiment), f"a life of {condition}")
         require(f"--out {out}", Need(disk=of_replay(experiment).disk), out.parent, force=force)
-    trace = study.replay(condition, run=run, generation=generation, force=force)
+    trace = Study(store).replay(condition, run=run, generation=generation, force=force)
+    _write_trace(trace, experiment, out)
+    console.info(
+        f"{out}: {experiment.lifetime.steps} steps, {experiment.population.size} agents, "
+        f"{int(trace.eaten.sum())} items eaten"
+    )
+
+
+def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
+    """Write a trace in the format that the ending of `out` names."""
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
+        # Imported late, as is the movie: loading the figures takes a while.
         from baldwinlab.analysis.figures import draw_trajectories
 
         picture = BytesIO()
@@ -64,7 +92,3 @@ def replay(
         from baldwinlab.analysis.figures.movie import write_movie
 
         write_movie(trace, experiment.world.width, experiment.world.height, out)
-    eaten = int(trace.eaten.sum())
-    console.info(
-        f"{out}: {experiment.lifetime.steps} steps of {experiment.population.size} agents, who ate {eaten} items"
-    )

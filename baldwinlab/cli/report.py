@@ -1,4 +1,4 @@
-"""The results of a study."""
+"""The command `report`: statistics, figures and the page of a study."""
 
 from __future__ import annotations
 
@@ -7,8 +7,18 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.report import report as make_report
-from baldwinlab.cli.options import Baseline, Directory, Force, Last, Parts, load_parts
+from baldwinlab.api.report import report as write_report
+from baldwinlab.cli.options import (
+    DESCRIBED_DEFAULT,
+    FLAG,
+    OVERWRITE_FORCE,
+    RESOURCE_FORCE,
+    Baseline,
+    Directory,
+    LastGenerations,
+    Parts,
+    load_parts,
+)
 from baldwinlab.core.errors import require_positive
 from baldwinlab.papers import load
 from baldwinlab.studies.store import StudyStore
@@ -19,26 +29,36 @@ def report(
     /,
     *,
     out: Annotated[
-        Path | None, Parameter(help="the HTML file; DIR/report.html unless given")
+        Path | None, Parameter(help="HTML file. Default: report.html in the study's directory.")
     ] = None,
-    last: Last = 10,
+    last_generations: LastGenerations = 10,
     baseline: Baseline = "",
     paper: Annotated[
         str,
-        Parameter(
-            help="a paper whose claims are decided; the one that made the study unless given"
-        ),
+        DESCRIBED_DEFAULT,
+        Parameter(help="Paper whose claims are evaluated. Default: the paper that made the study."),
     ] = "",
     part: Parts = None,
-    force: Force = False,
+    force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
 ) -> None:
-    """Rebuild statistics, figures and report from stored results.
+    """Write the statistics, the figures and the report of a study from its stored results.
 
-    No part is needed; with those of the study, the picture of a life lived again is drawn, too.
+    The page is report.html, the tables are CSV files, and the figures are in figures/, all in the
+    directory of the study. Reading results needs no custom parts. With --part, the report also
+    draws a replayed life.
+
+    For example:
+
+        baldwinlab report results/evo-A-evo+self-taught-A
     """
     load_parts(part)
-    require_positive("last", last)
-    claimed = load(paper) if paper else None
-    make_report(
-        StudyStore(directory), out, last=last, baseline=baseline, paper=claimed, force=force
+    require_positive("last", last_generations)
+    chosen = load(paper) if paper else None
+    write_report(
+        StudyStore(directory),
+        out,
+        last=last_generations,
+        baseline=baseline,
+        paper=chosen,
+        force=force,
     )

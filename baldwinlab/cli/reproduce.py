@@ -1,24 +1,26 @@
-"""A paper, whole."""
+"""The command `reproduce`: reproduce a paper, or all papers."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from baldwinlab.api.gallery import ALL, reproduce_all
-from baldwinlab.api.reproduce import lengths, reproduce_changed
-from baldwinlab.api.run_study import How
+from baldwinlab.api.reproduce import Reproduction, assignments_of_lengths, reproduce_changed
+from baldwinlab.api.run_study import RunOptions
 from baldwinlab.cli.options import (
+    LOCATION,
     Assignments,
-    BackendName,
+    Backend,
     Executor,
     Force,
-    Last,
+    LastGenerations,
+    OptionalInteger,
     Out,
     Parts,
-    PerhapsWhole,
     Seed,
     Variant,
     Workers,
@@ -31,72 +33,91 @@ from baldwinlab.papers.paper import STANDARD
 
 def reproduce(
     paper: Annotated[
-        str, Parameter(help="a paper, see `baldwinlab papers`, the folder of your own, or all")
+        str,
+        Parameter(
+            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or all."
+        ),
     ] = DEFAULT,
     /,
     *,
     part: Parts = None,
     runs: Annotated[
-        PerhapsWhole, Parameter(help="runs of each condition; the paper's own number unless given")
+        OptionalInteger,
+        Parameter(help="Number of runs of each condition. Default: as in the paper."),
     ] = None,
     generations: Annotated[
-        PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")
+        OptionalInteger,
+        Parameter(help="Number of generations of each run. Default: as in the paper."),
     ] = None,
     steps: Annotated[
-        PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")
+        OptionalInteger,
+        Parameter(help="Number of steps of a forager's life. Default: as in the paper."),
     ] = None,
     seed: Seed = 0,
     variant: Variant = STANDARD,
     assignments: Assignments = None,
     workers: Workers = None,
-    out: Out = None,
-    last: Last = 10,
-    backend: BackendName = "auto",
+    out: Annotated[
+        Out,
+        Parameter(
+            help=f"{LOCATION} With `all`, the folder of the studies. Default: results/PAPER "
+            "(results/paper for le-2019), with the changed options in its name."
+        ),
+    ] = None,
+    last_generations: LastGenerations = 10,
+    backend: Backend = "auto",
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Reproduce a whole paper: its conditions, statistics, assays, figures and report; or all, and a page across them.
+    """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
-    With --set, --generations or --steps the study is one of a changed model, and all its results say so.
+    With `all`, every paper is reproduced, and gallery.html compares them. With --set, --generations
+    or --steps the model differs from the paper, and all results say so. Stored runs are not
+    repeated: the same command resumes an interrupted study.
+
+    For example:
+
+        baldwinlab reproduce hinton-nowlan-1987
     """
     load_parts(part)
+    options = RunOptions(workers, backend, executor, force)
     if paper == ALL:
         _require_one_paper(assignments, variant)
-        lives: dict[str, Any] = {
-            "runs": runs,
-            "generations": generations,
-            "steps": steps,
-            "seed": seed,
-            "last": last,
-        }
-        how: dict[str, Any] = {
-            "workers": workers,
-            "backend": backend,
-            "executor": executor,
-            "force": force,
-        }
-        reproduce_all(out or Path("results"), **lives, **how)
+        reproduce_all(
+            out or Path("results"),
+            runs=runs,
+            generations=generations,
+            steps=steps,
+            seed=seed,
+            last=last_generations,
+            **asdict(options),
+        )
         return
     chosen = load(paper)
+    lengths = assignments_of_lengths(chosen, generations, steps)
     reproduce_changed(
-        chosen,
-        [*lengths(chosen, generations, steps), *(assignments or [])],
-        How(workers, backend, executor, force),
-        runs=runs,
-        seed=seed,
-        variant=variant,
-        out=out,
-        last=last,
+        Reproduction(
+            chosen,
+            assignments=(*lengths, *(assignments or [])),
+            variant=variant,
+            runs=runs,
+            seed=seed,
+            out=out,
+            last=last_generations,
+        ),
+        options,
     )
 
 
 def _require_one_paper(assignments: list[str] | None, variant: str) -> None:
-    """Raise RefusedError for options that belong to one paper."""
+    """Raise RefusedError for options that apply to one paper only."""
     if assignments:
         raise RefusedError(
-            f"--set {' '.join(assignments)} is of one paper; give its name instead of {ALL}"
+            f"--set {' '.join(assignments)} applies to one paper only; replace {ALL} by the name "
+            "of a paper"
         )
     if variant != STANDARD:
         raise RefusedError(
-            f"--variant {variant} is of one paper; all of them are reproduced by their standard variant"
+            f"--variant {variant} applies to one paper only; {ALL} uses the standard variant of "
+            "each paper"
         )

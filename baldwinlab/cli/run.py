@@ -1,4 +1,4 @@
-"""Experiments of one's own."""
+"""The command `run`: simulate experiments as one study."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from cyclopts import Parameter
 
 from baldwinlab.api.publish import lab_results
 from baldwinlab.api.run import run_loaded
-from baldwinlab.api.run_study import How
+from baldwinlab.api.run_study import RunOptions
 from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.options import (
     LOCATION,
     Assignments,
-    BackendName,
+    Backend,
     Baseline,
     Executor,
+    Experiment,
     Force,
-    NamedExperiment,
     Out,
     Parts,
     Runs,
@@ -32,10 +32,10 @@ from baldwinlab.studies.store import StudyStore
 
 
 def run(
-    experiment: NamedExperiment,
+    experiment: Experiment,
     /,
-    *others: Annotated[
-        str, Parameter(help="more experiments, which are compared in the same study")
+    *experiments: Annotated[
+        str, Parameter(help="More experiments. All are conditions of the same study.")
     ],
     part: Parts = None,
     variant: Variant = "standard",
@@ -46,18 +46,25 @@ def run(
     workers: Workers = None,
     out: Annotated[
         Out,
-        Parameter(help=f"{LOCATION}; results/NAME unless given, NAME is that of the experiments"),
+        Parameter(help=f"{LOCATION} Default: results/NAME, where NAME joins the experiments."),
     ] = None,
-    backend: BackendName = "auto",
+    backend: Backend = "auto",
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Run an experiment, a preset or a TOML file; or several in one study, and compare them."""
+    """Run one or several experiments as one study, and compare them.
+
+    Stored runs are not repeated: the same command resumes an interrupted study.
+
+    For example:
+
+        baldwinlab run evo/A evo+self-taught/A --runs 8 --set evolution.generations=50
+    """
     load_parts(part)
-    loaded = [load_with_origin(name, variant) for name in (experiment, *others)]
-    how = How(workers, backend, executor, force)
+    loaded = [load_with_origin(name, variant) for name in (experiment, *experiments)]
+    options = RunOptions(workers, backend, executor, force)
     study = run_loaded(
-        loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline
+        loaded, assignments or [], options, runs=runs, seed=seed, out=out, baseline=baseline
     )
     show_contrasts(lab_results.compare(StudyStore(study.directory), baseline=baseline))
-    console.info(f"for statistics, figures and a report: baldwinlab report {study.directory}")
+    console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")

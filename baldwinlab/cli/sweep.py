@@ -1,4 +1,4 @@
-"""Sweeps: one experiment at many points of the space of its fields."""
+"""The command `sweep`: one experiment with many values of its settings."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api import sweep as sweeps
+from baldwinlab.api.sweep import sweep as run_sweep
 from baldwinlab.cli.options import (
-    BackendName,
+    LOCATION,
+    Backend,
     Executor,
     Force,
-    Last,
+    LastGenerations,
     Out,
     Parts,
     Workers,
@@ -24,24 +25,32 @@ from baldwinlab.core.errors import require_positive
 def sweep(
     file: Annotated[
         Path,
-        Parameter(
-            help="a TOML file that says which fields are swept, and how; see docs/reference/sweeps.md"
-        ),
+        Parameter(help="TOML file that names the experiment and the values of each setting."),
     ],
     /,
     *,
     part: Parts = None,
     workers: Workers = None,
-    out: Out = None,
-    last: Last = 10,
-    backend: BackendName = "auto",
+    out: Annotated[
+        Out, Parameter(help=f"{LOCATION} Default: results/NAME, where NAME is that of the file.")
+    ] = None,
+    last_generations: LastGenerations = 10,
+    backend: Backend = "auto",
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields."""
+    """Run an experiment with many values of its settings, and report the responses.
+
+    The values are a grid, a list, or a random or Sobol sample. Stored runs are not repeated: the
+    same command resumes an interrupted sweep. The page docs/reference/sweeps.md describes the file.
+
+    For example:
+
+        baldwinlab sweep examples/sweep.toml
+    """
     load_parts(part)
-    require_positive("last", last)
-    study = sweeps.sweep(
+    require_positive("last", last_generations)
+    study = run_sweep(
         file, out=out, workers=workers, backend=backend, executor=executor, force=force
     )
-    study.report(last=last, force=force)
+    study.report(last=last_generations, force=force)

@@ -1,4 +1,4 @@
-"""What the command line shows: progress and messages."""
+"""Messages and progress bars on the terminal and in notebooks."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from rich.text import Text
 console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
-BAR_EVERY = 0.2  # seconds between two drawings of a notebook's bar
-SCREEN = 1800  # characters of a message: those of 23 lines
-LINE_EVERY = 10.0  # seconds between progress lines where there is no terminal
+BAR_INTERVAL = 0.2  # seconds between two updates of the bar of a notebook
+LINE_INTERVAL = 10.0  # seconds between progress lines without a terminal
+MAX_MESSAGE = 1800  # characters of a message, about 23 lines
 
 
 class _Rate(ProgressColumn):
     def render(self, task: Task) -> Text:
         speed = task.finished_speed or task.speed
-        return Text(_rate(speed, task.fields["unit"]) if speed else "", style="cyan")
+        return Text(_format_rate(speed, task.fields["unit"]) if speed else "", style="cyan")
 
 
-def _rate(speed: float, unit: str) -> str:
+def _format_rate(speed: float, unit: str) -> str:
     if speed >= 1e5:
         return f"{speed / 1e6:.1f} million {unit}/s"
     return f"{speed:,.{0 if speed >= 100 else 1}f} {unit}/s"
@@ -44,15 +44,36 @@ def _rate(speed: float, unit: str) -> str:
 def progress(
     description: str, total: int, unit: str = "agent-steps"
 ) -> Iterator[Callable[[int], None]]:
-    """Show how far a long piece of work is, its rate and the time left. Yields the function to call with what has been done.
+    """Show the progress of long work, its rate and the time left.
 
-    On a terminal and in a notebook that is a bar; elsewhere, as in a log, a plain line every few seconds.
+    A terminal and a notebook show a bar. A log has a plain line every few seconds.
+
+    Parameters
+    ----------
+    description
+        The work, such as "simulating".
+    total
+        The amount of work, in `unit`.
+    unit
+        Plural noun of the unit of work.
+
+    Yields
+    ------
+    Callable
+        The function to call with each amount of work that is done.
     """
     if console.is_jupyter:
-        yield _Told(description, total, unit, _notebook_bar(), BAR_EVERY)
+        show = _notebook_bar()
+        yield _ProgressReporter(description, total, unit, show=show, interval=BAR_INTERVAL)
         return
     if not console.is_terminal:
-        yield _Told(description, total, unit, lambda sentence, share: info(sentence), LINE_EVERY)
+        yield _ProgressReporter(
+            description,
+            total,
+            unit,
+            show=lambda sentence, share: info(sentence),
+            interval=LINE_INTERVAL,
+        )
         return
     columns = (
         TextColumn("{task.description}"),
@@ -66,47 +87,54 @@ def progress(
         yield lambda amount: bar.advance(task, amount)
 
 
-class _Told:
-    """Tells now and then how far the work is: `show(sentence, share)`, at most every so many seconds, and at the end."""
+class _ProgressReporter:
+    """Report progress at most once per interval, and at the end."""
 
     def __init__(
         self,
         description: str,
         total: int,
         unit: str,
+        *,
         show: Callable[[str, float], None],
-        every: float,
+        interval: float,
     ) -> None:
-        self._description, self._total, self._unit, self._done = description, total, unit, 0
-        self._show, self._every = show, every
-        self._began = self._last = time.monotonic()
+        """Call `show(sentence, share)` at most every `interval` seconds. `share` is 0 to 1."""
+        self._description = description
+        self._total = total
+        self._unit = unit
+        self._show = show
+        self._interval = interval
+        self._done = 0
+        self._start = time.monotonic()
+        self._last_report = self._start
 
     def __call__(self, amount: int) -> None:
+        """Add an amount of work that is done."""
         self._done += amount
         now = time.monotonic()
-        if now - self._last < self._every and self._done < self._total:
+        if now - self._last_report < self._interval and self._done < self._total:
             return
-        self._last = now
-        rate = self._done / max(now - self._began, 1e-9)
-        left = (self._total - self._done) / rate
+        self._last_report = now
+        rate = self._done / max(now - self._start, 1e-9)
+        seconds_left = (self._total - self._done) / rate
         share = self._done / self._total
-        self._show(
-            f"{self._description}: {share:.0%}, {_rate(rate, self._unit)}, {left:.0f} s left", share
-        )
+        speed = _format_rate(rate, self._unit)
+        self._show(f"{self._description}: {share:.0%}, {speed}, {seconds_left:.0f} s left", share)
 
 
 def _notebook_bar() -> Callable[[str, float], None]:
-    """A bar in the cell's output, drawn again in its place; rich's own needs ipywidgets, which not every notebook has."""
-    from IPython.display import HTML, display  # a notebook has it
+    """Return a function that updates a bar in the output of a cell. The bar of rich needs ipywidgets."""
+    from IPython.display import HTML, display
 
-    shown = display(HTML("<progress></progress>"), display_id=True)
-    return lambda sentence, share: shown.update(
+    bar = display(HTML("<progress></progress>"), display_id=True)
+    return lambda sentence, share: bar.update(
         HTML(f'<progress value="{share:.3f}"></progress> {escape(sentence)}')
     )
 
 
 def info(message: str, *, has_address: bool = False) -> None:
-    """Print a message. The terminal wraps a message with an address, so that the address stays in one piece."""
+    """Print a message. The terminal, not rich, wraps a message with an address, to keep it whole."""
     console.print(message, markup=False, soft_wrap=has_address or None)
 
 
@@ -117,10 +145,13 @@ def info_if_any(message: str) -> None:
 
 
 def warn(message: str) -> None:
+    """Print a warning or an error on stderr."""
     errors.print(f"baldwinlab: {clip_for_terminal(message)}", markup=False)
 
 
 def clip_for_terminal(message: str) -> str:
-    """A message, or as much of it as can be read at once."""
-    left = len(message) - SCREEN
-    return message if left <= 0 else f"{message[:SCREEN]}... and {left:,} more characters"
+    """Return the message, cut to the size of a screen."""
+    excess = len(message) - MAX_MESSAGE
+    if excess <= 0:
+        return message
+    return f"{message[:MAX_MESSAGE]}... and {excess:,} more characters"

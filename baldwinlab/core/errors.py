@@ -1,26 +1,39 @@
-"""What the package refuses to do. Every fault of a user's is one clear sentence, and one of these."""
+"""The errors of the package. The message of each is written for the user."""
 
 from __future__ import annotations
 
+from typing import Final
+
 
 class BaldwinLabError(Exception):
-    """What cannot be done, in a sentence for the user. All errors that the package raises on purpose derive from it."""
+    """The base class of all errors that the package raises on purpose."""
 
 
 class RefusedError(BaldwinLabError, ValueError):
-    """What was asked for cannot be: a place that cannot be reached, an extra that is missing, settings that do not fit."""
+    """A request that cannot be fulfilled: a path, a missing extra, or settings that do not fit."""
 
 
 class PartError(BaldwinLabError, ValueError):
-    """A part that cannot be loaded or compiled, or that is not the one a study was made with."""
+    """A part that cannot be loaded or compiled, or that differs from the part of a study."""
+
+
+# Options whose names differ from those of the arguments.
+OPTIONS: Final = {"last": "last-generations"}
 
 
 class ArgumentError(RefusedError):
-    """An argument beyond its limits, such as ("runs", 0, "must be at least 1"); the command line says it of its option."""
+    """An argument that is out of range.
+
+    Attributes
+    ----------
+    option
+        The message for the command line, with the name of the option.
+    """
 
     def __init__(self, name: str, value: object, rule: str) -> None:
+        """Make an error such as ArgumentError("runs", 0, "must be at least 1")."""
         super().__init__(name, value, rule)
-        self.option = f"--{name} {value} {rule}"
+        self.option = f"--{OPTIONS.get(name, name)} {value} {rule}"
 
     def __str__(self) -> str:
         name, value, rule = self.args
@@ -28,10 +41,10 @@ class ArgumentError(RefusedError):
 
 
 def require_positive(name: str, value: int | None) -> None:
-    """Raises ArgumentError where a number is given that is less than 1."""
+    """Raise ArgumentError for a number below 1; None passes."""
     if value is not None and value < 1:
         raise ArgumentError(name, value, "must be at least 1")
 
 
 class InterruptedStudyError(BaldwinLabError):
-    """A study that did not come to its end, because a place failed; what is stored stays, and the same call carries on."""
+    """A study that a failing worker or disk has interrupted. The same call continues it."""

@@ -1,4 +1,4 @@
-"""Where a command may write: never over what makes a study, and over another file only where nothing is lost."""
+"""Where a command may write: never over the files of a study, nor over those of other programs."""
 
 from __future__ import annotations
 
@@ -8,48 +8,62 @@ from typing import Final
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import STUDY
 
-REPLAY: Final = "baldwinlab replay"  # what stands in every trace, picture and movie that is written
-REPORT: Final = "baldwinlab report"  # and in every page of a study
-EXPORT: Final = "baldwinlab export"  # in every live laboratory
-_OF_A_STUDY: Final = ("runs", "parts", "assays", "paper", STUDY, "sessions.jsonl")
-_LOOKED_AT: Final = 65536  # bytes at each end of a file
+# Marks in the files that the commands write: traces, pictures and movies; reports; pages that simulate.
+REPLAY: Final = "baldwinlab replay"
+REPORT: Final = "baldwinlab report"
+EXPORT: Final = "baldwinlab export"
+_STUDY_ENTRIES: Final = ("runs", "parts", "assays", "paper", STUDY, "sessions.jsonl")
+_MARK_RANGE: Final = 65536  # bytes at each end of a file that may hold the mark
 
 
 def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
-    """Raises RefusedError where to write a file would lose another.
+    """Raise RefusedError if a command must not write a file.
 
-    That is, where its folder is not there; where it belongs to a study; and, unless forced, where there is a file in which
-    `mark` does not stand, and it does in whatever the command writes.
+    Parameters
+    ----------
+    option
+        The option that names the file, for the message.
+    path
+        The file. Its folder must exist, and it must not be inside a study.
+    mark
+        Bytes that all files of this command contain. An existing file without them is refused.
+    force
+        Accept an existing file without `mark`.
     """
     if not path.parent.is_dir():
-        raise RefusedError(f"{option} {path}: there is no folder {path.parent}")
+        raise RefusedError(
+            f"{option} {path}: the folder {path.parent} does not exist. Create it or choose "
+            "another path."
+        )
     if folder := owner(path):
-        raise RefusedError(f"{option} {path} belongs to the study in {folder}: choose another name")
+        raise RefusedError(f"{option} {path} is inside the study {folder}. Choose another path.")
     if path.is_dir():
-        raise RefusedError(f"{option} {path} is a folder: give the name of a file")
-    if path.exists() and not force and not _bears(path, mark):
-        why = "is there already, and not made by this command"
-        raise RefusedError(f"{option} {path} {why}: choose another name, or add --force")
+        raise RefusedError(f"{option} {path} is a folder. Give the path of a file.")
+    if path.exists() and not force and not _has_mark(path, mark):
+        raise RefusedError(
+            f"{option} {path} exists and was not written by this command. Choose another path or "
+            "add --force."
+        )
 
 
 def is_study(folder: Path) -> bool:
-    """Whether a folder holds a study, readable or not: its `study.toml` is written last of all."""
+    """Return whether a folder holds a study, which may be damaged. `study.toml` is its last file."""
     return (folder / STUDY).exists()
 
 
 def owner(path: Path) -> Path | None:
-    """The folder of the study that a file or folder is a part of, links followed; None where it is of none."""
+    """Return the folder of the study that a path is inside of, after links; None if there is none."""
     real = path.resolve()
     for folder in real.parents:
-        if real.relative_to(folder).parts[0] in _OF_A_STUDY and is_study(folder):
+        if real.relative_to(folder).parts[0] in _STUDY_ENTRIES and is_study(folder):
             return folder
     return None
 
 
-def _bears(path: Path, mark: bytes) -> bool:
-    """Whether a file is empty, or a mark stands near one of its ends."""
+def _has_mark(path: Path, mark: bytes) -> bool:
+    """Return whether a file is empty or has a mark near one of its ends."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        begin = file.read(_LOOKED_AT)
-        file.seek(max(0, size - _LOOKED_AT))
-        return size == 0 or mark in begin or mark in file.read()
+        start = file.read(_MARK_RANGE)
+        file.seek(max(0, size - _MARK_RANGE))
+        return size == 0 or mark in start or mark in file.read()

@@ -130,9 +130,7 @@ def run_study(
     study.sweep()
     tasks = plan(study, missing, workers, backend.worlds)
     compile_seconds = warm_up((task.experiment for task in tasks), backend, tell)
-    tell(
-        f"the engine ({backend.name}) is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before"
-    )
+    tell(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:
         with (

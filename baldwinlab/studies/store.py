@@ -244,7 +244,7 @@ def create(
                 f"no condition can be called {name!r}: a study has files with such endings"
             )
     if is_local(directory) and (folder := owner(directory)):
-        raise StudyError(f"{directory} belongs to the study in {folder}; choose another --out")
+        raise StudyError(f"{directory} is inside the study {folder}. Choose another path.")
     is_new = False
     if not is_study(directory):
         sources = part_sources.sources(experiments)

@@ -35,18 +35,18 @@ def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds(
 def test_every_learning_rule_is_a_case_where_it_is_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert {"rule-none", "rule-self-taught", "rule-prediction"} <= set(benchmark.rules())
+    assert {"rule-none", "rule-self-taught", "rule-prediction"} <= set(benchmark.rule_cases())
     monkeypatch.setattr(benchmark, "cases", lambda backend: [])
-    monkeypatch.setattr(benchmark, "rules", lambda: ["rule-none"])
-    assert list(benchmark.bench(True, "cpu")) == []
-    (record,) = benchmark.bench(True, "cpu", every_rule=True)
+    monkeypatch.setattr(benchmark, "rule_cases", lambda: ["rule-none"])
+    assert list(benchmark.measure_cases(True, "cpu")) == []
+    (record,) = benchmark.measure_cases(True, "cpu", all_rules=True)
     assert record.case == "rule-none"
     assert record.agent_steps_per_second > 1e4
 
 
 def test_a_crowd_has_the_density_of_the_paper() -> None:
     for agents in (20, 2000):
-        experiment = benchmark.crowded(agents, steps=10)
+        experiment = benchmark.many_agent_experiment(agents, steps=10)
         (region,) = experiment.world.food
         area = (region.x[1] - region.x[0]) * (region.y[1] - region.y[0])
         assert region.count / area == pytest.approx(50 / 160**2)
@@ -57,7 +57,7 @@ def test_a_crowd_has_the_density_of_the_paper() -> None:
 
 def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmark, "cases", lambda backend: [])
-    (record,) = benchmark.bench(True, "cpu", [EXAMPLES / "bit_strings.py"])
+    (record,) = benchmark.measure_cases(True, "cpu", [EXAMPLES / "bit_strings.py"])
     assert record.case == "bit_strings"
     assert record.agent_steps_per_second > 1e4
 
@@ -67,7 +67,7 @@ def test_the_command_prints_a_line_a_case_and_writes_the_records(
 ) -> None:
     monkeypatch.setattr(benchmark, "cases", lambda backend: ["evo/A", "evo/B"])
     monkeypatch.setattr(
-        sys, "argv", ["baldwinlab", "bench", "--quick", "--json", str(tmp_path / "bench.json")]
+        sys, "argv", ["baldwinlab", "bench", "--quick", "--out", str(tmp_path / "bench.json")]
     )
     with pytest.raises(SystemExit) as end:
         cli.main()

@@ -9,7 +9,7 @@ from shutil import copytree
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.api.run_study import How, bring
+from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
 from tests.commands import Command
 
 CLAIM = """
@@ -34,7 +34,7 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
     paper = papers.load("mayley-1996")
     experiments = [one.replace(evolution={"generations": 3}) for one in paper.experiments()]
     folder = tmp_path_factory.mktemp("claims") / "study"
-    bring(experiments, folder, How(), runs=8, seed=0, paper=paper)
+    run_missing(StudyRequest(experiments, folder, runs=8, seed=0, paper=paper), RunOptions())
     return folder
 
 
@@ -48,7 +48,14 @@ def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, st
     Path("mine.toml").write_text(CLAIM, encoding="utf-8")
     before = {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
     done = command(
-        "claims", "study", "--claims", "mine.toml", "--last", "2", "--out", "verdicts.json"
+        "claims",
+        "study",
+        "--claims",
+        "mine.toml",
+        "--last-generations",
+        "2",
+        "--out",
+        "verdicts.json",
     )
     assert done.code == 0 and "The claims of mine.toml" in done.out and "paper" not in done.out
     found = {
@@ -60,7 +67,7 @@ def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, st
     assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}, (
         "nothing of the study is written"
     )
-    own = command("claims", "study", "--last", "3", "--out", "again.json")
+    own = command("claims", "study", "--last-generations", "3", "--out", "again.json")
     assert own.code == 0 and "The claims of mayley-1996" in own.out
     assert [
         claim["id"] for claim in json.loads(Path("again.json").read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""What the doctor finds: a machine that is well, and each thing that may be wrong, with its mend."""
+"""What the doctor finds: a machine that is well, and each thing that may be wrong, with its fix."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.api.doctor import Finding, examine, is_well
+from baldwinlab.api.doctor import Finding, examine, has_problem
 from baldwinlab.core import extras, resources
 from baldwinlab.engine import cache
 from tests.commands import Command
 
 
 def found(folder: Path) -> dict[str, Finding]:
-    return {finding.about: finding for finding in examine(folder)}
+    return {finding.topic: finding for finding in examine(folder)}
 
 
 def test_a_machine_that_is_well_is_told_in_a_line_each(command: Command) -> None:
@@ -41,9 +41,9 @@ def test_an_extra_that_is_not_installed_is_no_problem_and_says_what_it_is_for(
         extras, "installed_version", lambda name: None if name == "distributed" else known(name)
     )
     cluster = found(tmp_path)["extra cluster"]
-    assert (cluster.state, cluster.mend) == ("missing", extras.installation_command("cluster"))
-    assert cluster.said.endswith("; not installed: distributed")
-    assert is_well([cluster])
+    assert (cluster.state, cluster.fix) == ("missing", extras.installation_command("cluster"))
+    assert cluster.message.endswith("; not installed: distributed")
+    assert not has_problem([cluster])
 
 
 def test_a_core_that_lacks_a_package_is_a_problem(
@@ -54,7 +54,7 @@ def test_a_core_that_lacks_a_package_is_a_problem(
         extras, "installed_version", lambda name: None if name == "scipy" else known(name)
     )
     core = found(tmp_path)["core"]
-    assert core.state == "problem" and "scipy" in core.said and core.mend
+    assert core.state == "problem" and "scipy" in core.message and core.fix
 
 
 def test_a_cache_that_cannot_be_used_is_a_problem(
@@ -81,7 +81,7 @@ def test_a_folder_that_cannot_be_written_to_is_a_problem(
     studies = found(tmp_path / "not" / "there")["studies"]
     assert (
         studies.state == "problem"
-        and f"{tmp_path} cannot be written to (Permission denied)" in studies.said
+        and f"{tmp_path} cannot be written to (Permission denied)" in studies.message
     )
 
 
@@ -93,6 +93,6 @@ def test_little_memory_and_a_full_disk_are_problems_and_what_is_not_told_is_none
     findings = found(tmp_path)
     assert (
         findings[f"disk, {tmp_path}"].state == "problem"
-        and "--out" in findings[f"disk, {tmp_path}"].mend
+        and "--out" in findings[f"disk, {tmp_path}"].fix
     )
     assert findings["memory"].state == "missing"

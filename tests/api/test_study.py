@@ -54,7 +54,7 @@ def test_the_same_call_again_does_what_is_missing(
     again = bl.run(
         [small("evo/A"), small("evo+self-taught/A")], runs=3, seed=5, out=study.directory
     )
-    assert "runs: 6, stored already: 4" in capsys.readouterr().out
+    assert "4 of 6 runs stored" in capsys.readouterr().out
     assert again.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
 
 
@@ -99,7 +99,7 @@ def test_an_assay_is_measured_when_it_is_first_asked_for(
     xr.testing.assert_identical(
         innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A")
     )
-    assert "assays to do: 2" in capsys.readouterr().out
+    assert "2 assays to do" in capsys.readouterr().out
     whole = study.assay("innate")
     assert "assays to do" not in capsys.readouterr().out
     assert whole.condition.values.tolist() == ["evo/A", "evo+self-taught/A"]

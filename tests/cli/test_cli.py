@@ -38,7 +38,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_presets_lists_every_preset_with_a_line(command: Command) -> None:
-    done = command("presets")
+    done = command("list", "presets")
     assert done.code == 0
     for kind in KINDS:
         for name in names(kind):
@@ -144,7 +144,7 @@ def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(
     done = command("run", "evo/A", "evo+drift/A", "--baseline", "evo+drft/A", "--out", "pair")
     assert (
         done.code == 2
-        and "baseline 'evo+drft/A' is not a condition of the study (did you mean 'evo+drift/A'?)"
+        and "--baseline evo+drft/A is not a condition of the study (did you mean 'evo+drift/A'?)"
         in done.err
     )
     assert not (tmp_path / "pair").exists()
@@ -184,9 +184,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
         part.strip() for part in done.out.split("report: small/report.html")[:2]
     )  # before the assays, and with them
     assert "assays to do" not in first
-    assert then.startswith(
-        "so far without assays: they follow, and then the report is written again, with them"
-    )
+    assert then.startswith("The report lacks the assays. They run now; then it is written again.")
     assert "assays to do" in then and done.out.count("report: ") == 2
     claims = json.loads((tmp_path / "small/claims.json").read_text())["claims"]
     assert [claim["id"] for claim in claims] == [f"C{number}" for number in range(1, 10)]
@@ -211,7 +209,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     }
     assert "<html" in (tmp_path / "small/report.html").read_text()
     again = command("reproduce", *TINY, "--out", "small")
-    assert "runs: 12, all of them stored already" in again.out
+    assert "all 12 runs are already stored" in again.out
     assert again.out.count("report: ") == 1  # there is nothing to wait for
 
 
@@ -277,7 +275,7 @@ def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path
     assert command("report", "results/food").code == 0
     assert "swept over world.food.0.count" in (study / "report.html").read_text()
     (tmp_path / "food.toml").write_text(SWEEP.replace("runs = 2", "runs = 3"))
-    assert "runs: 6, stored already: 4" in command("sweep", "food.toml", "--workers", "1").out
+    assert "4 of 6 runs stored, 2 to do" in command("sweep", "food.toml", "--workers", "1").out
 
 
 def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(
@@ -339,10 +337,10 @@ def test_assay_measures_a_study_once_and_rebuilds_its_report(
     command: Command, stored: Path, tmp_path: Path
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
-    done = command("assay", "study", "--only", "descent,modules", "--workers", "2")
+    done = command("assay", "study", "--assays", "descent,modules", "--workers", "2")
     assert done.code == 0, done.err
     assert (
-        "assays to do: 3, agent-steps: 24,000" in done.out
+        "3 assays to do (24,000 agent-steps)" in done.out
     )  # 4 pairs of modules of 20 learners who live 300 steps
     assert (tmp_path / "study/report.html").exists()
     assert open_assay("study", "modules", "evo+self-taught/A").energy.dims == (
@@ -350,8 +348,8 @@ def test_assay_measures_a_study_once_and_rebuilds_its_report(
         "modules",
         "agent",
     )
-    again = command("assay", "study", "--only", "descent")
-    assert "all of these assays are stored already" in again.out
+    again = command("assay", "study", "--assays", "descent")
+    assert "all assays are already stored" in again.out
 
 
 def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
@@ -368,18 +366,18 @@ def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
 
     with monkeypatch.context() as patched:
         patched.setattr("baldwinlab.core.console.progress", stopped_at_once)
-        done = command("assay", "study", "--only", "reaction")
+        done = command("assay", "study", "--assays", "reaction")
     assert done.code == 130
     assert (
-        "stopped; 0 of 2 assays are stored and kept; an unfinished assay is not stored" in done.err
+        "Interrupted. 0 of 2 assays are stored in study. Repeat the command to continue."
+        in done.err
     )
-    assert "assays to do: 2" in command("assay", "study", "--only", "reaction").out
+    assert "2 assays to do" in command("assay", "study", "--assays", "reaction").out
 
 
 def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None:
-    done = command(
-        "phylogeny", str(stored), "--condition", "evo/A", "--run", "0", "--out", "descent.csv"
-    )
+    run = ("--condition", "evo/A", "--run", "0", "--out", "descent.csv")
+    done = command("export", str(stored), "--format", "phylogeny", *run)
     assert done.code == 0, done.err
     lines = Path("descent.csv").read_text(encoding="utf-8").splitlines()
     assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
@@ -416,14 +414,14 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     stored = len(contents(tmp_path))
     assert 0 < stored < 24
     assert (
-        f"stopped; {stored} of 24 runs are stored in study and kept; an unfinished run is not stored"
+        f"Interrupted. {stored} of 24 runs are stored in study. Repeat the command to continue."
         in err
     )
     assert "Traceback" not in err
     again = subprocess.run(
         words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     )
-    assert f"runs: 24, stored already: {stored}" in again.stdout
+    assert f"{stored} of 24 runs stored" in again.stdout
     assert len(contents(tmp_path)) == 24
 
 

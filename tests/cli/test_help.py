@@ -1,34 +1,78 @@
-"""The help of every command describes each of its arguments and options."""
+"""The help of a command describes its arguments, says where results go, and shows an example."""
 
 from __future__ import annotations
 
+import shlex
+
 import pytest
 
-from baldwinlab.cli import COMMANDS
+from baldwinlab.cli import COMMANDS, GROUPS
 from baldwinlab.cli.options import app
+from tests.commands import Command
+
+
+def options_of(name: str) -> dict[str, str]:
+    """Return the help text of each argument and option of a command."""
+    return {
+        argument.name: argument.parameter.help or ""
+        for argument in app[name].assemble_argument_collection()
+    }
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_argument_and_option_is_described(name: str) -> None:
-    arguments = app[name].assemble_argument_collection()
-    assert [argument.name for argument in arguments if not argument.parameter.help] == []
+def test_every_argument_and_option_is_described_in_a_sentence(name: str) -> None:
+    options = options_of(name)
+    assert [option for option, text in options.items() if not text.endswith(".")] == []
 
 
-def test_the_help_of_run_says_where_it_writes_and_how_fields_are_changed() -> None:
-    described = {
-        argument.name: argument.parameter.help or ""
-        for argument in app["run"].assemble_argument_collection()
-    }
-    assert "results/NAME" in described["--out"]
-    assert (
-        "--set learning.rate=0.05 population.size=30" in described["--set"]
-        and "show" in described["--set"]
-    )
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_an_example_that_can_be_parsed(name: str) -> None:
+    lines = [line.strip() for line in (app[name].help or "").splitlines()]
+    examples = [line for line in lines if line.startswith(f"baldwinlab {name} ")]
+    examples += [line for line in lines if line == f"baldwinlab {name}"]
+    assert examples
+    for example in examples:
+        words = shlex.split(example.partition(" > ")[0])[1:]
+        app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_default_is_shown_or_described(name: str) -> None:
+    for argument in app[name].assemble_argument_collection():
+        text = (argument.parameter.help or "").lower()
+        is_shown = argument.parameter.show_default is not False
+        has_default = not argument.required and argument.field_info.default is not None
+        is_flag = argument.hint is bool
+        if not argument.required and not is_flag and not (has_default and is_shown):
+            is_list = argument.name in ("--set", "--part", "--author", "--license", "EXPERIMENTS")
+            assert "default" in text or is_list, argument.name
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if name in GROUPS["Run"]])
+def test_the_help_of_commands_that_run_says_where_the_study_goes(name: str) -> None:
+    assert "Default:" in options_of(name)["--out"]
+
+
+def test_the_help_of_run_says_where_it_writes_and_how_settings_are_changed() -> None:
+    options = options_of("run")
+    assert "results/NAME" in options["--out"]
+    assert "--set learning.rate=0.05 population.size=30" in options["--set"]
+    assert "show" in options["--set"]
 
 
 def test_the_help_of_replay_says_where_numbers_begin() -> None:
-    described = {
-        argument.name: argument.parameter.help or ""
-        for argument in app["replay"].assemble_argument_collection()
-    }
-    assert all("from 0" in described[name] for name in ("--run", "--generation"))
+    options = options_of("replay")
+    assert all("from 0" in options[name] for name in ("--run", "--generation"))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_force_says_what_it_overrides(name: str) -> None:
+    text = options_of(name).get("--force", "Overwrite")
+    assert "Overwrite" in text or "memory or disk" in text
+
+
+def test_the_help_starts_with_the_first_commands_and_groups_all(command: Command) -> None:
+    shown = command("--help").out
+    start = shown.index("Start here:")
+    positions = [shown.index(f"─ {title} ─") for title in GROUPS]
+    assert start < positions[0] and positions == sorted(positions)

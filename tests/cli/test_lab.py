@@ -47,7 +47,7 @@ def test_a_port_in_use_is_named(
         said = complaint(["--port", str(port)], capsys, monkeypatch)
     assert (
         said
-        == f"baldwinlab: port {port} is in use, perhaps by another lab; choose another with --port\n"
+        == f"baldwinlab: port {port} is in use, perhaps by another lab. Choose another port with --port.\n"
     )
 
 
@@ -62,7 +62,7 @@ def test_a_folder_that_is_not_there_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said = complaint([str(tmp_path / "none")], capsys, monkeypatch)
-    assert said.startswith(f"baldwinlab: {tmp_path / 'none'}: there is no such folder")
+    assert said.startswith(f"baldwinlab: {tmp_path / 'none'}: does not exist")
 
 
 def test_without_its_extra_it_says_how_to_get_it(
@@ -138,11 +138,11 @@ def test_ctrl_c_closes_it(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         rest, complaints = process.communicate(timeout=30)
     assert (process.returncode, complaints) == (0, "")
-    assert rest.endswith("the lab is closed\n")
+    assert rest.endswith("The lab is closed.\n")
 
 
 def attached(server: LabServer, what: str) -> ExitStack:
-    """Somebody who is there when the lab is closed, until the end of the `with`."""
+    """Somebody who is there when The lab is closed, until the end of the `with`."""
     many = ExitStack()
     if what == "a page that watches and does not read":
         order = {"experiment": small("evo/A").replace(evolution={"generations": 10_000}).to_dict()}
@@ -181,7 +181,7 @@ def test_ctrl_c_closes_it_soon_whatever_is_attached(
             rest, complaints = process.communicate(timeout=30)
             assert time.monotonic() - asked < seconds
     assert (process.returncode, complaints) == (0, "")
-    assert rest.endswith("the lab is closed\n")
+    assert rest.endswith("The lab is closed.\n")
 
 
 @pytest.mark.nightly  # so many lifetimes that growth would show

@@ -81,7 +81,7 @@ def test_what_is_stored_of_it_is_reported_and_a_variant_without_runs_left_out(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    assert command(*MULTIVERSE, "--full").code == 0
+    assert command(*MULTIVERSE, "--all-combinations").code == 0
     for record in (tmp_path / "paper/multiverse/runs/rank").rglob("*.nc"):
         record.unlink()
     done = command("report", "paper/multiverse")
@@ -141,10 +141,10 @@ def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    assert command(*MULTIVERSE, "--last", "0").code == 2
+    assert command(*MULTIVERSE, "--last-generations", "0").code == 2
     assert not contents(tmp_path)
     assert command(*MULTIVERSE).code == 0
-    done = command(*MULTIVERSE, "--full")
+    done = command(*MULTIVERSE, "--all-combinations")
     assert done.code == 2
     assert (
         "paper/multiverse holds another study: its conditions are standard/evo/A" in done.err

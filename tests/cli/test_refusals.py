@@ -40,7 +40,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
         (["reproduce", "--variant", "sloppy"], "there is no variant 'sloppy'"),
         (["reproduce", "--generations", "0"], "evolution.generations = 0"),
-        (["report", "study", "--last", "0"], "--last 0 must be at least 1"),
+        (["report", "study", "--last-generations", "0"], "--last-generations 0 must be at least 1"),
         (["report", "nowhere"], "nowhere holds no study"),
         (
             [
@@ -134,21 +134,54 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (["assay", "nowhere"], "nowhere holds no study"),
         (
-            ["assay", "study", "--only", "innate,instinct"],
+            ["assay", "study", "--assays", "innate,instinct"],
             "there is no assay 'instinct'; there are innate, neutral",
         ),
         (["assay", "study", "--workers", "0"], "--workers 0 must be at least 1"),
         (
-            ["phylogeny", "study", "--condition", "evo/B", "--run", "0", "--out", "x.csv"],
+            [
+                "export",
+                "study",
+                "--format",
+                "phylogeny",
+                "--condition",
+                "evo/B",
+                "--run",
+                "0",
+                "--out",
+                "x.csv",
+            ],
             "has no condition 'evo/B'",
         ),
         (
-            ["phylogeny", "study", "--condition", "evo/A", "--run", "7", "--out", "x.csv"],
+            [
+                "export",
+                "study",
+                "--format",
+                "phylogeny",
+                "--condition",
+                "evo/A",
+                "--run",
+                "7",
+                "--out",
+                "x.csv",
+            ],
             "0007.nc does not exist",
         ),
         (
-            ["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "no/x.csv"],
-            "there is no folder no",
+            [
+                "export",
+                "study",
+                "--format",
+                "phylogeny",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--out",
+                "no/x.csv",
+            ],
+            "the folder no does not exist",
         ),
         (["run", "evo/A", "--out", "study"], "study holds another study"),
         (["run", "evo/A", "--runs", "many"], "many"),
@@ -158,7 +191,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (
             ["assay", "innate", "mine"],
-            "'mine' is too much; write: baldwinlab assay DIRECTORY; for its options see baldwinlab assay --help",
+            "unexpected argument 'mine'; usage: baldwinlab assay DIRECTORY; baldwinlab assay --help lists",
         ),
         (
             ["assay", "study", "--executor", "cloud"],
@@ -181,18 +214,20 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "'0.6' must be",
         ),
         (
-            ["report", "study", "--last", "99999999999999999999"],
+            ["report", "study", "--last-generations", "99999999999999999999"],
             "must be a whole number of at most 18 digits",
         ),
         (["lab", "study", "--port", "0x10"], "--port: '0x10' must be a whole number"),
         (
             ["report", "study", "--out", "study/study.toml"],
-            "--out study/study.toml belongs to the study in",
+            "--out study/study.toml is inside the study",
         ),
         (
             [
-                "phylogeny",
+                "export",
                 "study",
+                "--format",
+                "phylogeny",
                 "--condition",
                 "evo/A",
                 "--run",
@@ -200,40 +235,41 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 "--out",
                 "study/runs/evo/A/0000.nc",
             ],
-            "belongs to the study",
+            "is inside the study",
         ),
         (
             ["report"],
-            "DIRECTORY is missing; write: baldwinlab report DIRECTORY; for its options see baldwinlab report --help",
+            "DIRECTORY is missing; usage: baldwinlab report DIRECTORY; baldwinlab report --help lists",
         ),
         (
-            ["phylogeny", "mine", "--run", "0"],
-            "--out needs a value; write: baldwinlab phylogeny DIRECTORY --out OUT; for its options see",
+            ["replay", "mine", "--run", "0", "--generation", "0"],
+            "--out needs a value; usage: baldwinlab replay DIRECTORY --run RUN --generation GENERATION "
+            "--out OUT; baldwinlab replay --help lists",
         ),
         (
             ["run", "evo/A", "--part", "nothing.py"],
             "cannot read the part nothing.py: No such file or directory",
         ),
-        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
-        (["run", "evo/A", "--runs", "100000000"], "runs: 100,000,000: about"),
+        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --part?"),
+        (["run", "evo/A", "--runs", "100000000"], "100,000,000 runs: needs about"),
         (
             ["run", "evo/A", "--runs", "3000000000", "--force"],
             "--runs 3000000000 must be at most 2147483648",
         ),
         (
             ["run", "evo/A", "--set", "population.size=1000000", "evolution.generations=1000000"],
-            "PiB of memory would be needed, and",
+            "PiB of memory, but only",
         ),
         (
             ["run", "evo/A", "--set", "population.size=1000000", "--force"],
             "kept_genome would take 22.4 GiB, and netCDF files hold",
         ),
-        (["reproduce", "--steps", "100000000", "--runs", "1"], "of memory would be needed, and"),
-        (["multiverse", "--runs", "100000000"], "runs: 9,000,000,000: about"),
+        (["reproduce", "--steps", "100000000", "--runs", "1"], "of memory, but only"),
+        (["multiverse", "--runs", "100000000"], "9,000,000,000 runs: needs about"),
         (["check", "part.py", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
         (
             ["rum"],
-            "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, claims, crate, doctor",
+            "there is no command 'rum' (did you mean 'run'?); there are reproduce, run, sweep",
         ),
     ],
 )
@@ -259,8 +295,7 @@ def test_what_is_too_large_is_refused_before_a_folder_is_made(
     for arguments in (["sweep", "large.toml"], ["run", "evo/A", "--runs", "100000000"]):
         done = command(*arguments)
         assert done.code == 2
-        assert "would be needed, and" in done.err
-        assert "add --force" in done.err
+        assert "Reduce the request or add --force." in done.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["large.toml"]
 
 
@@ -292,10 +327,10 @@ def test_whoever_knows_better_begins_all_the_same(
         "--out",
         "new",
     ]
-    for arguments in (life, ["report", "study"], ["assay", "study", "--only", "descent"], again):
+    for arguments in (life, ["report", "study"], ["assay", "study", "--assays", "descent"], again):
         refused = command(*arguments)
         assert refused.code == 2
-        assert "of memory would be needed, and 976.6 KiB are free on this machine" in refused.err
+        assert "of memory, but only 976.6 KiB are free on this machine" in refused.err
         assert command(*arguments, "--force").code == 0
 
 
@@ -307,9 +342,23 @@ def test_whoever_knows_better_begins_all_the_same(
             "study/claims.json",
         ),  # which comes before the page
         (["run", "evo/A", "--runs", "1", "--out", "new"], "new/runs/evo/A/experiment.toml"),
-        (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "x.csv"], "x.csv"),
         (
-            ["assay", "study", "--only", "descent", "--workers", "1"],
+            [
+                "export",
+                "study",
+                "--format",
+                "phylogeny",
+                "--condition",
+                "evo/A",
+                "--run",
+                "0",
+                "--out",
+                "x.csv",
+            ],
+            "x.csv",
+        ),
+        (
+            ["assay", "study", "--assays", "descent", "--workers", "1"],
             "study/assays/descent/evo+self-taught/A.nc",
         ),
         *(

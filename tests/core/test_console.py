@@ -34,7 +34,7 @@ def test_a_notebook_has_one_bar_that_fills(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setitem(sys.modules, "IPython", ModuleType("IPython"))
     monkeypatch.setitem(sys.modules, "IPython.display", notebook)
     monkeypatch.setattr(console.console, "is_jupyter", True)
-    monkeypatch.setattr(console, "BAR_EVERY", 0)
+    monkeypatch.setattr(console, "BAR_INTERVAL", 0)
     with console.progress("living <again>", 10) as show:
         show(5)
         show(5)

@@ -24,10 +24,10 @@ def test_what_makes_a_study_is_never_written_over_even_if_forced(tmp_path: Path,
     path = tmp_path / "study" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     for way in (path, tmp_path / "study" / "runs" / ".." / name):
-        with pytest.raises(RefusedError, match="belongs to the study in"):
+        with pytest.raises(RefusedError, match="is inside the study"):
             require(way, force=True)
     (tmp_path / "link").symlink_to(path)
-    with pytest.raises(RefusedError, match="belongs to the study in"):
+    with pytest.raises(RefusedError, match="is inside the study"):
         require(tmp_path / "link", force=True)
 
 
@@ -36,7 +36,7 @@ def test_a_file_of_another_program_is_written_over_only_if_forced(tmp_path: Path
     thesis.write_text("years of work")
     with pytest.raises(
         RefusedError,
-        match=r"thesis\.html is there already, and not made by this command: .* add --force",
+        match=r"thesis\.html exists and was not written by this command\. .* add --force",
     ):
         require(thesis)
     require(thesis, force=True)
@@ -56,5 +56,5 @@ def test_what_the_command_has_made_and_an_empty_file_may_be_written_over(
 def test_a_folder_and_a_file_in_no_folder_are_refused(tmp_path: Path) -> None:
     with pytest.raises(RefusedError, match="is a folder"):
         require(tmp_path)
-    with pytest.raises(RefusedError, match="there is no folder"):
+    with pytest.raises(RefusedError, match="does not exist"):
         require(tmp_path / "nowhere" / "page.html")

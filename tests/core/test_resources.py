@@ -55,8 +55,8 @@ def test_more_memory_than_is_left_is_refused_with_both_amounts(
     with pytest.raises(RefusedError) as refused:
         require("evo/A", Need(memory=48 * 10**9))
     assert str(refused.value) == (
-        "evo/A: about 44.7 GiB of memory would be needed, and 8.0 GiB are free on this machine; "
-        "ask for less, or add --force to begin all the same"
+        "evo/A: needs about 44.7 GiB of memory, but only 8.0 GiB are free on this machine. "
+        "Reduce the request or add --force."
     )
     require("evo/A", Need(memory=48 * 10**9), force=True)
 
@@ -66,7 +66,7 @@ def test_more_disk_than_is_left_is_refused_before_a_folder_is_made(tmp_path: Pat
     require("runs: 3", Need(disk=1), folder)
     with pytest.raises(
         RefusedError,
-        match=r"runs: 3: about 1024\.0 TiB of disk would be needed, and .* are free for .*study",
+        match=r"runs: 3: needs about 1024\.0 TiB of disk, but only .* are free for .*study",
     ):
         require("runs: 3", Need(disk=2**50 - 1), folder)
     assert free_disk(folder) == pytest.approx(shutil.disk_usage(tmp_path).free, rel=0.1)

@@ -86,7 +86,7 @@ def test_a_study_is_resumed_with_the_same_file_only(command: Command, table: Pat
     table.write_bytes(b"1\n")
     for words in (
         (*RUN, "--runs", "2"),
-        ("assay", "study", "--part", str(PART), "--only", "innate"),
+        ("assay", "study", "--part", str(PART), "--assays", "innate"),
     ):
         done = command(*words)
         assert done.code == 2

@@ -51,7 +51,7 @@ class Stage(NamedTuple):
 STAGES = [
     Stage("run", RUN, 165),
     Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 35),
-    Stage("assay", ("assay", "study", "--only", "innate"), 15, RUN),
+    Stage("assay", ("assay", "study", "--assays", "innate"), 15, RUN),
     Stage("report", ("report", "study"), 20, RUN),
     Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 45, RUN),
     Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 10, RUN),

@@ -179,7 +179,7 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_
         in command("export", "bit-strings", *model, "--out", "page.html").err
     )
     (tmp_path / "mine.html").write_text("my own")
-    assert "not made by this command" in command("export", "evo/A", "--out", "mine.html").err
+    assert "not written by this command" in command("export", "evo/A", "--out", "mine.html").err
 
 
 def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_compiled(

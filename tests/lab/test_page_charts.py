@@ -196,7 +196,7 @@ def test_reaction_norms_are_drawn_one_circumstance_at_a_time(page: Page, assayed
 def test_where_there_are_none_a_sentence_says_how_they_are_made(page: Page) -> None:
     open_results(page)
     expect(page.get_by_test_id("reaction")).to_contain_text(
-        "baldwinlab assay STUDY --only reaction does it."
+        "baldwinlab assay STUDY --assays reaction does it."
     )
 
 

@@ -82,7 +82,7 @@ def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_te
     for shown in (done.out, command("claims", str(study)).out, command("report", str(study)).out):
         assert "in a changed model" in shown and NOTE in " ".join(shown.split())
     again = command("reproduce", paper, *SET)
-    assert "runs: 4, all of them stored already" in again.out
+    assert "all 4 runs are already stored" in again.out
     refused = command("reproduce", paper, "--out", str(study))
     assert (
         refused.code == 2 and "hinton_nowlan.loci of guessing is 4 there and 5 here" in refused.err

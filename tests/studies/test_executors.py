@@ -315,12 +315,12 @@ def test_the_same_command_runs_on_a_cluster(
     assert (session["executor"], session["workers"]) == ("dask", 2)
     assert (
         command(
-            monkeypatch, capsys, tmp_path, "assay", "dask", "--only", "innate,descent", *far[:2]
+            monkeypatch, capsys, tmp_path, "assay", "dask", "--assays", "innate,descent", *far[:2]
         )[0]
         == 0
     )
     assert (
-        command(monkeypatch, capsys, tmp_path, "assay", "threads", "--only", "innate,descent")[0]
+        command(monkeypatch, capsys, tmp_path, "assay", "threads", "--assays", "innate,descent")[0]
         == 0
     )
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads")

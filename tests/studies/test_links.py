@@ -160,7 +160,7 @@ def test_a_link_is_refused_before_anything_is_computed(
         "world.start.y=160",
     )
     again = ("run", "evo/A", "--set", *settings, "--seed", "5", "--runs", "2", "--out", "study")
-    done = command(*(("assay", "study", "--only", "innate") if link == "assays" else again))
+    done = command(*(("assay", "study", "--assays", "innate") if link == "assays" else again))
     assert done.code == 2
     assert f"{path.relative_to(tmp_path)}" in done.err and "is a link" in done.err
     assert snapshot(elsewhere) == before

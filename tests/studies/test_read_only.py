@@ -64,7 +64,7 @@ def folder() -> Iterator[Path]:
     ("words", "file"),
     [
         (MORE, "study/runs/evo/A/0001.nc"),
-        (("assay", "study", "--only", "innate"), "study/assays/innate/evo/A.nc"),
+        (("assay", "study", "--assays", "innate"), "study/assays/innate/evo/A.nc"),
         (("report", "study"), "study/claims.json"),
     ],
     ids=["run", "assay", "report"],
@@ -96,4 +96,4 @@ def test_what_is_stored_is_read_from_a_read_only_study(folder: Path) -> None:
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert "all of them stored already" in done.stdout
+    assert "runs are already stored" in done.stdout

@@ -155,6 +155,6 @@ def test_no_condition_is_called_like_a_file_of_a_study(tmp_path: Path) -> None:
 def test_no_study_is_made_in_the_midst_of_another(tmp_path: Path) -> None:
     create(tmp_path, [small("evo/A")], seed=1)
     for place in ("assays/innate/evil", "runs/evo/B", "paper/mine"):
-        with pytest.raises(StudyError, match="belongs to the study in"):
+        with pytest.raises(StudyError, match="is inside the study"):
             create(tmp_path / place, [small("evo/A")], seed=1)
     create(tmp_path / "multiverse", [small("evo/A")], seed=1)

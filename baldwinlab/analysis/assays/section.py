@@ -163,7 +163,7 @@ def _over_runs(drawn: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
 
 
 def _measured(assay: str) -> tuple[str, ...]:
-    return (f"baldwinlab assay . --only {assay}",)
+    return (f"baldwinlab assay . --assays {assay}",)
 
 
 def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:

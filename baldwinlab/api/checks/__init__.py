@@ -27,7 +27,7 @@ AFTER_PLAIN: Final = "the rest, as compiled code could end its process or read u
 REQUIREMENTS: Final[Sequence[str]] = (*DECLARED, *plain_python.WORDS, *COMPILED)
 
 
-def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> list[Finding]:
+def check_part(part: Given, *, requirements: Sequence[str] = (), seed: int = SEED) -> list[Finding]:
     """Check a part against the contract of parts.
 
     Parameters
@@ -35,7 +35,7 @@ def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> li
     part
         A file with one or more parts, or a class, or several classes. Another process must be able
         to import the module of a class.
-    only
+    requirements
         Names of `REQUIREMENTS` to try; all, unless given.
     seed
         Of the random worlds in which the part is tried.
@@ -50,16 +50,16 @@ def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> li
     ArgumentError
         For an unknown requirement, a seed beyond its limits, or a class that cannot be imported.
     """
-    return list(findings(part, only, seed))
+    return list(findings(part, requirements, seed))
 
 
-def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterator[Finding]:
+def findings(part: Given, requirements: Sequence[str] = (), seed: int = SEED) -> Iterator[Finding]:
     """Yield what `check_part` returns, each finding as soon as it is there.
 
     Where the part does not load, run in plain Python or compile, nothing else is tried.
     """
-    if unknown := [name for name in only if name not in REQUIREMENTS]:
-        raise ArgumentError("only", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
+    if unknown := [name for name in requirements if name not in REQUIREMENTS]:
+        raise ArgumentError("requirements", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
     check_seed(seed)
     try:
         parts = _parts(part)
@@ -68,7 +68,11 @@ def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterato
         yield Finding("it loads", False, " ".join(str(error).split()), _again(part, "", SEED))
         return
     yield Finding("it loads", True, ", ".join(map(label, parts)), "")
-    again = {name: _again(part, name, seed) for name in REQUIREMENTS if not only or name in only}
+    again = {
+        name: _again(part, name, seed)
+        for name in REQUIREMENTS
+        if not requirements or name in requirements
+    }
     for name in filter(again.get, DECLARED):
         yield from findings_of(name, together, again[name])
     outcomes: list[list[plain_python.Outcome]] = []
@@ -118,10 +122,10 @@ def _parts(part: Given) -> Sequence[type[Part]]:
 def _again(part: Given, name: str, seed: int) -> str:
     """Return how to try a requirement again, with the seed unless it is the usual one."""
     if isinstance(part, str | Path):
-        options = [f"--only {name}"] * bool(name) + [f"--seed {seed}"] * (seed != SEED)
+        options = [f"--requirements {name}"] * bool(name) + [f"--seed {seed}"] * (seed != SEED)
         return " ".join([f"baldwinlab check {part}", *options])
     named = ", ".join(each.__name__ for each in _parts(part))
-    keywords = [f"only=[{name!r}]"] * bool(name) + [f"seed={seed}"] * (seed != SEED)
+    keywords = [f"requirements=[{name!r}]"] * bool(name) + [f"seed={seed}"] * (seed != SEED)
     return f"baldwinlab.check_part({', '.join([f'[{named}]', *keywords])})"
 
 

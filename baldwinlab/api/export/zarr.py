@@ -53,11 +53,14 @@ def write_zarr(study: StudyStore, path: Path) -> None:
         import zarr
         from zarr.storage import LocalStore
     if folder := owner(path):
-        raise RefusedError(f"--out {path} belongs to the study in {folder}: choose another name")
+        raise RefusedError(f"--out {path} is inside the study {folder}. Choose another path.")
     if not path.parent.is_dir():
-        raise RefusedError(f"--out {path}: there is no folder {path.parent}")
+        raise RefusedError(
+            f"--out {path}: the folder {path.parent} does not exist. Create it or choose another "
+            "path."
+        )
     if path.exists():
-        raise RefusedError(f"--out {path} is there already: choose another name, or remove it")
+        raise RefusedError(f"--out {path} exists. Choose another path or remove it.")
     layout = _layout(study)
     of_any_length = (
         np.dtypes.StringDType()

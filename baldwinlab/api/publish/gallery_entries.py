@@ -113,7 +113,7 @@ def _why_not(
     if measured:
         return "the assay innate has measured nobody who learns and evolves", ()
     commands = (
-        f"baldwinlab assay {study.directory} --only innate",
+        f"baldwinlab assay {study.directory} --assays innate",
         f"baldwinlab gallery {study.directory.parent}",
     )
     return "the assay innate is not stored", commands

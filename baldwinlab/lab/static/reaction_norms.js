@@ -43,7 +43,7 @@ function lacking(section) {
       "p",
       { class: "soft" },
       "How the last generation does in what it did not evolve in has not been measured. ",
-      el("code", {}, "baldwinlab assay STUDY --only reaction"),
+      el("code", {}, "baldwinlab assay STUDY --assays reaction"),
       " does it.",
     ),
   );

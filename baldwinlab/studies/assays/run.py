@@ -131,7 +131,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
     if not path.exists():
-        again = f"baldwinlab assay {directory} --only {assay}"
+        again = f"baldwinlab assay {directory} --assays {assay}"
         why = misfit(assay, study.experiment(condition))
         raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
     try:
@@ -208,9 +208,7 @@ def run_assays(
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
     compile_seconds = warm_up(_ways_of_living(study, missing), tell=tell)
-    tell(
-        f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before"
-    )
+    tell(f"Engine ready after {compile_seconds:.1f} s.")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)
     measured: dict[str, list[tuple[Measure, dict[str, Arrays]]]] = {

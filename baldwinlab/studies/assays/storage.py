@@ -94,7 +94,7 @@ def read(study: Measured, names: Iterable[str] = tuple(ASSAYS)) -> dict[str, dic
 def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
     """Read an assay of a condition. Raises OSError where there is none, and ValueError as `read` does."""
     path = assay_path(study.directory, assay, condition)
-    again = f"`baldwinlab assay {study.directory} --only {assay}` measures it again"
+    again = f"`baldwinlab assay {study.directory} --assays {assay}` measures it again"
     try:
         raw = read_bytes(path, ASSAY_FILE)
     except ValueError as error:

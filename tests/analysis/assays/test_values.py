@@ -75,7 +75,7 @@ def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
     path.write_bytes(path.read_bytes()[:keep])
     with pytest.raises(
         ValueError,
-        match=r"A\.nc is damaged: .*; `baldwinlab assay .* --only innate` measures it again",
+        match=r"A\.nc is damaged: .*; `baldwinlab assay .* --assays innate` measures it again",
     ):
         read(Assayed(tmp_path))
 
@@ -222,7 +222,7 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
     numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
     shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
     study = StudyStore(tmp_path / "own")
-    again = f"`baldwinlab assay {study.directory} --only innate` measures it again"
+    again = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
     for refused in (lambda: read(study), lambda: open_assay(study.directory, "innate", CONDITION)):
         with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
             refused()

@@ -60,7 +60,9 @@ def write(tmp_path: Path) -> Any:
 
 
 def failures(path: Path, *only: str) -> str:
-    return "\n".join(str(found) for found in bl.check_part(path, only=only) if found.holds is False)
+    return "\n".join(
+        str(found) for found in bl.check_part(path, requirements=only) if found.holds is False
+    )
 
 
 def built_in_parts() -> list[Any]:
@@ -71,7 +73,7 @@ def built_in_parts() -> list[Any]:
 
 
 def test_the_built_in_parts_keep_the_contract() -> None:
-    found = bl.check_part(built_in_parts(), only=TRIED)
+    found = bl.check_part(built_in_parts(), requirements=TRIED)
     assert [str(each) for each in found if not each.holds and not each.is_unverified] == []
     unverified = {each.sentence for each in found if each.is_unverified}
     assert unverified == {
@@ -82,7 +84,7 @@ def test_the_built_in_parts_keep_the_contract() -> None:
 @pytest.mark.nightly  # a combination of parts takes ten seconds and more to compile, and each example has its own
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: str(path.stem))
 def test_the_examples_keep_the_contract(example: Path) -> None:
-    found = bl.check_part(example, only=TRIED)
+    found = bl.check_part(example, requirements=TRIED)
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 
 
@@ -173,15 +175,17 @@ def test_an_oracle_that_disagrees_is_found(write: Any, without_compilation: None
     found = failures(write(oracle="agent.action_module[0][0][0] += 0.25"), "oracle")
     assert "learning rule 'liar': learn: after step 0, agent 0: weight 0 is" in found
     assert "again: baldwinlab check" in found
-    assert "--only oracle" in found
+    assert "--requirements oracle" in found
 
 
 def test_another_seed_tries_other_worlds(write: Any, without_compilation: None) -> None:
     path = write(oracle="agent.action_module[0][0][0] += 0.25")
-    found = {seed: str(bl.check_part(path, only=["oracle"], seed=seed)[-1]) for seed in (11, 12)}
-    assert found[11].endswith("--only oracle")
+    found = {
+        seed: str(bl.check_part(path, requirements=["oracle"], seed=seed)[-1]) for seed in (11, 12)
+    }
+    assert found[11].endswith("--requirements oracle")
     assert found[11].partition("weight 0 is")[2] != found[12].partition("weight 0 is")[2]
-    assert found[12].endswith(f"again: baldwinlab check {path} --only oracle --seed 12")
+    assert found[12].endswith(f"again: baldwinlab check {path} --requirements oracle --seed 12")
     with pytest.raises(ArgumentError, match="seed = -1 must be at least 0"):
         bl.check_part(path, seed=-1)
 
@@ -211,7 +215,7 @@ def test_what_does_not_compile_is_told_in_one_sentence(write: Any, learn: str, r
 
 def test_where_lives_are_lived_that_is_a_sentence_too(write: Any) -> None:
     path = write("put(state.weights, 0, lane, part.nothing)")
-    found = bl.check_part(path, only=["compiles", "again"])
+    found = bl.check_part(path, requirements=["compiles", "again"])
     assert "does not hold: it compiles: Liar.learn cannot be compiled (" in str(found[-1])
     experiment = bl.load("evo/A").replace(
         learning={"rule": "liar"}, lifetime={"steps": 1}, evolution={"generations": 1}
@@ -256,7 +260,9 @@ def test_the_command_says_what_fails_and_ends_with_1(
 ) -> None:
     for fields, status in (("", 0), ("share: float = 0.1", 1)):
         with pytest.raises(SystemExit) as end:
-            main_with(["check", str(write(fields=fields)), "--only", "fields", "--seed", "3"])
+            main_with(
+                ["check", str(write(fields=fields)), "--requirements", "fields", "--seed", "3"]
+            )
         assert end.value.code == status
     told = capsys.readouterr()
     assert "does not hold: its fields have limits and a meaning: Liar.share" in told.out + told.err
@@ -274,5 +280,7 @@ def main_with(words: list[str]) -> None:
 
 
 def test_an_unknown_requirement_is_refused(write: Any) -> None:
-    with pytest.raises(ArgumentError, match="only = 'everything' must be one of fields, limits"):
-        bl.check_part(write(), only=["everything"])
+    with pytest.raises(
+        ArgumentError, match="requirements = 'everything' must be one of fields, limits"
+    ):
+        bl.check_part(write(), requirements=["everything"])

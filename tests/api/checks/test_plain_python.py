@@ -56,7 +56,7 @@ class OneModule(Variation, name="one-module"):
 
 
 def failures(path: Path) -> list[str]:
-    found = bl.check_part(path, only=["bounds", "unwritten"])
+    found = bl.check_part(path, requirements=["bounds", "unwritten"])
     return [str(one) for one in found if one.holds is False]
 
 
@@ -69,7 +69,7 @@ def test_an_index_past_the_end_is_named_before_anything_is_compiled(write_part: 
         "learning rule 'my-rule': learn, line 12: index 24 of state.weights, which has 24 rows"
     )
     assert sentence in failed[0]
-    assert failed[0].endswith(f"again: baldwinlab check {path} --only bounds")
+    assert failed[0].endswith(f"again: baldwinlab check {path} --requirements bounds")
     assert str(found[-1]).startswith(
         "not checked: the rest, as compiled code could end its process"
     )
@@ -131,7 +131,9 @@ def test_a_process_that_ends_early_is_one_line_and_not_the_end_of_the_check(
 ) -> None:
     path = write_part(CRASHES.format(end=end))
     failed = [
-        str(one) for one in bl.check_part(path, only=["oracle", "views"]) if one.holds is False
+        str(one)
+        for one in bl.check_part(path, requirements=["oracle", "views"])
+        if one.holds is False
     ]
     start = f"does not hold: the oracle agrees, step by step: fitness 'crashes': {reason}"
     assert len(failed) == 1

@@ -43,7 +43,9 @@ def _forgotten(without_compilation: None) -> Iterator[None]:
 def failures(tmp_path: Path, measured: str) -> str:
     (tmp_path / "height.py").write_text(SENSE.format(measured=measured))
     with np.errstate(all="ignore"):  # random words wrap around, as they should
-        found: Any = bl.check_part(tmp_path / "height.py", only=["fields", "others", "oracle"])
+        found: Any = bl.check_part(
+            tmp_path / "height.py", requirements=["fields", "others", "oracle"]
+        )
     return "\n".join(str(each) for each in found if each.holds is False)
 
 

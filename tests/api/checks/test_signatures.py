@@ -94,7 +94,9 @@ def test_the_check_refuses_a_wrong_oracle_before_it_compiles_and_names_the_hook_
     path = write_part(
         write_class("select_with_genomes", "def oracle(part, fitness, uniforms)", name="sharing")
     )
-    failed = [str(one) for one in bl.check_part(path, only=["signature"]) if one.holds is False]
+    failed = [
+        str(one) for one in bl.check_part(path, requirements=["signature"]) if one.holds is False
+    ]
     sentence = (
         "does not hold: its oracle has the arguments of its kind: selection 'sharing': oracle has the arguments (part, fitness, "
         "uniforms); it must be a static method oracle(part, genome, fitness, uniforms), as it has `select_with_genomes`; "
@@ -137,7 +139,7 @@ def test_each_hook_without_an_oracle_is_a_line_of_its_own(
     write_part: Write, without_compilation: None
 ) -> None:
     path = write_part(dedent(TWO_PARTS))
-    lines = [str(one) for one in bl.check_part(path, only=["oracle"])][1:]
+    lines = [str(one) for one in bl.check_part(path, requirements=["oracle"])][1:]
     assert lines == [
         "ok: the oracle agrees, step by step (fitness 'verified': evaluate)",
         "not verified: it has no oracle: world feature 'tick', init_world",
@@ -156,7 +158,7 @@ def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
             def vary(part, fitter, other, draws, gate, child):
                 child[:] = fitter
         """
-    found = bl.check_part(write_part(dedent(text)), only=["oracle"])
+    found = bl.check_part(write_part(dedent(text)), requirements=["oracle"])
     assert [str(one) for one in found][1:] == [
         "not verified: it has no oracle: variation 'copies', vary"
     ]
@@ -186,6 +188,8 @@ def test_an_oracle_that_raises_is_named_with_its_line(
                 return energy + None
         """
     path = write_part(dedent(text))
-    (failed,) = [one.sentence for one in bl.check_part(path, only=["oracle"]) if one.holds is False]
+    (failed,) = [
+        one.sentence for one in bl.check_part(path, requirements=["oracle"]) if one.holds is False
+    ]
     assert failed.startswith("fitness 'raises': its oracle fails: TypeError: ")
     assert failed.endswith(f"({path}:12)")

@@ -134,8 +134,10 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(
     before = copy.to_pandas()
     for _ in range(2):
         done = command(
-            "crate",
+            "export",
             str(copy.directory),
+            "--format",
+            "ro-crate",
             "--author",
             "Ada",
             "--license",
@@ -167,9 +169,9 @@ def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
 
 def test_a_crate_of_somebody_elses_is_not_written_over(copy: Study, command: Command) -> None:
     (copy.directory / "ro-crate-metadata.json").write_text('{"@graph": []}')
-    done = command("crate", str(copy.directory))
-    assert done.code == 2 and "is there already, and not made by this command" in done.err
-    assert command("crate", str(copy.directory), "--force").code == 0
+    done = command("export", str(copy.directory), "--format", "ro-crate")
+    assert done.code == 2 and "exists and was not written by this command" in done.err
+    assert command("export", str(copy.directory), "--format", "ro-crate", "--force").code == 0
 
 
 @pytest.mark.parametrize(
@@ -188,7 +190,7 @@ def test_a_crate_of_somebody_elses_is_not_written_over(copy: Study, command: Com
 def test_what_cannot_be_is_refused_and_nothing_is_written(
     copy: Study, command: Command, words: list[str], sentence: str
 ) -> None:
-    done = command("crate", str(copy.directory), *words)
+    done = command("export", str(copy.directory), "--format", "ro-crate", *words)
     assert (done.code, done.err) == (2, f"baldwinlab: {sentence}\n")
     assert not (copy.directory / "ro-crate-metadata.json").exists()
 

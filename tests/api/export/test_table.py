@@ -226,17 +226,15 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
     for ending in ("csv", "parquet"):
         for _ in range(2):  # its own may be written over
             done = command("export", source, "--out", f"mine.{ending}")
-            assert (done.code, done.out) == (0, f"mine.{ending}: runs: 3\n"), done.err
+            assert (done.code, done.out) == (0, f"mine.{ending}: 3 runs\n"), done.err
         (tmp_path / f"theirs.{ending}").write_text("condition,years of work\n")
         refused = command("export", source, "--out", f"theirs.{ending}")
-        assert refused.code == 2 and "is there already, and not made by this command" in refused.err
+        assert refused.code == 2 and "exists and was not written by this command" in refused.err
         assert command("export", source, "--out", f"theirs.{ending}", "--force").code == 0
     assert pd.read_parquet("theirs.parquet").shape == (152, 15)
     assert command("export", source, "--out", "mine.zarr").code == 0
     refused = command("export", source, "--out", "mine.zarr", "--force")
-    assert (
-        refused.code == 2 and "is there already: choose another name, or remove it" in refused.err
-    )
+    assert refused.code == 2 and "exists. Choose another path or remove it." in refused.err
 
 
 @pytest.mark.parametrize(
@@ -244,14 +242,34 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
     [
         (
             ["--out", "x.xlsx"],
-            "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study",
+            "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the results of "
+            "a study; or give --format",
         ),
         (
             ["--out", "x.csv", "--seed", "3"],
-            "--part, --set and --seed are for pages, which end in .html, and not for x.csv",
+            "--seed applies to --format page, not csv",
         ),
-        (["--out", "no/x.zarr"], "--out no/x.zarr: there is no folder no"),
-        (["--out", "no/x.csv"], "--out no/x.csv: there is no folder no"),
+        (
+            [],
+            "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; only --format ro-crate needs no file",
+        ),
+        (["--format", "csv"], "--out is missing: --format csv needs the name of a file"),
+        (
+            ["--format", "ro-crate", "--out", "x.json"],
+            "--out applies to --format csv or parquet or zarr or phylogeny or page, not ro-crate",
+        ),
+        (
+            ["--format", "csv", "--out", "x.txt"],
+            "--out x.txt must end in .csv, as --format csv needs",
+        ),
+        (
+            ["--out", "no/x.zarr"],
+            "--out no/x.zarr: the folder no does not exist. Create it or choose another path.",
+        ),
+        (
+            ["--out", "no/x.csv"],
+            "--out no/x.csv: the folder no does not exist. Create it or choose another path.",
+        ),
     ],
 )
 def test_what_cannot_be_exported_is_refused_in_a_sentence(

@@ -103,7 +103,7 @@ def test_a_store_that_cannot_be_finished_leaves_nothing(
 
 
 def test_a_store_in_the_midst_of_a_study_is_refused(mixed: Study) -> None:
-    with pytest.raises(RefusedError, match="belongs to the study in"):
+    with pytest.raises(RefusedError, match="is inside the study"):
         mixed.to_zarr(mixed.directory / "runs" / "study.zarr")
 
 

@@ -80,8 +80,8 @@ def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
     assert done.code == 0 and "paenke-2007 is not asked" not in done.out
     for said in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
         assert "mayley-1996 is not asked: the assay innate is not stored" in said
-        assert "baldwinlab assay all/mayley-1996 --only innate" in said
-    assert command("assay", "all/mayley-1996", "--only", "innate").code == 0
+        assert "baldwinlab assay all/mayley-1996 --assays innate" in said
+    assert command("assay", "all/mayley-1996", "--assays", "innate").code == 0
     assert "is not asked" not in command("gallery", "all").out
 
 

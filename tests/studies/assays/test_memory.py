@@ -6,7 +6,7 @@ import pytest
 
 from baldwinlab.analysis.assays.analysis import evaluate, planned_designs
 from baldwinlab.analysis.statistics.sample_sizes import Design
-from baldwinlab.api.run_study import How, assay
+from baldwinlab.api.run_study import RunOptions, run_missing_assays
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import NOTHING
 from baldwinlab.papers.presets import load
@@ -67,6 +67,6 @@ def test_too_little_memory_is_told_before_anything_is_lived_again(
     monkeypatch.setattr("baldwinlab.api.run_study.missing_assays", lambda study, names: FITTING)
     with pytest.raises(
         RefusedError,
-        match=r"assays: \d+: about .* of memory would be needed, and 1000\.0 bytes are free",
+        match=r"\d+ assays: needs about .* of memory, but only 1000\.0 bytes are free",
     ):
-        assay(study, list(ASSAYS), How())
+        run_missing_assays(study, list(ASSAYS), RunOptions())

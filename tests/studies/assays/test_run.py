@@ -181,7 +181,7 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
         open_assay(study.directory, "instinct", "evo/A")
     with pytest.raises(StudyError, match="has no condition 'evo/C'"):
         open_assay(study.directory, "innate", "evo/C")
-    with pytest.raises(StudyError, match=r"`baldwinlab assay .* --only innate` makes it"):
+    with pytest.raises(StudyError, match=r"`baldwinlab assay .* --assays innate` makes it"):
         open_assay(tmp_path, "innate", "evo/A")
     (tmp_path / "assays/innate/evo").mkdir(parents=True)
     (tmp_path / "assays/innate/evo/A.nc").write_bytes(b"no netCDF")

@@ -1,0 +1,110 @@
+"""The command `list`: names of papers, presets and parts."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from cyclopts import Parameter
+
+from baldwinlab import papers
+from baldwinlab.core import console
+from baldwinlab.experiment import registry
+from baldwinlab.papers import Paper, presets
+
+MAX_CONDITIONS: Final = 6  # of each paper
+PACKAGE: Final = Path(__file__).parents[1]
+
+
+def list_names(
+    kind: Annotated[Literal["papers", "presets", "parts"], Parameter(help="The names to list.")],
+    /,
+) -> None:
+    """List the papers, the presets or the built-in parts, each with one line that describes it.
+
+    Papers are arguments of `reproduce`. Presets are arguments of `run` and `show`. Parts are values
+    of settings, such as --set learning.rule=hebb.
+
+    For example:
+
+        baldwinlab list presets
+    """
+    LISTS[kind]()
+
+
+def _list_papers() -> None:
+    listed = papers.built_in().values()
+    indent = max(len(paper.name) for paper in listed)
+    for paper in listed:
+        console.info(f"{paper.name:<{indent}} {paper.about.source}")
+        for line in _describe_paper(paper):
+            console.info(f"{'':<{indent}} {line}")
+    console.info(
+        "`baldwinlab reproduce PAPER` reproduces a paper; PAPER is a name from this list, or the "
+        "folder of a custom paper"
+    )
+
+
+def _describe_paper(paper: Paper) -> list[str]:
+    conditions = paper.own()
+    counts = f"conditions: {len(conditions)}, claims: {len(paper.claims)}"
+    more = len(conditions) - MAX_CONDITIONS
+    names = ", ".join(conditions[:MAX_CONDITIONS]) + (f" and {more} more" if more > 0 else "")
+    return [
+        paper.about.description,
+        ", ".join(filter(None, [counts, paper.about.link])),
+        f"{paper.about.year}, {names}",
+        f"command: baldwinlab reproduce {paper.name}",
+    ]
+
+
+def _list_presets() -> None:
+    for paper in papers.built_in().values():
+        console.info(f"{paper.name}: {paper.about.title}")
+        for kind in presets.KINDS:
+            _list_presets_of_kind(paper, kind)
+    console.info(
+        "An experiment is CONDITION/MAP, such as evo+self-taught/B, or PAPER:CONDITION/MAP. "
+        "The option --variant chooses a variant."
+    )
+
+
+def _list_presets_of_kind(paper: Paper, kind: str) -> None:
+    names = paper.names(kind)
+    if names:
+        console.info(f"  {kind}")
+    for name in names:
+        console.info(f"    {name:<22} {paper.describe(kind, name)}")
+
+
+def _list_parts() -> None:
+    for kind in registry.BUILT_IN:
+        built_in = registry.packaged(kind)
+        indent = max(map(len, built_in))
+        console.info(kind)
+        for name, address in built_in.items():
+            console.info(f"  {name:<{indent}} {_read_summary(address)}")
+    console.info(
+        "`baldwinlab show EXPERIMENT` lists the settings that choose parts; --part FILE loads "
+        "custom parts"
+    )
+
+
+def _read_summary(address: str) -> str:
+    """Return the first line of the docstring of a class, without loading the engine."""
+    module, _, class_name = address.partition(":")
+    path = PACKAGE.parent / module.replace(".", "/")
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ClassDef) and node.name == class_name:
+            return (ast.get_docstring(node) or "").partition("\n")[0]
+    return ""
+
+
+LISTS: Final[dict[str, Callable[[], None]]] = {
+    "papers": _list_papers,
+    "presets": _list_presets,
+    "parts": _list_parts,
+}
