@@ -49,7 +49,7 @@ def test_the_verdict_names_what_no_choice_overturns_and_what_one_does() -> None:
     )
     assert "C6" not in said[0]
     assert (
-        "C6 (self-teaching alone does not outdo evolution on map A) holds under the standard variant and biases (R3); "
+        "C6 (self-teaching alone does not exceed evolution on map A) holds under the standard variant and biases (R3); "
         "does not hold under rank (R4)." in said
     )
     assert "The standard variant is at a distance of 5.00: +240 for C1 and +240 for C2." in said
@@ -82,7 +82,7 @@ def test_many_variants_are_counted_and_few_are_named() -> None:
 def test_what_fails_everywhere_is_said_without_a_double_meaning() -> None:
     said = verdict(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)))
     assert (
-        "C6 (self-teaching alone does not outdo evolution on map A) does not hold under any variant."
+        "C6 (self-teaching alone does not exceed evolution on map A) does not hold under any variant."
         in said
     )
 
@@ -149,7 +149,7 @@ def test_the_section_is_made_of_the_json_alone_and_keeps_its_figures(tmp_path: P
     assert "nan" not in text.lower() and "None" not in text
     assert (
         "C1, paper +40" in text
-        and "R4: parents are drawn with a probability that grows linearly with rank" in text
+        and "R4: the probability of a parent grows linearly with its rank" in text
     )
 
 
