@@ -32,6 +32,8 @@ ROOT: Final = Path(__file__).parents[1]
 NAVIGATION: Final = ROOT / "docs" / "navigation.toml"
 STYLE: Final = ROOT / "docs" / "site.css"
 ICON: Final = ROOT / "baldwinlab" / "lab" / "static" / "icon.svg"
+LINKED_FILES: Final = ("CITATION.cff",)
+"""Files that pages link and that are not pages: the site offers them for download."""
 SPHINX_MARK: Final = ".buildinfo"
 """The file by which a folder is recognized as one that Sphinx wrote."""
 
@@ -151,6 +153,8 @@ def write_sources(source: Path, navigation: dict[str, Any]) -> None:
         copy = source / picture.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(picture, copy)
+    for file in LINKED_FILES:
+        shutil.copyfile(ROOT / file, source / file)
 
 
 def sections(navigation: dict[str, Any], generated: dict[str, str]) -> dict[str, list[str]]:

@@ -52,7 +52,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("site")
     executed = tmp_path_factory.mktemp("executed")
     # A notebook links other pages in this way.
-    link = '<a href="../docs/reference/file-formats.md#claims-and-statistics">more</a>'
+    link = '<a href="../docs/reference/file-formats.md#report">more</a>'
     (executed / "first-steps.html").write_text(f'<p id="result">42</p>{link}', "utf-8")
     assert documentation.build(out, executed), "Sphinx reported a warning, see above"
     return out
