@@ -3,7 +3,7 @@
     from baldwinlab.parts import Field, LearningRule, get, put
 
 A part is a class derived from its kind, with a name; `kinds`, `evolution` and `models` say which hooks each kind has, and
-docs/changing-the-model.md lists them, each with its example. Importing a file with a part makes the part known; so does
+docs/how-to/write-a-part.md lists them, each with its example. Importing a file with a part makes the part known; so does
 `load_file`, and so does an entry point of the group `baldwinlab.parts`.
 """
 
