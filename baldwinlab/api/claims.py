@@ -1,4 +1,4 @@
-"""Claims about a study: those of its paper, of another paper, or in a file."""
+"""Evaluate claims about a study: those of its paper, of another paper, or in a file."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class CustomClaims:
-    """Claims about the conditions of a study, whoever makes them."""
+    """User-defined claims about the conditions of a study."""
 
     claims: tuple[Claim, ...]
     study: StudyStore
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """The measures of the condition's model; None where it is not loaded."""
+        """Return the measures of the model of a condition; None if its model is not loaded."""
         experiment = self.study.experiments[name]
         if isinstance(experiment, Experiment):
             return {}
@@ -38,41 +38,66 @@ class CustomClaims:
 def evaluate_claims(
     study: StudyStore, file: Path | None = None, *, paper: str = "", last: int = 10
 ) -> list[ClaimResult]:
-    """Decide the claims in a file, those of a paper, or those of the study's paper, and show them; nothing is written.
+    """Evaluate claims about a study and print the verdicts. Nothing is written.
 
-    A run counts with its average over its `last` generations; all tests are corrected together. Raises StudyError where no run is
-    stored, PaperError for a file that is not valid, or that is about conditions that the study does not have, and RefusedError
-    where no claims are given and no paper made the study.
+    All tests are corrected together.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    file
+        TOML file with claims.
+    paper
+        Name or folder of a paper whose claims are evaluated; the paper that made the study, unless
+        given. It excludes `file`.
+    last
+        Number of final generations that are averaged in each run, at least 1.
+
+    Returns
+    -------
+    list of ClaimResult
+        One result per claim.
+
+    Raises
+    ------
+    ArgumentError
+        `last` is less than 1.
+    StudyError
+        No run is stored.
+    PaperError
+        The file is not valid, or names conditions that the study does not have.
+    RefusedError
+        No claims are given, and no paper made the study.
     """
     require_positive("last", last)
     study.require_runs()
-    title, wanted = _select_claims(study, file, paper)
-    about = sorted(
-        set().union(*(claim.conditions for claim in wanted.claims)) & set(study.experiments)
-    )
-    found = evaluate(open_conditions(study, about or list(study.experiments)), last, wanted)
-    console.console.print(claims_table(found, title, study.changed_model))
-    console.info_if_any(describe_claims_too_few(found))
-    return found
+    title, claiming = _select_claims(study, file, paper)
+    named = set().union(*(claim.conditions for claim in claiming.claims))
+    conditions = sorted(named & set(study.experiments)) or list(study.experiments)
+    results = evaluate(open_conditions(study, conditions), last, claiming)
+    console.console.print(claims_table(results, title, study.changed_model))
+    console.info_if_any(describe_claims_too_few(results))
+    return results
 
 
 def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[str, Claiming]:
+    """Return the claims of the file, of the paper or of the study's paper, and their title."""
     if file and paper:
         raise RefusedError(
-            f"--claims {file} and --paper {paper} exclude each other: give one of them"
+            f"--claims {file} and --paper {paper} exclude each other. Give one of them."
         )
     if file is None:
         if not (paper or study.paper):
             raise RefusedError(
-                f"{study.directory} was made by no paper: give claims by --claims FILE or --paper NAME"
+                f"{study.directory} was made by no paper. Give claims by --claims FILE or "
+                "--paper NAME."
             )
         chosen = load(paper) if paper else of_study(study.directory, study.paper)
         return f"The claims of {chosen.name}", chosen
-    made = read_claims(file)
-    if not made:
-        raise PaperError(
-            f"there is no {file}, or no [[claims]] in it; docs/papers.md says what a claim is"
-        )
-    own = CustomClaims(made, study)
-    require_known(made, file, list(study.experiments), own.measures)
-    return f"The claims of {file.name}", own
+    claims = read_claims(file)
+    if not claims:
+        raise PaperError(f"{file} does not exist or has no [[claims]]; write at least one claim")
+    custom = CustomClaims(claims, study)
+    require_known(claims, file, list(study.experiments), custom.measures)
+    return f"The claims of {file.name}", custom

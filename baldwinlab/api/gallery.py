@@ -1,9 +1,9 @@
-"""All papers beside each other."""
+"""Compare all papers: `bl.compare_papers` and `bl.reproduce_all`."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed
@@ -13,7 +13,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import REPORT, require_writable
 
-ALL = "all"  # the word for every paper, where one could be named
+ALL: Final = "all"  # the argument of `baldwinlab reproduce` that means every paper
 
 
 def compare_papers(
@@ -23,35 +23,86 @@ def compare_papers(
     last: int = 10,
     force: bool = False,
 ) -> Path:
-    """Write the page of all papers whose studies lie in a folder, with one table and one figure across them; gives its path.
+    """Write a page that compares all papers whose studies are in a folder.
 
-    `out` is gallery.html in the folder unless given; gallery.json and figures/ are written beside the studies. Raises
-    RefusedError where no study of a paper is there, or `out` would be written over what no report is.
+    The page has one table and one figure. gallery.json and figures/ are written next to the
+    studies. No simulation runs.
+
+    Parameters
+    ----------
+    folder
+        Folder that holds the studies.
+    out
+        HTML file; gallery.html in the folder, unless given.
+    last
+        Number of final generations that are averaged in each run, at least 1.
+    force
+        Overwrite an HTML file that this function did not write.
+
+    Returns
+    -------
+    pathlib.Path
+        The path of the page.
+
+    Raises
+    ------
+    ArgumentError
+        `last` is less than 1.
+    RefusedError
+        The folder holds no study of a paper, or `out` is a file of another program.
     """
     require_positive("last", last)
     load_installed()
     page = Path(folder) / PAGE if out is None else Path(out)
     if out is not None:
         require_writable("--out", page, REPORT.encode(), force=force)
-    found = publish(Path(folder), page, last, console.info)
-    for sentence in (*lead(found), *left_out(found)):
+    gallery = publish(Path(folder), page, last, console.info)
+    for sentence in (*lead(gallery), *left_out(gallery)):
         console.info(sentence)
     console.info(f"gallery: {page}")
     return page
 
 
 def reproduce_all(
-    folder: str | Path = "results", *, steps: int | None = None, last: int = 10, **how: Any
+    folder: str | Path = "results", *, steps: int | None = None, last: int = 10, **options: Any
 ) -> Path:
-    """Reproduce every paper that comes with baldwinlab, each in a folder of `folder`, and write the gallery; gives its page.
+    """Reproduce every built-in paper, and compare them on one page.
 
-    `steps` is the length of foragers' lives; `how` is as in `reproduce`, without `variant`, which is of one paper. What is stored
-    is not run again. Raises as `reproduce` does.
+    The same call again does only what is missing.
+
+    Parameters
+    ----------
+    folder
+        Folder of the studies; each paper has its own folder in it.
+    steps
+        Number of steps of a forager's life; by default as in each paper. Papers without foragers
+        ignore it.
+    last
+        Number of final generations that are averaged in each run, at least 1.
+    **options
+        Further arguments of `reproduce`, except `variant` and `set`, which apply to one paper only.
+
+    Returns
+    -------
+    pathlib.Path
+        The path of the page.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    StudyError
+        A folder holds another study.
+    RefusedError
+        The backend cannot be used on this machine, or too little memory or disk is free.
+    InterruptedStudyError
+        A worker or a disk failed. The stored runs remain, and the same call continues.
     """
     load_installed()
-    for number, name in enumerate(papers.built_in(), 1):
-        console.info(f"{name}, paper {number} of {len(papers.built_in())}")
-        foragers = are_foragers(papers.load(name).experiments())
-        place = Path(folder) / ("paper" if name == papers.DEFAULT else name)
-        reproduce(name, out=place, steps=steps if foragers else None, last=last, **how)
+    names = list(papers.built_in())
+    for number, name in enumerate(names, 1):
+        console.info(f"{name}, paper {number} of {len(names)}")
+        has_foragers = are_foragers(papers.load(name).experiments())
+        directory = Path(folder) / ("paper" if name == papers.DEFAULT else name)
+        reproduce(name, out=directory, steps=steps if has_foragers else None, last=last, **options)
     return compare_papers(folder, last=last)

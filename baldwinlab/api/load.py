@@ -1,4 +1,4 @@
-"""Parts that installed packages bring: made known before an experiment is read, and at no other time."""
+"""Load experiments by name: `bl.load`. Parts of installed packages are registered first."""
 
 from __future__ import annotations
 
@@ -13,20 +13,44 @@ from baldwinlab.papers.paper import STANDARD
 
 @cache
 def load_installed() -> None:
-    """Make known the parts of the entry point group `baldwinlab.parts`, once. Raises PartError for one that fails."""
+    """Register the parts of the entry point group `baldwinlab.parts`, once.
+
+    Raises
+    ------
+    PartError
+        A part cannot be loaded.
+    """
     if entry_points(group="baldwinlab.parts"):
-        from baldwinlab.parts import (
-            load_entry_points,
-        )  # here, because to load the engine takes a while
+        # Imported late: loading the engine takes a while.
+        from baldwinlab.parts import load_entry_points
 
         load_entry_points()
 
 
 def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
-    """An experiment by the name of a preset (`evo+self-taught/B`) or of a model that is a part, or from a TOML file.
+    """Return an experiment by its name or from a file.
 
-    `variant` lays one of the named variants of the paper over it. Raises ExperimentError when there is no such preset, file
-    or variant, or when the file's experiment is not valid.
+    Parameters
+    ----------
+    experiment
+        A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; or a file
+        that ends in .toml.
+    variant
+        Name of a variant of the paper's model, whose settings are applied last.
+
+    Returns
+    -------
+    Experiment
+        The settings of the experiment.
+
+    Raises
+    ------
+    ExperimentError
+        The preset, the file or the variant does not exist, or the file is not valid.
+    PaperError
+        The paper does not exist or is not valid.
+    PartError
+        A part of an installed package cannot be loaded.
     """
     load_installed()
     return presets.load(experiment, variant)

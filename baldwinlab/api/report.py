@@ -1,4 +1,4 @@
-"""The results of a study on the page and in the terminal."""
+"""Write the report of a study, and print its results."""
 
 from __future__ import annotations
 
@@ -32,77 +32,95 @@ def report(
     baseline: str = "",
     paper: Paper | None = None,
 ) -> Path:
-    """Write statistics, figures and the page of a study, a sweep or a multiverse, and show its results.
+    """Write the statistics, figures and page of a study, and print its results.
 
     Parameters
     ----------
+    study
+        The directory of a study, a sweep or a multiverse.
     out
-        The HTML file; report.html in the study's directory unless given.
+        HTML file; report.html in the directory of the study, unless given.
     last
-        The number of generations over which a run is averaged, counted from its last one.
+        Number of final generations that are averaged in each run, at least 1.
     force
-        Write even if it takes more memory than is free, or over a file that is no report.
+        Write even if less memory is free than the estimate, and overwrite an HTML file that is not
+        a report.
     add_results
-        It is called when the page is written; then the page is written again, with the files that it has added to the study.
+        Called after the page is written. Then the page is written again, with the files that the
+        function has added to the study.
     baseline
-        The condition with which all others are compared; see `statistics.contrasts.references` for the default.
+        Condition with which all others are compared; see `statistics.contrasts.references` for the
+        default.
     paper
-        The paper whose claims are decided; the one that made the study unless given.
+        Paper whose claims are evaluated; the paper that made the study, unless given.
 
     Returns
     -------
-    Path
+    pathlib.Path
         The path of the page.
 
     Raises
     ------
+    ArgumentError
+        `last` is less than 1.
     StudyError
         No run is stored, or none of `baseline`, or the study has no such condition.
     RefusedError
-        `out` is a file of a study, or no report; it takes more memory than is free; or the study is of a kind that has no
-        baseline or no claims.
+        `out` is a file of a study or of another program; too little memory is free; or the study is
+        of a kind that has no baseline or no claims.
     """
     require_positive("last", last)
+    _check_options(study, baseline, paper)
+    page = study.directory / "report.html" if out is None else out
+    if out is not None and is_local(out):
+        require_writable("--out", out, REPORT.encode(), force=force)
+    # Each path stands for all files of its folder.
+    for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
+        require_place(path)
+    require(f"the report of {study.directory}", need(study), force=force)
+    if study.kind == MULTIVERSE:
+        _report_multiverse(study, page, last)
+        return page
+    published = publish(study, page, last, console.info, baseline, paper)
+    _show_results(study, published, page)
+    if add_results:
+        add_results()
+        published.write()
+        _show_results(study, published, page)
+    return page
+
+
+def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> None:
+    """Raise RefusedError for an option that does not apply to this kind of study."""
     lab_results.require_baseline(study, baseline)
     if baseline and study.kind == MULTIVERSE:
         raise RefusedError(
-            f"--baseline {baseline}: {study.directory} is a multiverse, whose report compares no conditions"
+            f"--baseline {baseline} does not apply: {study.directory} is a multiverse, whose report "
+            "compares no conditions. Remove the option."
         )
     if paper and study.kind != CONDITIONS:
         raise RefusedError(
-            f"--paper {paper.name}: {study.directory} is a {study.kind}, whose report decides no claims by it"
+            f"--paper {paper.name} does not apply: {study.directory} is a {study.kind}, whose report "
+            "evaluates no claims of another paper. Remove the option."
         )
-    if out is None:
-        out = study.directory / "report.html"
-    elif is_local(out):
-        require_writable("--out", out, REPORT.encode(), force=force)
-    for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
-        require_place(path)  # each for all files of its folder
-    require(f"the report of {study.directory}", need(study), force=force)
-    if study.kind == MULTIVERSE:
-        multiverse = publish_multiverse(study, out, last, console.progress, console.info)
-        lab_results.keep(study)
-        console.console.print(variants_table(multiverse))
-        for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
-            console.info(f"- {sentence}")
-    else:
-        published = publish(study, out, last, console.info, baseline, paper)
-        _show(study, published, out)
-        if add_results:
-            add_results()
-            published.write()
-            _show(study, published, out)
-        return out
-    console.info(f"report: {out}")
-    return out
 
 
-def _show(study: StudyStore, published: Published, out: Path) -> None:
-    """Show the comparisons of the conditions, and the claims that were decided; of a study by a paper the claims alone."""
-    decided = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
-    if not (study.paper and decided):
+def _report_multiverse(study: StudyStore, page: Path, last: int) -> None:
+    """Write and print the results of a multiverse."""
+    multiverse = publish_multiverse(study, page, last, console.progress, console.info)
+    lab_results.keep(study)
+    console.console.print(variants_table(multiverse))
+    for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
+        console.info(f"- {sentence}")
+    console.info(f"report: {page}")
+
+
+def _show_results(study: StudyStore, published: Published, page: Path) -> None:
+    """Print the comparisons of the conditions and the claims; for a study of a paper the claims."""
+    has_verdicts = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
+    if not (study.paper and has_verdicts):
         show_contrasts(published.contrasts)
-    if decided:
+    if has_verdicts:
         console.console.print(claims_table(published.claims, changed_model=study.changed_model))
         console.info_if_any(describe_claims_too_few(published.claims))
-    console.info(f"report: {out}")
+    console.info(f"report: {page}")

@@ -1,34 +1,56 @@
-"""A study in a notebook: what it holds, in words, and the curves of the best and the average agent of its conditions."""
+"""The HTML of a study in a notebook: its text, and the fitness curves of its conditions."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
+from typing import Final
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore
 
+CAPTION: Final = (
+    "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % "
+    "intervals"
+)
 
-def html(words: str, study: StudyStore, conditions: Sequence[str]) -> str:
-    """The words, and the curves of those conditions that have runs; where these cannot be read, why."""
+
+def html(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return the HTML of a study.
+
+    Parameters
+    ----------
+    text
+        The text of the study.
+    study
+        The directory of the study.
+    conditions
+        The conditions whose curves are drawn. Those without runs are left out.
+
+    Returns
+    -------
+    str
+        The text and the curves, or the reason why the curves cannot be drawn.
+    """
     try:
-        curves = _curves(study, [name for name in conditions if study.runs(name)])
+        curves = _draw_curves(study, [name for name in conditions if study.runs(name)])
     except BaldwinLabError as error:
         curves = f"<p>{escape(str(error))}</p>"
-    return f"<div><pre>{escape(words)}</pre>{curves}</div>"
+    return f"<div><pre>{escape(text)}</pre>{curves}</div>"
 
 
-def _curves(study: StudyStore, conditions: Sequence[str]) -> str:
-    """A picture on its own white ground, legible in a dark notebook too; nothing where no run is stored."""
+def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return an image on a white background; "" without conditions."""
     if not conditions:
         return ""
-    from baldwinlab.analysis.figures import (  # here, because to load them takes a while
-        draw_fitness_curves,
-        to_svg,
-    )
+    # Imported late: loading the figures takes a while.
+    from baldwinlab.analysis.figures import draw_fitness_curves, to_svg
 
-    drawing = b64encode(to_svg(draw_fitness_curves(open_conditions(study, conditions)))).decode()
-    what = "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % intervals"
-    return f'<img alt="{what}" title="{what}" style="max-width: 100%" src="data:image/svg+xml;base64,{drawing}">'
+    figure = draw_fitness_curves(open_conditions(study, conditions))
+    image = b64encode(to_svg(figure)).decode()
+    return (
+        f'<img alt="{CAPTION}" title="{CAPTION}" style="max-width: 100%" '
+        f'src="data:image/svg+xml;base64,{image}">'
+    )

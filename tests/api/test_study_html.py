@@ -30,7 +30,7 @@ def drawings(page: str) -> list[ElementTree.Element]:
 
 def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study) -> None:
     page = study._repr_html_()
-    assert "evo+self-taught/A: runs: 2" in page
+    assert "evo+self-taught/A: 2 runs" in page
     (drawing,) = drawings(page)
     styles = " ".join(element.get("style", "") for element in drawing.iter())
     assert [f"stroke: {series(number).color.lower()}" in styles for number in range(3)] == [
@@ -54,7 +54,7 @@ def test_only_its_first_conditions_are_drawn(study: Study, monkeypatch: pytest.M
 def test_a_study_without_runs_is_told_in_words_alone(tmp_path: Path) -> None:
     small_study(tmp_path / "new", [small("evo/A")], runs=0)
     page = open_study(tmp_path / "new")._repr_html_()
-    assert "evo/A: runs: 0" in page
+    assert "evo/A: 0 runs" in page
     assert not drawings(page)
 
 

@@ -153,7 +153,7 @@ def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(
 def test_claims_need_a_paper_or_a_file(command: Command, tmp_path: Path) -> None:
     small_study(tmp_path / "study", runs=1)
     assert (
-        "study was made by no paper: give claims by --claims FILE or --paper NAME"
+        "study was made by no paper. Give claims by --claims FILE or --paper NAME."
         in command("claims", "study").err
     )
     assert "The claims of le-2019" in command("claims", "study", "--paper", "le-2019").out

@@ -1,10 +1,13 @@
-"""Worlds of foragers as environments of other people's libraries: PettingZoo's and Gymnasium's.
+"""Worlds of foragers as environments of PettingZoo and Gymnasium.
 
-What an agent senses goes out, what it does comes in, and the energy that it eats is its reward; the engine does everything else.
-A life is an episode, which ends by its length. `reset(seed=...)` begins with generation 0 of that seed, run 0, and each `reset()`
-after it with the next generation, so the same seed gives the same worlds.
+An observation is the inputs of an agent, an action is one of its actions, and the reward is the
+energy that it eats in a step. A life is an episode of fixed length. The same seed gives the same
+worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` the next generation.
 
-Sources: J. K. Terry and others, "PettingZoo", NeurIPS 34 (2021); M. Towers and others, "Gymnasium", arXiv 2407.17032 (2024).
+References
+----------
+J. K. Terry and others, "PettingZoo", NeurIPS 34 (2021).
+M. Towers and others, "Gymnasium", arXiv 2407.17032 (2024).
 """
 
 from __future__ import annotations
@@ -28,50 +31,57 @@ try:
 except ImportError:
     raise missing_extra("rl", "an environment") from None
 
-FIRST_SEEDS = 2**31  # what a seed is below
+SEED_LIMIT = 2**31  # seeds are less than this
 
 
 class _Worlds:
-    """Worlds side by side, their episodes, and the spaces of one agent of theirs."""
+    """Several worlds, their episodes, and the spaces of one of their agents."""
 
     def __init__(self, experiment: BaseExperiment, worlds: int) -> None:
         if not isinstance(experiment, Experiment):
             raise RefusedError(
-                f"{experiment.name} is of the model {experiment.model}, whose lives have no steps to take"
+                f"{experiment.name} has the model {experiment.model!r}, whose lives have no steps; "
+                "choose an experiment of the model 'miniworld'"
             )
         require_positive("worlds", worlds)
         self._steered = Steered(experiment, 0, range(worlds))
         self.shape = (worlds, experiment.population.size)
         self.length = experiment.lifetime.steps
-        found = look(experiment)
-        self.inputs, self.actions = found.inputs, found.actions
+        appearance = look(experiment)
+        self.inputs = appearance.inputs
+        self.actions = appearance.actions
         self.chooses = bool(experiment.part("motor.body").chooses)
-        self._seed, self._generation = 0, -1
+        self._seed = 0
+        self._generation = -1
 
     def observation_space(self) -> Any:
-        """An input is in [0, 1]."""
+        """Return the space of the inputs, each 0 to 1."""
         return spaces.Box(0, 1, (len(self.inputs),), np.float32)
 
     def action_space(self) -> Any:
-        """One of the body's actions; or a number in [0, 1] for each, where a body does something of all of them."""
-        return (
-            spaces.Discrete(len(self.actions))
-            if self.chooses
-            else spaces.Box(0, 1, (len(self.actions),), np.float32)
-        )
+        """Return the space of the actions: one action, or for continuous bodies a number for each."""
+        if self.chooses:
+            return spaces.Discrete(len(self.actions))
+        return spaces.Box(0, 1, (len(self.actions),), np.float32)
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
+        """Return whether the life has ended."""
         return self._steered.step >= self.length
 
     def reset(self, seed: int | None) -> Numbers:
+        """Start the next generation, or generation 0 of a seed. Return the first inputs."""
         if seed is not None:
-            self._seed, self._generation = seed % FIRST_SEEDS, -1
+            self._seed = seed % SEED_LIMIT
+            self._generation = -1
         self._generation += 1
         return self._steered.begin(self._seed, self._generation)
 
     def act(self, actions: npt.NDArray[Any]) -> tuple[Numbers, npt.NDArray[np.float64]]:
-        """A step of all agents; `actions` is [agent of all worlds] or [agent of all worlds, action]."""
+        """Simulate one step of all agents. Return their inputs and the energy that they ate.
+
+        `actions` is an array [agent of all worlds] or [agent of all worlds, action].
+        """
         outputs = (
             np.eye(len(self.actions), dtype=np.float32)[actions]
             if self.chooses
@@ -80,8 +90,8 @@ class _Worlds:
         return self._steered.act(outputs.reshape(*self.shape, -1))
 
 
-class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  # which has no types
-    """The agents of one world, each with a policy of its own. See `parallel_env`."""
+class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  # ParallelEnv has no types
+    """The agents of one world, each with its own policy. See `parallel_env`."""
 
     metadata = {"name": "baldwinlab_v0", "render_modes": []}  # noqa: RUF012 (as PettingZoo declares it)
     render_mode = None
@@ -109,15 +119,15 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
         return self._by_agent(sensed[0]), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
-        """Raises RefusedError where an agent is told nothing."""
+        """Simulate one step. Raise RefusedError if an agent has no action."""
         if missing := [agent for agent in self.agents if agent not in actions]:
             raise RefusedError(
-                f"{missing[0]} is told no action; all of {len(self.agents)} agents need one in every step"
+                f"{missing[0]} has no action; give one for each of the {len(self.agents)} agents"
             )
         if not self.agents:
-            raise RefusedError("the life is over: reset() begins the next one")
+            raise RefusedError("the life is over; call reset() to start the next one")
         sensed, gained = self._worlds.act(np.array([actions[agent] for agent in self.agents]))
-        over = self._worlds.over
+        over = self._worlds.is_over
         agents = self.agents
         found: tuple[dict[str, Any], ...] = (
             self._by_agent(sensed[0]),
@@ -130,17 +140,17 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
         return found
 
     def render(self) -> None:
-        """Nothing: `baldwinlab lab` shows lives."""
+        """Do nothing. `baldwinlab lab` shows lives."""
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing. No resource is open."""
 
     def _by_agent(self, rows: npt.NDArray[Any]) -> dict[str, Any]:
         return dict(zip(self.possible_agents, rows, strict=True))
 
 
 class ForagerAlone(gymnasium.Env[Numbers, Any]):
-    """One agent in a world of its own. See `single_env`."""
+    """One agent that is alone in its world. See `single_env`."""
 
     metadata = {"render_modes": []}  # noqa: RUF012 (as Gymnasium declares it)
 
@@ -148,7 +158,7 @@ class ForagerAlone(gymnasium.Env[Numbers, Any]):
         if experiment.population.size != 1:
             size = experiment.population.size
             raise RefusedError(
-                f"population.size = {size}: one agent alone needs 1; for more there are parallel_env and vector_env"
+                f"population.size = {size}, but single_env needs 1; use parallel_env or vector_env for more"
             )
         self._worlds = _Worlds(experiment, 1)
         self.observation_space, self.action_space = (
@@ -164,7 +174,7 @@ class ForagerAlone(gymnasium.Env[Numbers, Any]):
 
     def step(self, action: Any) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         sensed, gained = self._worlds.act(np.array([action]))
-        return sensed[0, 0], float(gained[0, 0]), False, self._worlds.over, {}
+        return sensed[0, 0], float(gained[0, 0]), False, self._worlds.is_over, {}
 
 
 class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
@@ -189,17 +199,18 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """One seed, which is that of all worlds: the first is its run 0, the second its run 1, and so on."""
+        """Start a life in all worlds. World 0 is run 0 of the seed, world 1 is run 1."""
         if isinstance(seed, list):
             raise RefusedError(
-                "the worlds of a vector of foragers have one seed, and differ by their run"
+                "seed must be one number; the worlds share it and differ by their run"
             )
         super().reset(seed=seed)
         return self._rows(self._worlds.reset(seed)), {}
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
         none = np.zeros(self.num_envs, bool)
-        if self._worlds.over:  # the step after the last one begins the next life, as Gymnasium asks
+        if self._worlds.is_over:
+            # Gymnasium wants the step after the last one to start the next life.
             return (
                 self._rows(self._worlds.reset(None)),
                 np.zeros(self.num_envs),
@@ -212,7 +223,7 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
             self._rows(sensed),
             gained.reshape(-1),
             none,
-            np.full(self.num_envs, self._worlds.over),
+            np.full(self.num_envs, self._worlds.is_over),
             {},
         )
 
@@ -221,21 +232,74 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
 
 
 def parallel_env(experiment: BaseExperiment) -> ForagersTogether:
-    """The agents of one world as PettingZoo's ParallelEnv: observations are inputs in [0, 1], rewards the energy eaten in a step.
+    """Return one world of foragers as a ParallelEnv of PettingZoo.
 
-    Raises RefusedError for a model without steps, and for agents that act one after another.
+    Observations are inputs from 0 to 1, and the reward is the energy that an agent eats in a step.
+    `reset(seed=...)` starts generation 0 of run 0 of that seed, and each later `reset()` the next
+    generation.
+
+    Parameters
+    ----------
+    experiment
+        The experiment. Its learning rule, selection and variation are not used.
+
+    Returns
+    -------
+    pettingzoo.ParallelEnv
+        The environment, with `population.size` agents.
+
+    Raises
+    ------
+    RefusedError
+        The model has no steps, or its agents act one after another.
     """
     return ForagersTogether(experiment)
 
 
 def single_env(experiment: BaseExperiment) -> ForagerAlone:
-    """One agent alone as Gymnasium's Env; `population.size` must be 1. Raises as `parallel_env` does."""
+    """Return a world with one forager as an Env of Gymnasium.
+
+    Parameters
+    ----------
+    experiment
+        The experiment, with `population.size` = 1.
+
+    Returns
+    -------
+    gymnasium.Env
+        The environment. Observations, rewards and resets are those of `parallel_env`.
+
+    Raises
+    ------
+    RefusedError
+        The experiment has more than one agent, or its model has no steps.
+    """
     return ForagerAlone(experiment)
 
 
 def vector_env(experiment: BaseExperiment, worlds: int = 1) -> ManyForagers:
-    """All agents of so many worlds as Gymnasium's VectorEnv, for one policy: `worlds` times `population.size` environments.
+    """Return the agents of several worlds as a VectorEnv of Gymnasium, for one policy.
 
-    Worlds begin their lives together and end them together. Raises as `parallel_env` does.
+    All worlds start and end their lives at the same time.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    worlds
+        Number of worlds, at least 1. World 0 is run 0 of the seed, world 1 is run 1.
+
+    Returns
+    -------
+    gymnasium.vector.VectorEnv
+        `worlds` times `population.size` environments. Observations, rewards and resets are those of
+        `parallel_env`.
+
+    Raises
+    ------
+    ArgumentError
+        `worlds` is less than 1.
+    RefusedError
+        The model has no steps, or its agents act one after another.
     """
     return ManyForagers(experiment, worlds)

@@ -1,4 +1,4 @@
-"""Lives for other people's optimisers: genomes in, fitness and behaviour out, as those of an evolving population would have them.
+"""Objective functions for external optimizers: genomes in, fitness and behavior out.
 
 >>> import baldwinlab as bl
 >>> experiment = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 10})
@@ -33,140 +33,211 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Evaluation(NamedTuple):
-    """What became of some genomes."""
+    """The fitness and the behavior of some genomes.
 
-    fitness: (
-        Numbers  # [genome], as selection would see it: what life gained, less the cost of learning
-    )
-    behaviour: Numbers  # [genome, number], what `Problem.behaviours` names
+    Attributes
+    ----------
+    fitness
+        Array [genome]: the fitness that selection uses, which is the gain of a life minus the cost
+        of learning.
+    behavior
+        Array [genome, number]: the numbers that `Problem.behaviors` names.
+    """
+
+    fitness: Numbers
+    behavior: Numbers
 
 
 class Problem:
-    """An experiment's lives, for genomes that anybody proposes. Its selection and variation are of no account."""
+    """An experiment as an objective function. Its selection and variation are not used.
+
+    Attributes
+    ----------
+    experiment
+        The experiment.
+    seed
+        Seed of the simulations.
+    """
 
     def __init__(
         self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None
     ) -> None:
-        """`workers` are threads, as many as there are cores unless given.
-
-        Raises ArgumentError for a seed or workers out of range, and RefusedError for genomes that are no free numbers, or that
-        others replace in mid-life.
-        """
+        """Compile the experiment. The arguments and errors are those of `make_problem`."""
         check_seed(seed)
-        require_positive("workers", 1 if workers is None else workers)
-        if getattr(
-            experiment.part("network.kind")
-            if isinstance(experiment, Experiment)
-            else experiment.of_model,
-            "graphs",
-            False,
-        ):
-            raise RefusedError(
-                f"the genomes of {experiment.name} are graphs that grow, and their entries no numbers to choose freely"
-            )
+        require_positive("workers", workers)
+        _require_numeric_genomes(experiment)
         if experiment.births_in_life:
             raise RefusedError(
-                f"agents of {experiment.name} are born in mid-life, so that a life is not of one genome"
+                f"{experiment.name} has births during life, so that a life does not belong to one "
+                "genome; choose an experiment without the feature births-and-deaths"
             )
-        self.experiment, self.seed = experiment, seed
+        self.experiment = experiment
+        self.seed = seed
         self._workers = workers or available_cores()
         warm_up([experiment], CPU, lambda _: None)
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of a genome: modules, and weights in each."""
+        """Return the shape of a genome: number of modules, number of weights per module."""
         return len(self.experiment.modules), self.experiment.genome_length
 
     @property
     def length(self) -> int:
-        """Numbers in a genome."""
+        """Return the number of weights in a genome."""
         return prod(self.shape)
 
     @property
-    def behaviours(self) -> tuple[str, ...]:
-        """The numbers that tell how a life went: of foragers where it ended, of other models what they record."""
-        return (
-            ("x", "y")
-            if isinstance(self.experiment, Experiment)
-            else tuple(self.experiment.of_model.records)
-        )
+    def behaviors(self) -> tuple[str, ...]:
+        """Return the names of the numbers that describe the behavior of an agent.
+
+        For foragers they are the final position, `x` and `y`; for other models the recorded
+        variables.
+        """
+        if isinstance(self.experiment, Experiment):
+            return ("x", "y")
+        return tuple(self.experiment.of_model.records)
 
     def founders(self, count: int) -> npt.NDArray[np.float32]:
-        """So many genomes [genome, number] as a first generation has them: those of run 0, of run 1, and so on."""
+        """Return random genomes like those of a first generation.
+
+        Parameters
+        ----------
+        count
+            Number of genomes. The first genomes are those of run 0, the next those of run 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Array [genome, weight].
+        """
         worlds = -(-count // self.experiment.population.size)
         drawn = [draw_genome(self.experiment, Moment(self.seed, run, 0)) for run in range(worlds)]
         return np.concatenate(drawn)[:count].reshape(count, self.length)
 
     def evaluate(self, genomes: npt.ArrayLike, generation: int = 0) -> Evaluation:
-        """Live a life with each of `genomes`, [genome, number] or [genome, module, weight]; all cores take part.
+        """Simulate one lifetime of each genome, on all cores.
 
-        Genomes live together in worlds of `population.size` agents, in their order: the first world is that of run 0 at this
-        generation, the second that of run 1, and so on, so the same genomes, seed and generation have the same lives, to the bit
-        those of `simulate`. With a population of 1 each lives alone.
+        Genomes share worlds of `population.size` agents, in their order. The first world is that of
+        run 0 in this generation, the second that of run 1. The same genomes, seed and generation
+        give the same lives, bit-identical to those of `simulate`. With a population of 1 each agent
+        has its own world.
 
-        Raises RefusedError for genomes of another shape, for numbers that are not finite, and for so many that they do not fill
-        their worlds; ArgumentError for a generation out of range.
+        Parameters
+        ----------
+        genomes
+            Array [genome, weight] or [genome, module, weight]. The number of genomes is a multiple
+            of `population.size`.
+        generation
+            Number of the generation that fixes the random numbers, 0 to 2**31 - 1.
+
+        Returns
+        -------
+        Evaluation
+            Fitness [genome] and behavior [genome, number].
+
+        Raises
+        ------
+        RefusedError
+            The genomes have another shape, hold a number that is not finite, or do not fill their
+            worlds.
+        ArgumentError
+            The generation is out of range.
         """
-        whole = self._worlds(genomes)
+        by_world = self._split_into_worlds(genomes)
         check_seed(generation)
-        worlds = range(len(whole))
-        chunks = [worlds[first : first + CPU.worlds] for first in range(0, len(whole), CPU.worlds)]
-        with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:
-            lived = list(
-                pool.map(
-                    lambda runs: self._live(runs, generation, whole[runs[0] : runs[-1] + 1]), chunks
-                )
-            )
-        return Evaluation(*(np.concatenate(part) for part in zip(*lived, strict=True)))
+        worlds = range(len(by_world))
+        chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
 
-    def _worlds(self, genomes: npt.ArrayLike) -> Genomes:
-        given, agents = np.asarray(genomes, np.float32), self.experiment.population.size
-        if given.shape[1:] not in ((self.length,), self.shape) or not len(given):
+        def simulate(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
+            return self._evaluate_worlds(runs, generation, by_world[runs[0] : runs[-1] + 1])
+
+        with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:
+            results = list(pool.map(simulate, chunks))
+        fitness, behavior = zip(*results, strict=True)
+        return Evaluation(np.concatenate(fitness), np.concatenate(behavior))
+
+    def _split_into_worlds(self, genomes: npt.ArrayLike) -> Genomes:
+        """Return genomes as an array [world, agent, module, weight]."""
+        array = np.asarray(genomes, np.float32)
+        agents = self.experiment.population.size
+        if array.shape[1:] not in ((self.length,), self.shape) or not len(array):
             modules, weights = self.shape
             raise RefusedError(
-                f"genomes of shape {given.shape} must be [genome, {self.length}] or [genome, {modules}, {weights}], one at least"
+                f"genomes have the shape {array.shape}; it must be [genome, {self.length}] or "
+                f"[genome, {modules}, {weights}], with at least one genome"
             )
-        if not np.isfinite(given).all():
+        if not np.isfinite(array).all():
+            genome = int(np.argwhere(~np.isfinite(array))[0, 0])
+            raise RefusedError(f"genome {genome} has a number that is not finite")
+        if len(array) % agents:
             raise RefusedError(
-                f"genome {int(np.argwhere(~np.isfinite(given))[0, 0])} has a number that is not finite"
+                f"{len(array)} genomes do not fill worlds of {agents} agents; give a multiple of "
+                f"population.size = {agents}, or an experiment with population.size = 1"
             )
-        if len(given) % agents:
-            raise RefusedError(
-                f"{len(given)} genomes do not fill worlds of {agents} agents: give a multiple of population.size = {agents}, or "
-                "an experiment of another size (with 1, each lives alone)"
-            )
-        return given.reshape(-1, agents, *self.shape)
+        return array.reshape(-1, agents, *self.shape)
 
-    def _live(
+    def _evaluate_worlds(
         self, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Numbers, Numbers]:
-        lives, behaviour = self._lives(runs, generation, genomes)
-        worth = [
-            fitness(self.experiment, *of_run)
-            for of_run in zip(lives.energy, lives.cost, strict=True)
+        lives, behavior = self._simulate(runs, generation, genomes)
+        values = [
+            fitness(self.experiment, energy, cost)
+            for energy, cost in zip(lives.energy, lives.cost, strict=True)
         ]
-        return np.concatenate(worth), behaviour
+        return np.concatenate(values), behavior
 
-    def _lives(self, runs: Sequence[int], generation: int, genomes: Genomes) -> tuple[Any, Numbers]:
-        """What became of these worlds, and how their lives went."""
+    def _simulate(
+        self, runs: Sequence[int], generation: int, genomes: Genomes
+    ) -> tuple[Any, Numbers]:
+        """Return the results of the lives in these worlds, and the behavior [genome, number]."""
+        agents = len(runs) * genomes.shape[1]
         if isinstance(self.experiment, Experiment):
             batch = born(self.experiment, self.seed, runs, generation, genomes)
             batch.simulate(0, self.experiment.lifetime.steps)
-            return lives_in(self.experiment, batch, genomes), batch.state.places[
-                :, : len(runs) * genomes.shape[1]
-            ].T.astype(float)
+            positions = batch.state.places[:, :agents].T.astype(float)
+            return lives_in(self.experiment, batch, genomes), positions
         lives = living(self.experiment, self.seed, runs).simulate(generation, genomes)
-        told = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviours]
-        return lives, np.stack(told, axis=1) if told else np.empty(
-            (len(runs) * genomes.shape[1], 0)
+        columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]
+        return lives, np.stack(columns, axis=1) if columns else np.empty((agents, 0))
+
+
+def _require_numeric_genomes(experiment: BaseExperiment) -> None:
+    """Raise RefusedError for genomes that are graphs and not arrays of weights."""
+    if isinstance(experiment, Experiment):
+        part = experiment.part("network.kind")
+    else:
+        part = experiment.of_model
+    if getattr(part, "graphs", False):
+        raise RefusedError(
+            f"the genomes of {experiment.name} are graphs that grow, not arrays of weights; choose "
+            "an experiment with another network or model"
         )
 
 
 def make_problem(
     experiment: BaseExperiment, seed: int = 0, *, workers: int | None = None
 ) -> Problem:
-    """Lives for an optimiser of another library: ask it for genomes, tell it what `Problem.evaluate` says of them.
+    """Return an experiment as an objective function for an external optimizer.
 
-    Raises as `Problem` does.
+    Parameters
+    ----------
+    experiment
+        The experiment. Its selection and variation are not used.
+    seed
+        Seed of the simulations, 0 to 2**31 - 1.
+    workers
+        Number of threads, at least 1; by default one per core.
+
+    Returns
+    -------
+    Problem
+        Its method `evaluate` returns the fitness and the behavior of genomes.
+
+    Raises
+    ------
+    ArgumentError
+        The seed or the number of workers is out of range.
+    RefusedError
+        Genomes are graphs, or agents are born during life.
     """
     return Problem(experiment, seed, workers)

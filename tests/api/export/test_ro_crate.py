@@ -57,7 +57,7 @@ def entities(study: Study) -> dict[str, Any]:
 
 @pytest.mark.nightly
 def test_the_validator_misses_nothing_but_what_no_user_has_given(copy: Study) -> None:
-    copy.crate(
+    copy.to_ro_crate(
         authors=["Josiah Carberry https://orcid.org/0000-0002-1825-0097"], license="CC-BY-4.0"
     )
     assert issues_of(copy.directory, "RECOMMENDED") == UNKNOWN
@@ -65,14 +65,14 @@ def test_the_validator_misses_nothing_but_what_no_user_has_given(copy: Study) ->
 
 @pytest.mark.nightly
 def test_what_is_required_is_there_also_where_nothing_is_told(copy: Study) -> None:
-    copy.crate()
+    copy.to_ro_crate()
     assert issues_of(copy.directory, "REQUIRED") == {}
     (copy.directory / "study.toml").unlink()
     assert issues_of(copy.directory, "REQUIRED"), "it would notice"
 
 
 def test_it_says_who_what_how_and_with_which_versions(copy: Study) -> None:
-    path = copy.crate(
+    path = copy.to_ro_crate(
         authors=["Josiah Carberry https://orcid.org/0000-0002-1825-0097", "Ada"],
         license="CC-BY-4.0",
     )
@@ -113,7 +113,7 @@ def test_it_says_who_what_how_and_with_which_versions(copy: Study) -> None:
 def test_it_tells_of_no_file_that_is_not_there(copy: Study) -> None:
     (copy.directory / "my notes.md").write_text("an idea")
     (copy.directory / "assays").mkdir()
-    copy.crate()
+    copy.to_ro_crate()
     crate = ROCrate(copy.directory)
     assert {"study.toml", "my%20notes.md", "assays/", "runs/guessing/"} <= {
         each.id for each in crate.data_entities
@@ -122,7 +122,7 @@ def test_it_tells_of_no_file_that_is_not_there(copy: Study) -> None:
 
 
 def test_neither_author_nor_license_is_made_up(copy: Study) -> None:
-    copy.crate()
+    copy.to_ro_crate()
     found = entities(copy)
     assert "author" not in found["./"] and "agent" not in found["#the-runs"]
     assert found[found["./"]["license"]["@id"]]["name"] == "no license has been given"
@@ -152,7 +152,7 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(
         [copy.experiment(name) for name in copy.conditions], runs=2, seed=5, out=copy.directory
     )
     assert again.runs("guessing") == [0, 1]
-    copy.crate()
+    copy.to_ro_crate()
     assert entities(copy)["runs/guessing/"]["description"] == "runs: 2; netCDF 3"
 
 
@@ -160,7 +160,7 @@ def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
     stored = create(tmp_path / "study", [small("evo/A")], seed=5, paper="le-2019")
     stored.write("evo/A", 0, bl.simulate(small("evo/A"), seed=5))
     study = bl.open_study(stored.directory)
-    study.crate()
+    study.to_ro_crate()
     cited = entities(study)[entities(study)["./"]["citation"]["@id"]]
     assert cited["@type"] == "ScholarlyArticle" and cited["name"].startswith(
         "Evolving Self-taught Neural Networks"
@@ -202,4 +202,4 @@ def test_without_its_library_it_is_told_how_to_install_it(
     with pytest.raises(
         RefusedError, match=re.escape(str(missing_extra("exchange", "an RO-Crate")))
     ):
-        copy.crate()
+        copy.to_ro_crate()

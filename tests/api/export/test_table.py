@@ -40,7 +40,7 @@ def require_that_it_is_the_study(frame: pd.DataFrame, study: Study) -> None:
     rows = 0
     for condition in study.conditions:
         for run in study.runs(condition):
-            record = study._stored.read(condition, run)
+            record = study._store.read(condition, run)
             there = frame[(frame["condition"] == condition) & (frame["run"] == run)].reset_index(
                 drop=True
             )
@@ -184,7 +184,7 @@ WAYS: list[Callable[[Study, Path], object]] = [
     lambda study, path: study.to_csv(path / "x.csv"),
     lambda study, path: study.to_zarr(path / "x.zarr"),
     lambda study, path: study.to_phylogeny(path / "x.csv"),
-    lambda study, path: study.crate(),
+    lambda study, path: study.to_ro_crate(),
 ]
 
 

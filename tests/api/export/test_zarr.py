@@ -163,7 +163,7 @@ def test_arviz_has_the_outcome_of_each_run_as_what_was_observed(mixed: Study) ->
     )
 
     evo = mixed.to_arviz().observed_data.to_dataset().sel(condition=["evo/A"])
-    energy = np.stack([mixed._stored.read("evo/A", run)["energy"].values for run in range(2)])
+    energy = np.stack([mixed._store.read("evo/A", run)["energy"].values for run in range(2)])
     table = summary(
         xr.DataTree.from_dict({"observed_data": evo}),
         group="observed_data",

@@ -112,7 +112,7 @@ def test_a_body_that_does_something_of_all_outputs_takes_numbers() -> None:
     ("asked", "said"),
     [
         (lambda: bl.single_env(EXPERIMENT), "population.size = 6"),
-        (lambda: bl.parallel_env(bl.load("neat-xor")), "no steps to take"),
+        (lambda: bl.parallel_env(bl.load("neat-xor")), "lives have no steps"),
         (
             lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"update": "sequential"})),
             "one after another",
@@ -131,7 +131,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(asked: Any, said: str) -> None:
 def test_an_agent_that_is_told_nothing_is_named() -> None:
     world = bl.parallel_env(EXPERIMENT)
     world.reset(seed=1)
-    with pytest.raises(RefusedError, match="agent_0 is told no action"):
+    with pytest.raises(RefusedError, match="agent_0 has no action"):
         world.step({})
 
 

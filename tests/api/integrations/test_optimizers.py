@@ -49,15 +49,15 @@ def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
     changed[1:] = 0
     assert together.fitness[0] == problem.evaluate(changed).fitness[0]
     np.testing.assert_array_equal(
-        together.behaviour, problem.evaluate(genomes.reshape(6, *problem.shape)).behaviour
+        together.behavior, problem.evaluate(genomes.reshape(6, *problem.shape)).behavior
     )
 
 
-def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> None:
+def test_behavior_is_where_a_forager_ends_and_what_other_models_record() -> None:
     problem = bl.make_problem(EXPERIMENT, seed=4)
     genomes = bl.simulate(EXPERIMENT, seed=4)["genome"].values[0]
     trace = bl.replay(EXPERIMENT, seed=4)
-    ended = problem.evaluate(genomes).behaviour
+    ended = problem.evaluate(genomes).behavior
     before = np.stack(
         [trace["x"].values[-1], trace["y"].values[-1]], axis=1
     )  # when the agents last sensed
@@ -67,10 +67,10 @@ def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> Non
 
     strings = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 4})
     climbing = bl.make_problem(strings, seed=1)
-    assert climbing.behaviours == ("innate", "learned", "changed")
+    assert climbing.behaviors == ("innate", "learned", "changed")
     told = climbing.evaluate(climbing.founders(8))
     np.testing.assert_allclose(
-        told.fitness, told.behaviour[:, 1], rtol=1e-6
+        told.fitness, told.behavior[:, 1], rtol=1e-6
     )  # what it learned, at no cost
 
 
