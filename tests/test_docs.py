@@ -115,7 +115,7 @@ SCRIPTS = [
 
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_a_shell_script_is_valid_and_its_command_lines_are_accepted(script: str) -> None:
-    from baldwinlab.cli import app
+    from baldwinlab.cli.options import app
 
     syntax = subprocess.run(["bash", "-n"], input=script, capture_output=True, text=True)
     assert syntax.returncode == 0, syntax.stderr

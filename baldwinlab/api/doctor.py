@@ -142,7 +142,7 @@ def _check_gpu() -> Finding:
             "not checked, because the extra cuda is not installed; the CPU gives the same results",
         )
     # Imported late: it takes a while to load.
-    from baldwinlab.models.miniworld import cuda
+    from baldwinlab.models.miniworld.backends import cuda
 
     problem = cuda.available()
     if problem:

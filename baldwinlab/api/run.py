@@ -78,8 +78,9 @@ def run(
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and the same call continues.
     """
-    is_single = isinstance(experiments, str | Path | BaseExperiment)
-    sources = [experiments] if is_single else list(experiments)  # type: ignore[arg-type, list-item]
+    if isinstance(experiments, str | Path | BaseExperiment):
+        experiments = [experiments]
+    sources = list(experiments)
     if not sources:
         raise RefusedError("a study needs at least one experiment")
     load_installed()

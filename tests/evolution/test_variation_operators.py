@@ -395,7 +395,7 @@ def test_parents_are_the_oracle_s_whatever_the_fitness_and_the_number_of_agents(
 
 def test_the_parts_keep_the_contract_in_what_they_declare_and_in_their_arithmetic() -> None:
     parts = [registry.find(kind, name) for kind, names in NAMES.items() for name in names]
-    found = bl.check_part(parts, only=["fields", "limits", "arithmetic", "oracle"])
+    found = bl.check_part(parts, requirements=["fields", "limits", "arithmetic", "oracle"])
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 
 
@@ -404,7 +404,16 @@ def test_the_parts_keep_the_whole_contract() -> None:
     parts = [registry.find(kind, name) for kind, names in NAMES.items() for name in names]
     found = bl.check_part(
         parts,
-        only=["compiles", "again", "bundle", "batch", "resumed", "replayed", "python", "simulator"],
+        requirements=[
+            "compiles",
+            "again",
+            "bundle",
+            "batch",
+            "resumed",
+            "replayed",
+            "python",
+            "simulator",
+        ],
     )
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 

@@ -275,6 +275,6 @@ def test_teaching_oneself_raises_food_within_life() -> None:
 def test_the_parts_are_as_parts_should_be() -> None:
     found = [
         *check_part(CellForagers),
-        *check_part(FewMutations, only=["fields", "limits", "arithmetic", "oracle"]),
+        *check_part(FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
     assert [one for one in found if one.holds is False] == []

@@ -237,7 +237,8 @@ def test_the_parts_are_as_parts_should_be() -> None:
     found = [
         *check_part(CueLearners),
         *check_part(
-            [CueLearners, OnePointOfUnits], only=["fields", "limits", "arithmetic", "oracle"]
+            [CueLearners, OnePointOfUnits],
+            requirements=["fields", "limits", "arithmetic", "oracle"],
         ),
     ]
     assert [one for one in found if one.holds is False] == []

@@ -192,6 +192,6 @@ def test_much_learning_reads_better_at_last_and_worse_at_birth() -> None:
 def test_the_parts_are_as_parts_should_be() -> None:
     found = [
         *check_part(DigitReaders),
-        *check_part(FourBitWeights, only=["fields", "limits", "arithmetic", "oracle"]),
+        *check_part(FourBitWeights, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
     assert [one for one in found if one.holds is False] == []

@@ -211,7 +211,7 @@ def test_a_run_that_never_takes_off_has_no_take_off() -> None:
 def test_the_parts_are_as_parts_should_be() -> None:
     found = [
         *check_part(HintonNowlan),
-        *check_part(OnePointOfAlleles, only=["fields", "limits", "arithmetic", "oracle"]),
+        *check_part(OnePointOfAlleles, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
     assert [one for one in found if one.holds is False] == []
 

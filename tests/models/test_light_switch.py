@@ -226,6 +226,6 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
 def test_the_parts_are_as_parts_should_be() -> None:
     found = [
         *check_part(LightSwitch),
-        *check_part(OnePointOfBits, only=["fields", "limits", "arithmetic", "oracle"]),
+        *check_part(OnePointOfBits, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
     assert [one for one in found if one.holds is False] == []

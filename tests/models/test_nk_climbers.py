@@ -154,7 +154,7 @@ def test_the_parts_are_as_parts_should_be() -> None:
     only: Any = ["fields", "limits", "arithmetic", "oracle"]
     found = [
         *check_part(NKClimbers),
-        *check_part(BitFlips, only=only),
-        *check_part(LargerTournament, only=only),
+        *check_part(BitFlips, requirements=only),
+        *check_part(LargerTournament, requirements=only),
     ]
     assert [one for one in found if one.holds is False] == []

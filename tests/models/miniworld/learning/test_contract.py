@@ -16,5 +16,5 @@ PARTS = [(kind, name) for kind in ("learning rule", "inheritance") for name in L
 @pytest.mark.nightly  # each takes a minute to be compiled, under both updates
 @pytest.mark.parametrize(("kind", "name"), PARTS)
 def test_a_part_keeps_the_contract(kind: str, name: str) -> None:
-    found = bl.check_part(registry.find(kind, name), only=TRIED)
+    found = bl.check_part(registry.find(kind, name), requirements=TRIED)
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))

@@ -54,7 +54,8 @@ def test_a_rule_does_what_its_oracle_says_and_looks_at_nobody_elses_column(rule:
     """In plain Python; the whole contract, compiled, is tried every night."""
     with np.errstate(all="ignore"):
         found = bl.check_part(
-            registry.find("learning rule", rule), only=["fields", "limits", "others", "oracle"]
+            registry.find("learning rule", rule),
+            requirements=["fields", "limits", "others", "oracle"],
         )
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 

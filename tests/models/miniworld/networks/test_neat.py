@@ -84,7 +84,7 @@ def test_it_keeps_the_contract_of_a_part() -> None:
     assert [
         str(found)
         for found in check_part(
-            Growing, only=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
+            Growing, requirements=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
         )
         if found.holds is False
     ] == []
