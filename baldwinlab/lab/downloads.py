@@ -14,7 +14,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis.figures.movie import Scene, write_movie_of
+from baldwinlab.analysis.figures.movie import Scene, write_scenes
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, life_query, single_page, studies
@@ -162,7 +162,7 @@ def movie_of(shown: Sequence[Life], kind: str, drawn: Callable[[float], object])
             )
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"life.{kind}"
-        write_movie_of([_scene(life) for life in shown], path, drawn)
+        write_scenes([_scene(life) for life in shown], path, drawn)
         return path.read_bytes()
 
 

@@ -125,7 +125,7 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "baldwinlab.analysis.figures.movie.LONGEST", 1
+        "baldwinlab.analysis.figures.movie.MAX_DURATION", 1
     )  # second, for a picture is as large after a few
     answer = ask(
         lab_server.address,
@@ -152,7 +152,7 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
             told.append(data(lab_server.address, "movie/made", ticket="mine")["share"])
         path.write_bytes(b"GIF")
 
-    monkeypatch.setattr(downloads, "write_movie_of", write)
+    monkeypatch.setattr(downloads, "write_scenes", write)
     assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
     assert told == [0.25, 0.75]
     assert data(lab_server.address, "movie/made", ticket="mine") == {

@@ -23,7 +23,7 @@ def cells(**changes: Any) -> GridView:
     ground[:, 1, 2] = 2
     each = np.zeros(STEPS)
     whole = GridView(
-        {"wall": "grey", "food": "green"},
+        {"wall": "gray", "food": "green"},
         ground,
         np.zeros((STEPS, 2), int),
         each.astype(int),

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from baldwinlab.analysis.assays.phrases import of_foragers
 from baldwinlab.analysis.assays.reaction_norms import by_circumstance
 from baldwinlab.analysis.assays.values import Assays, distances, factors_of, lifetime, lives, share
-from baldwinlab.analysis.figures.palette import LIVES, NEWBORNS
+from baldwinlab.analysis.figures.palette import LIFE_COLORS, NEWBORN_COLORS
 from baldwinlab.analysis.figures.style import (
     BLACK,
     BROWN,
@@ -39,12 +39,12 @@ LIFE_NAMES = {
     "drift": "random change in place of learning",
 }
 LIFE_LOOKS = {
-    life: Series(LIVES[life], line, marker)
+    life: Series(LIFE_COLORS[life], line, marker)
     for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)
 }
 NEWBORN_LOOKS = [
     Series(colour, line, marker)
-    for colour, line, marker in zip(NEWBORNS, LINES[::-1], MARKERS, strict=False)
+    for colour, line, marker in zip(NEWBORN_COLORS, LINES[::-1], MARKERS, strict=False)
 ]
 
 

@@ -1,4 +1,4 @@
-"""A trace as a moving picture (.mp4 or .gif): the map, its food, the agents with their headings and trails, and what they ate."""
+"""Write a trace as a movie (.mp4 or .gif): the map, its food, and agents with headings and trails."""
 
 from __future__ import annotations
 
@@ -22,22 +22,35 @@ from baldwinlab.core.extras import missing_extra
 from baldwinlab.core.files import write_atomically, writing
 from baldwinlab.core.output_paths import REPLAY
 
-SIZE = 640  # pixels of the longer side
-SCALE = 2  # drawn so much larger and then reduced, for smooth edges
+# Pixels of the longer side.
+SIZE = 640
+# Images are drawn larger by this factor and then reduced, for smooth edges.
+SCALE = 2
 FRAMES_PER_SECOND = 25
-LONGEST = 20  # seconds; a longer life is shown faster
-TRAIL = 60  # steps
-FLASH = 24  # steps for which a meal is seen
-CAPTION = 44  # pixels above the map
-GAP = 4  # pixels between two scenes
+# Seconds. Frames of a longer lifetime are skipped.
+MAX_DURATION = 20
+# Steps of a trail, and steps for which a meal is highlighted.
+TRAIL = 60
+FLASH = 24
+# Pixels above the map, and between two scenes.
+CAPTION = 44
+GAP = 4
 
 
 class MovieError(BaldwinLabError):
-    """A moving picture that cannot be made."""
+    """A movie that cannot be written."""
 
 
 class Scene(NamedTuple):
-    """A trace, and the size of the map in which it happened."""
+    """A trace and the size of its map.
+
+    Attributes
+    ----------
+    trace : xarray.Dataset
+        A lifetime, as `replay` returns it.
+    width, height : float
+        The size of the map, in map units.
+    """
 
     trace: xr.Dataset
     width: float
@@ -45,51 +58,87 @@ class Scene(NamedTuple):
 
 
 def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> None:
-    """Write `trace` to a .gif, or to a .mp4, which needs the extra `video`. Raises MovieError where that is missing."""
-    write_movie_of([Scene(trace, width, height)], path)
+    """Write a movie of one lifetime.
 
+    Parameters
+    ----------
+    trace
+        A lifetime, as `replay` returns it.
+    width, height
+        The size of the map, in map units.
+    path
+        A .gif file, or an .mp4 file, which needs the extra `video`.
 
-def write_movie_of(
-    scenes: Sequence[Scene], path: Path, drawn: Callable[[float], object] = lambda share: None
-) -> None:
-    """As `write_movie`, of scenes side by side and in step; one that ends before the others stands still.
-
-    `drawn` is told which share of it there is, time and again.
+    Raises
+    ------
+    MovieError
+        If the extra `video` is missing.
+    OSError
+        If the file cannot be written.
     """
-    steps = max(scene.trace.sizes["step"] for scene in scenes)
-    shown = range(0, steps, max(1, math.ceil(steps / (LONGEST * FRAMES_PER_SECOND))))
+    write_scenes([Scene(trace, width, height)], path)
+
+
+def write_scenes(
+    scenes: Sequence[Scene],
+    path: Path,
+    report_progress: Callable[[float], object] = lambda share: None,
+) -> None:
+    """Write a movie of several lifetimes next to each other, in step.
+
+    Parameters
+    ----------
+    scenes
+        The lifetimes. A shorter one ends with its last frame.
+    path
+        A .gif file, or an .mp4 file, which needs the extra `video`.
+    report_progress
+        A function that is called with the finished share of the movie, 0 to 1.
+
+    Raises
+    ------
+    MovieError
+        If the extra `video` is missing.
+    OSError
+        If the file cannot be written.
+    """
+    n_steps = max(scene.trace.sizes["step"] for scene in scenes)
+    stride = max(1, math.ceil(n_steps / (MAX_DURATION * FRAMES_PER_SECOND)))
+    frames = _frames(scenes, range(0, n_steps, stride), report_progress)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
         with writing(draft):
             if path.suffix == ".gif":
-                _write_gif(_frames(scenes, shown, drawn), draft, _colours_of(scenes))
+                _write_gif(frames, draft, _gif_palette(scenes))
             else:
-                _write_mp4(_frames(scenes, shown, drawn), draft)
+                _write_mp4(frames, draft)
         write_atomically(path, draft.read_bytes())
 
 
 def _frames(
-    scenes: Sequence[Scene], shown: range, drawn: Callable[[float], object]
+    scenes: Sequence[Scene], steps: range, report_progress: Callable[[float], object]
 ) -> Iterator[Image.Image]:
     cameras = [_Camera(scene) for scene in scenes]
-    for number, step in enumerate(shown):
-        yield _beside([camera.frame(step) for camera in cameras])
-        drawn((number + 1) / len(shown))
+    for number, step in enumerate(steps):
+        yield _join([camera.frame(step) for camera in cameras])
+        report_progress((number + 1) / len(steps))
 
 
-def _beside(images: Sequence[Image.Image]) -> Image.Image:
+def _join(images: Sequence[Image.Image]) -> Image.Image:
+    """Return images next to each other."""
     width = sum(image.width for image in images) + GAP * (len(images) - 1)
-    whole = Image.new("RGB", (width, max(image.height for image in images)), MOVIE["line"])
+    height = max(image.height for image in images)
+    joined = Image.new("RGB", (width, height), MOVIE["line"])
     left = 0
     for image in images:
-        whole.paste(MOVIE["background"], (left, 0, left + image.width, whole.height))
-        whole.paste(image, (left, 0))
+        joined.paste(MOVIE["background"], (left, 0, left + image.width, height))
+        joined.paste(image, (left, 0))
         left += image.width + GAP
-    return whole
+    return joined
 
 
-def _write_gif(frames: Iterator[Image.Image], path: Path, colours: Image.Image) -> None:
-    reduced = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
+def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) -> None:
+    reduced = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     next(reduced).save(
         path,
         save_all=True,
@@ -100,25 +149,26 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, colours: Image.Image) 
     )
 
 
-def _colours_of(scenes: Sequence[Scene]) -> Image.Image:
-    """The palette of a .gif: every colour that is drawn, and those between it and the ground, as edges are smooth."""
+def _gif_palette(scenes: Sequence[Scene]) -> Image.Image:
+    """Return every color that is drawn, and blends with the background for smooth edges."""
     looks = [json.loads(scene.trace.attrs["look"]) for scene in scenes]
     named = [
-        shade(thing["colour"]) for look in looks for thing in (*look["item_kinds"], *look["marks"])
+        shade(item["colour"]) for look in looks for item in (*look["item_kinds"], *look["marks"])
     ]
-    colours = list(dict.fromkeys([*MOVIE.values(), *named]))[:256]
-    shades = 256 // len(colours)
-    between = [
-        _mixed(colour, (number + 1) / shades) for colour in colours for number in range(shades)
+    colors = list(dict.fromkeys([*MOVIE.values(), *named]))[:256]
+    n_shades = 256 // len(colors)
+    blends = [
+        _blend(color, (number + 1) / n_shades) for color in colors for number in range(n_shades)
     ]
     image = Image.new("P", (1, 1))
-    image.putpalette([level for colour in between for level in colour])
+    image.putpalette([level for color in blends for level in color])
     return image
 
 
-def _mixed(colour: str, share: float) -> tuple[int, ...]:
-    """A colour that covers the ground so much."""
-    pairs = zip(ImageColor.getrgb(MOVIE["background"]), ImageColor.getrgb(colour), strict=True)
+def _blend(color: str, share: float) -> tuple[int, ...]:
+    """Return a color that covers the background by a share."""
+    background = ImageColor.getrgb(MOVIE["background"])
+    pairs = zip(background, ImageColor.getrgb(color), strict=True)
     return tuple(round(below + (above - below) * share) for below, above in pairs)
 
 
@@ -126,85 +176,96 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
-        raise MovieError(
-            f"{missing_extra('video', 'writing .mp4')}; .gif and .png need no extra"
-        ) from None
+        reason = missing_extra("video", "writing .mp4")
+        raise MovieError(f"{reason}; .gif and .png need no extra") from None
     first = next(frames)
-    how = {"fps": FRAMES_PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
     writer = imageio_ffmpeg.write_frames(
-        str(path), first.size, output_params=["-metadata", f"comment={REPLAY}"], **how
+        str(path),
+        first.size,
+        output_params=["-metadata", f"comment={REPLAY}"],
+        fps=FRAMES_PER_SECOND,
+        macro_block_size=2,
+        ffmpeg_log_level="quiet",
     )
     writer.send(None)
     writer.send(np.ascontiguousarray(first))
     for frame in frames:
         writer.send(np.ascontiguousarray(frame))
     writer.close()
-    _require_whole(path)
+    _require_complete(path)
 
 
-def _require_whole(path: Path) -> None:
-    """Raise OSError if the movie has no index, which ffmpeg writes last and without reporting failure."""
+def _require_complete(path: Path) -> None:
+    """Raise OSError if the movie has no index, which ffmpeg writes last and without an error."""
     if b"moov" not in path.read_bytes():
-        number = errno.ENOSPC if shutil.disk_usage(path.parent).free < 2**20 else errno.EIO
+        is_full = shutil.disk_usage(path.parent).free < 2**20
+        number = errno.ENOSPC if is_full else errno.EIO
         raise OSError(number, os.strerror(number), str(path))
 
 
 class _Camera:
-    """Draws a scene step by step. What agents are is told by the same marks as in the lab."""
+    """Draws a scene step by step, with the same symbols as the lab."""
 
     def __init__(self, scene: Scene) -> None:
-        self.trace, width, height = scene
+        self.trace = scene.trace
         self.look = json.loads(self.trace.attrs["look"])
-        self.x, self.y, self.heading = (
-            self.trace[name].values for name in ("x", "y", "heading")
-        )  # (step, agent)
-        self.items = self.trace.item_x.values, self.trace.item_y.values  # (step, item)
-        self.eaten = self.trace.eaten.values.cumsum(axis=0)  # (step, agent), with that step
-        self.scale = SIZE * SCALE / max(width, height)
+        # [step, agent]
+        self.x = self.trace.x.values
+        self.y = self.trace.y.values
+        self.heading = self.trace.heading.values
+        # The number of items eaten up to each step, [step, agent].
+        self.eaten = self.trace.eaten.values.cumsum(axis=0)
+        # [step, item]
+        self.item_x = self.trace.item_x.values
+        self.item_y = self.trace.item_y.values
+        self.scale = SIZE * SCALE / max(scene.width, scene.height)
+        # Video needs even numbers of pixels.
         self.size = tuple(
-            round(side * self.scale / SCALE / 2) * 2 for side in (width, height)
-        )  # video wants even numbers
-        self.ground = self._ground()
+            round(side * self.scale / SCALE / 2) * 2 for side in (scene.width, scene.height)
+        )
+        self.background = self._draw_background()
 
     def frame(self, step: int) -> Image.Image:
+        """Draw a step, or the last one if the scene is shorter."""
         last = self.trace.sizes["step"] - 1
         step = min(step, last)
-        image = self.ground.copy()
+        image = self.background.copy()
         draw = ImageDraw.Draw(image)
         self._draw_trails(draw, step)
         self._draw_items(draw, step)
         self._draw_agents(draw, step)
         width, height = self.size
-        whole = Image.new("RGB", (width, height + CAPTION), MOVIE["background"])
-        whole.paste(image.reduce(SCALE), (0, CAPTION))
-        self._caption(ImageDraw.Draw(whole), step, last)
-        return whole
+        frame = Image.new("RGB", (width, height + CAPTION), MOVIE["background"])
+        frame.paste(image.reduce(SCALE), (0, CAPTION))
+        self._draw_caption(ImageDraw.Draw(frame), step, last)
+        return frame
 
-    def _ground(self) -> Image.Image:
-        """What stands still: where items lie, where agents are born, and what else there is on the map."""
+    def _draw_background(self) -> Image.Image:
+        """Draw what does not move: regions of items, the birth disc and obstacles."""
         width, height = self.size
         image = Image.new("RGB", (width * SCALE, height * SCALE), MOVIE["background"])
         draw = ImageDraw.Draw(image)
         for mark in self.look["marks"]:
-            left, top, wide, high = (
-                mark[name] * self.scale for name in ("x", "y", "width", "height")
-            )
-            box, colour = (left, top, left + wide, top + high), shade(mark["colour"])
-            shape = draw.ellipse if mark["kind"] == "disc" else draw.rectangle
+            left = mark["x"] * self.scale
+            top = mark["y"] * self.scale
+            right = left + mark["width"] * self.scale
+            bottom = top + mark["height"] * self.scale
+            box = (left, top, right, bottom)
+            color = shade(mark["colour"])
+            is_disc = mark["kind"] == "disc"
+            draw_shape = draw.ellipse if is_disc else draw.rectangle
             if mark["solid"]:
-                shape(box, fill=colour)
+                draw_shape(box, fill=color)
             else:
-                shape(
-                    box,
-                    fill=None if mark["kind"] == "disc" else _mixed(colour, 0.1),
-                    outline=_mixed(colour, 0.5),
-                    width=SCALE,
-                )
+                fill = None if is_disc else _blend(color, 0.1)
+                draw_shape(box, fill=fill, outline=_blend(color, 0.5), width=SCALE)
         return image
 
     def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        xs, ys = (places[step] * self.scale for places in self.items)
-        half, first = 5 * self.scale, 0
+        xs = self.item_x[step] * self.scale
+        ys = self.item_y[step] * self.scale
+        half = 5 * self.scale
+        first = 0
         for kind in self.look["item_kinds"]:
             last = first + kind["number"]
             for x, y in zip(xs[first:last], ys[first:last], strict=True):
@@ -213,47 +274,49 @@ class _Camera:
 
     def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         first = max(0, step - TRAIL)
-        xs, ys = self.x[first : step + 1], self.y[first : step + 1]
+        xs = self.x[first : step + 1]
+        ys = self.y[first : step + 1]
+        # An agent that moves by more than 10 units crosses the edge of the map.
+        jumps = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0)) > 10
         for agent in range(self.trace.sizes["agent"]):
-            breaks = (
-                np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10)
-                + 1
-            )  # over the map's edge
-            for path in np.split(np.stack([xs[:, agent], ys[:, agent]], 1) * self.scale, breaks):
+            breaks = np.flatnonzero(jumps[:, agent]) + 1
+            points = np.stack([xs[:, agent], ys[:, agent]], 1) * self.scale
+            for path in np.split(points, breaks):
                 if len(path) > 1:
-                    draw.line(
-                        [(float(x), float(y)) for x, y in path], fill=MOVIE["trail"], width=SCALE
-                    )
+                    line = [(float(x), float(y)) for x, y in path]
+                    draw.line(line, fill=MOVIE["trail"], width=SCALE)
 
     def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        """Darts, filled once they have eaten; a meal flashes."""
+        """Draw agents as darts, filled after the first meal, with a flash at each meal."""
         eaten = self.eaten[step]
-        eats = eaten > (self.eaten[step - FLASH] if step >= FLASH else 0)
-        ahead, around = 8 * self.scale, 13 * self.scale
-        for agent, (x, y) in enumerate(zip(self.x[step], self.y[step], strict=True)):
-            x, y = x * self.scale, y * self.scale
-            if eats[agent]:
-                draw.ellipse((x - around, y - around, x + around, y + around), fill=MOVIE["meal"])
+        is_eating = eaten > (self.eaten[step - FLASH] if step >= FLASH else 0)
+        length = 8 * self.scale
+        radius = 13 * self.scale
+        for agent, (map_x, map_y) in enumerate(zip(self.x[step], self.y[step], strict=True)):
+            x = map_x * self.scale
+            y = map_y * self.scale
+            if is_eating[agent]:
+                draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=MOVIE["meal"])
             heading = math.radians(float(self.heading[step, agent]))
-            turns = [heading + turn for turn in (0, 2.5, -2.5)]
-            corners = [(x + ahead * math.cos(turn), y + ahead * math.sin(turn)) for turn in turns]
-            draw.polygon(
-                corners,
-                MOVIE["agent"] if eaten[agent] else MOVIE["hungry"],
-                MOVIE["outline"],
-                SCALE,
-            )
+            angles = [heading + turn for turn in (0, 2.5, -2.5)]
+            corners = [
+                (x + length * math.cos(angle), y + length * math.sin(angle)) for angle in angles
+            ]
+            fill = MOVIE["agent"] if eaten[agent] else MOVIE["hungry"]
+            draw.polygon(corners, fill, MOVIE["outline"], SCALE)
 
-    def _caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
-        """Above the map: what it is, how far it is, and what has been eaten."""
-        eaten, width = self.eaten[step], self.size[0]
-        lines = (
-            f"{self.trace.attrs['condition']}, generation {self.trace.attrs['generation']}",
-            f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, {(eaten > 0).sum()} of {len(eaten)} agents ate",
+    def _draw_caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
+        """Draw the title, the step, the number of eaten items, and a progress bar."""
+        eaten = self.eaten[step]
+        width = self.size[0]
+        attributes = self.trace.attrs
+        title = f"{attributes['condition']}, generation {attributes['generation']}"
+        progress = (
+            f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, "
+            f"{(eaten > 0).sum()} of {len(eaten)} agents ate"
         )
-        for number, line in enumerate(lines):
-            draw.text((8, 4 + 18 * number), line, MOVIE["text"], font_size=14)
+        draw.text((8, 4), title, MOVIE["text"], font_size=14)
+        draw.text((8, 22), progress, MOVIE["text"], font_size=14)
         draw.rectangle((0, CAPTION - 3, width, CAPTION - 1), fill=MOVIE["line"])
-        draw.rectangle(
-            (0, CAPTION - 3, width * (step + 1) / (last + 1), CAPTION - 1), fill=MOVIE["agent"]
-        )
+        finished = width * (step + 1) / (last + 1)
+        draw.rectangle((0, CAPTION - 3, finished, CAPTION - 1), fill=MOVIE["agent"])

@@ -1,11 +1,16 @@
-"""Every colour of the house, once: figures, movies, the report and the page of the lab take theirs from here.
+"""The colors of figures, movies, the report and the page of the lab.
 
-M. Okabe and K. Ito, Color Universal Design (2008): told apart with every kind of colour vision. On dark ground some are lighter.
+People with any kind of color vision can distinguish the basic colors. Some are lighter on a dark
+background.
 
-A colour says one thing. In a world, drawn on whatever: blue is an agent, green is food and eating it, orange is what an agent
-senses, plum is what the reader has chosen, purple a lesson. In words: green is well, vermilion is not. Conditions are told apart
-by the colours of `SERIES`, in the order of the study; what an agent does in another life, and newborns, by colours that the first
-conditions lack.
+A color has one meaning. On a map, blue is an agent, green is food and eating, orange is the input of
+an agent, plum is the selection of the reader, and purple is a teaching signal. In text, green is good
+and vermilion is bad. Conditions have the colors of `SERIES`, in the order of the study. Lifetimes
+under the circumstances of an assay, and newborns, have colors that the first conditions do not have.
+
+References
+----------
+M. Okabe and K. Ito, Color Universal Design (2008).
 """
 
 from __future__ import annotations
@@ -13,34 +18,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
-    "#0072b2",
-    "#d55e00",
-    "#009e73",
-    "#cc79a7",
-    "#e69f00",
-    "#56b4e9",
-    "#000000",
-)
-BROWN, PLUM = "#8c6239", "#9b2f76"
-GRAY, DARK_GRAY, MID_GRAY, PALE = "#666666", "#444444", "#999999", "#e4e4e4"
+BLUE = "#0072b2"
+VERMILION = "#d55e00"
+GREEN = "#009e73"
+PURPLE = "#cc79a7"
+ORANGE = "#e69f00"
+SKY = "#56b4e9"
+BLACK = "#000000"
+BROWN = "#8c6239"
+PLUM = "#9b2f76"
+GRAY = "#666666"
+DARK_GRAY = "#444444"
+MID_GRAY = "#999999"
+PALE = "#e4e4e4"
 
-SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)  # of conditions, in print
-SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")  # black does not show on a dark page
-LIVES: Final = {
-    "on": BLACK,
-    "off": PURPLE,
-    "frozen": SKY,
-    "drift": MID_GRAY,
-}  # of the same newborns
-NEWBORNS: Final = (
-    MID_GRAY,
-    "#c8a57a",
-    BROWN,
-    "#4a3016",
-)  # random genomes, then generations, the later the darker
+# Conditions, in print.
+SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)
+# Black is invisible on a dark page.
+SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")
+# Lifetimes of the same newborns with learning on, off, frozen, or replaced by drift.
+LIFE_COLORS: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GRAY}
+# Random genomes, then generations. Later generations are darker.
+NEWBORN_COLORS: Final = (MID_GRAY, "#c8a57a", BROWN, "#4a3016")
 
-# By name: on a light screen, and on a dark one. A part of the world says by these in which colour it is drawn.
+# Colors by name, on a light and on a dark screen. Parts use these names to declare their color.
 NAMED: Final[Mapping[str, tuple[str, str]]] = {
     "blue": (BLUE, SKY),
     "vermilion": (VERMILION, "#ff8a3d"),
@@ -49,10 +50,10 @@ NAMED: Final[Mapping[str, tuple[str, str]]] = {
     "orange": (ORANGE, "#f0b429"),
     "sky": (SKY, "#8ccbf0"),
     "black": (BLACK, "#e7edf3"),
-    "grey": (GRAY, "#9aa8b6"),
+    "gray": (GRAY, "#9aa8b6"),
 }
 
-# By what they are for: on the page of the lab ...
+# Colors by use, on a light and on a dark screen: the page of the lab.
 PAGE: Final[Mapping[str, tuple[str, str]]] = {
     "ground": ("#f4f6f8", "#0e1217"),
     "surface": ("#ffffff", "#151b22"),
@@ -66,13 +67,14 @@ PAGE: Final[Mapping[str, tuple[str, str]]] = {
     "accent-text": ("#ffffff", "#06131c"),
     "accent-soft": ("#e3f0f8", "#16303f"),
     "link": ("#005f96", "#6dbdec"),
-    "warm": ("#a63a00", "#ff8a3d"),  # as vermilion, but dark enough for words on a light screen
+    # Vermilion, but dark enough for text on a light screen.
+    "warm": ("#a63a00", "#ff8a3d"),
     "good": ("#00795a", "#2bc295"),
     "on-orange": ("#201600", "#201600"),
     "notice": ("#ffe9b3", "#4d3c10"),
 }
 
-# ... in a world that is drawn on it ...
+# The map in the lab.
 WORLD: Final[Mapping[str, tuple[str, str]]] = {
     "around": ("#eceff3", "#0b0f13"),
     "map": ("#ffffff", "#141b22"),
@@ -90,7 +92,7 @@ WORLD: Final[Mapping[str, tuple[str, str]]] = {
     "lesson": NAMED["purple"],
 }
 
-# ... of what is said of a claim, under its letters ...
+# The background of a verdict.
 VERDICTS: Final[Mapping[str, str]] = {
     "holds": "#a9dcc8",
     "undecided": "#f3f3f3",
@@ -98,7 +100,7 @@ VERDICTS: Final[Mapping[str, str]] = {
     "not evaluated": "#ffffff",
 }
 
-# ... in a movie ...
+# A movie.
 MOVIE: Final[Mapping[str, str]] = {
     "background": "#fbfaf7",
     "agent": BLUE,
@@ -110,7 +112,7 @@ MOVIE: Final[Mapping[str, str]] = {
     "text": DARK_GRAY,
 }
 
-# ... and in a report: on a light screen, on a dark one, and on paper.
+# A report, on a light screen, on a dark screen, and on paper.
 REPORT: Final[Mapping[str, tuple[str, str, str]]] = {
     "page": ("#fff", "#14181c", "#fff"),
     "text": ("#1d2329", "#e6eaee", "#000"),
@@ -125,31 +127,48 @@ REPORT: Final[Mapping[str, tuple[str, str, str]]] = {
 }
 
 
-def shade(colour: str) -> str:
-    """A colour by name, as it is on light ground; "#rrggbb" is itself. Raises KeyError for a name that there is not."""
-    return colour if colour.startswith("#") else {**NAMED, **WORLD}[colour][0]
+def shade(color: str) -> str:
+    """Return a color on a light background as "#rrggbb".
+
+    Parameters
+    ----------
+    color
+        A name of `NAMED` or `WORLD`, or "#rrggbb", which is returned as it is.
+
+    Returns
+    -------
+    str
+        The color.
+
+    Raises
+    ------
+    KeyError
+        If the name is unknown.
+    """
+    return color if color.startswith("#") else {**NAMED, **WORLD}[color][0]
 
 
 def lab_css() -> str:
-    """The colours of the lab as variables of CSS, `--text` and so on; `--series-0` and on are those of curves, on any ground."""
+    """Return the colors of the lab as CSS variables, such as `--text`.
+
+    The variables `--series-0` to `--series-6` are the colors of curves on light and dark screens.
+    """
     shades = {**NAMED, **PAGE, **WORLD}
     light = {name: on_light for name, (on_light, _) in shades.items()}
     dark = {name: on_dark for name, (_, on_dark) in shades.items()}
-    series = {f"series-{number}": colour for number, colour in enumerate(SERIES_ON_SCREEN)}
+    series = {f"series-{number}": color for number, color in enumerate(SERIES_ON_SCREEN)}
     return f"{_root(light | series)}\n@media (prefers-color-scheme: dark) {{ {_root(dark)} }}\n"
 
 
 def report_css() -> str:
-    """The colours of a report as variables of CSS, for light and dark screens and for paper."""
+    """Return the colors of a report as CSS variables, for light and dark screens and for paper."""
     light, dark, paper = (
-        {name: shades[ground] for name, shades in REPORT.items()} for ground in range(3)
+        {name: shades[medium] for name, shades in REPORT.items()} for medium in range(3)
     )
-    on_dark, on_paper = (
-        f"@media (prefers-color-scheme: dark) {{ {_root(dark)} }}",
-        f"@media print {{ {_root(paper)} }}",
-    )
+    on_dark = f"@media (prefers-color-scheme: dark) {{ {_root(dark)} }}"
+    on_paper = f"@media print {{ {_root(paper)} }}"
     return "\n".join((_root(light), on_dark, on_paper))
 
 
-def _root(colours: Mapping[str, str]) -> str:
-    return f":root {{ {' '.join(f'--{name}: {colour};' for name, colour in colours.items())} }}"
+def _root(colors: Mapping[str, str]) -> str:
+    return f":root {{ {' '.join(f'--{name}: {color};' for name, color in colors.items())} }}"

@@ -154,7 +154,7 @@ def side_by_side(measured: xr.Dataset, field: str) -> list[tuple[Response, ...]]
 
 def pictures(measured: xr.Dataset) -> Iterator[Picture]:
     sampled = analysis.is_sampled(measured)
-    dots = "Each grey dot is a point, the mean over its runs. Blue: the mean over the points that share a value or, where there "
+    dots = "Each gray dot is a point, the mean over its runs. Blue: the mean over the points that share a value or, where there "
     dots += "are more than eight values, have neighbouring ones (groups of about as many points, placed at their median), with "
     lines = "The mean over the points that share a value, that is over all other fields, and over runs, with "
     yield Picture(

@@ -1,4 +1,4 @@
-"""Every figure can be drawn of any study, to the same bytes each time."""
+"""Tests that every figure can be drawn of any study, with the same bytes each time."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ MEASURED = figures.MeasureValues(
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
 )
-STANDINGS = figures.overview_cells(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
+CELLS = figures.overview_cells(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
 
 
 def six_traces() -> list[xr.Dataset]:
@@ -69,7 +69,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "final-fitness": lambda: figures.draw_fitness_boxes(
         study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))
     ),
-    "overview": lambda: figures.draw_overview({"": STANDINGS}),
+    "overview": lambda: figures.draw_overview({"": CELLS}),
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.draw_world_maps(MAPS, 20),
@@ -90,12 +90,12 @@ ODD = {
     "no food": study({name: [0, 0, 0] for name in AS_THE_PAPER}),
     "a missing run": study({"evo/A": [1, 2], FORAGERS: [3, math.nan]}),
     "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
-    "conditions of one's own": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
+    "custom conditions": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
 }
 
 
 @pytest.mark.parametrize("name", DRAW)
-def test_a_figure_has_the_same_bytes_each_time_whatever_the_process_has_set(name: str) -> None:
+def test_a_figure_is_reproducible_with_any_settings_of_the_process(name: str) -> None:
     first = figures.to_svg(DRAW[name]())
     with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
         assert figures.to_svg(DRAW[name]()) == first
@@ -127,18 +127,19 @@ def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
 
 
 def test_threads_may_draw_at_the_same_time() -> None:
-    alone = figures.to_svg(DRAW["fitness"]())
+    expected = figures.to_svg(DRAW["fitness"]())
     with ThreadPoolExecutor(3) as threads:
-        assert set(threads.map(lambda _: figures.to_svg(DRAW["fitness"]()), range(3))) == {alone}
+        assert set(threads.map(lambda _: figures.to_svg(DRAW["fitness"]()), range(3))) == {expected}
 
 
-def test_where_agents_were_sums_up_to_all_their_time() -> None:
+def test_the_time_density_sums_to_all_time() -> None:
     shares = time_density(trace(FORAGERS, 3))
     assert shares.sum() == pytest.approx(100)
-    assert shares[7].sum() == pytest.approx(100)  # all of it on the line that they walk, at y = 150
+    # All agents walk along y = 150.
+    assert shares[7].sum() == pytest.approx(100)
 
 
-def test_of_two_networks_one_is_said_to_teach() -> None:
+def test_a_second_network_is_drawn_as_a_teacher() -> None:
     texts = [text.get_text() for text in DRAW["networks"]().axes[0].texts]
     assert texts.count("action module, 3 - 10 - 3 units") == 2
     assert (
@@ -148,7 +149,7 @@ def test_of_two_networks_one_is_said_to_teach() -> None:
     )
 
 
-def test_no_band_of_fitness_reaches_below_nought() -> None:
+def test_no_interval_of_fitness_reaches_below_zero() -> None:
     bands = figures.draw_fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
     assert (
         bands
@@ -159,16 +160,16 @@ def test_no_band_of_fitness_reaches_below_nought() -> None:
     )
 
 
-def test_a_way_is_broken_where_it_leaves_the_map() -> None:
+def test_a_path_is_split_at_the_edge_of_the_map() -> None:
     x = np.array([636.0, 638, 0, 2, 2, 2])
     y = np.array([100.0, 100, 100, 2, 638, 636])
-    way = split_at_edges(x, y, World())
-    assert np.flatnonzero(np.isnan(way).any(axis=1)).tolist() == [2, 5]
-    assert np.nanmax(np.abs(np.diff(way, axis=0))) < 320
-    np.testing.assert_array_equal(way[np.isfinite(way).all(axis=1)], np.stack([x, y], axis=1))
+    path = split_at_edges(x, y, World())
+    assert np.flatnonzero(np.isnan(path).any(axis=1)).tolist() == [2, 5]
+    assert np.nanmax(np.abs(np.diff(path, axis=0))) < 320
+    np.testing.assert_array_equal(path[np.isfinite(path).all(axis=1)], np.stack([x, y], axis=1))
 
 
-def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
+def test_learners_look_the_same_on_every_map_and_differ_in_more_than_color() -> None:
     shown = plotted_conditions(study(AS_THE_PAPER))
     assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [
         ("evo", "A"),
@@ -184,20 +185,21 @@ def test_brackets_show_the_corrected_p() -> None:
     assert len(labels) == 3 and all(label.startswith("p ") for label in labels)
 
 
-def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_map() -> None:
+def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() -> None:
     names = [
         "evo",
         "evo+self-taught",
         *(f"evo+something-that-is-long-{number}" for number in range(10)),
     ]
     claims = tuple(
-        Claim.model_validate({"id": f"{a}/{place}", "title": "", "claim": "", "comparisons": [
-            {"a": f"{a}/{place}", "b": f"evo/{place}", "measure": "mean", "rule": "greater"}]})
-        for place in "AB" for a in names[1:]
+        Claim.model_validate({"id": f"{a}/{name}", "title": "", "claim": "", "comparisons": [
+            {"a": f"{a}/{name}", "b": f"evo/{name}", "measure": "mean", "rule": "greater"}]})
+        for name in "AB" for a in names[1:]
     )  # fmt: skip
-    many = study({f"{name}/{place}": range(20, 28) for place in "AB" for name in names})
-    figure = figures.draw_fitness_boxes(many, evaluate(many, 10, Claims(claims)))
-    figures.to_svg(figure)  # which lays it out
+    dataset = study({f"{name}/{suffix}": range(20, 28) for suffix in "AB" for name in names})
+    figure = figures.draw_fitness_boxes(dataset, evaluate(dataset, 10, Claims(claims)))
+    # Rendering computes the layout.
+    figures.to_svg(figure)
     upper, lower = (
         axes for axes in figure.axes if axes.get_title("left").endswith("average agent")
     )
@@ -210,28 +212,27 @@ def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_m
     assert not any(label.get_text() for label in upper.get_xticklabels())
 
 
-def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:
-    texts = [text.get_text() for text in figures.draw_overview({"": STANDINGS}).findobj(Text)]
-    taught, alone = (
-        next(one for one in STANDINGS if one.condition == name)
-        for name in ("evo+self-taught/A", "evo/A")
-    )
+def test_a_triangle_marks_a_condition_that_a_claim_finds_greater() -> None:
+    texts = [text.get_text() for text in figures.draw_overview({"": CELLS}).findobj(Text)]
+    cells = {cell.condition: cell for cell in CELLS}
+    taught = cells["evo+self-taught/A"]
+    evolved = cells["evo/A"]
     assert f"{taught.median:.0f} ▲" in texts
-    assert f"{alone.median:.0f}" in texts
-    failed = figures.draw_overview({"Above": [alone], "Below": [taught._replace(direction=-1)]})
+    assert f"{evolved.median:.0f}" in texts
+    failed = figures.draw_overview({"Above": [evolved], "Below": [taught._replace(direction=-1)]})
     assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {
         text.get_text() for text in failed.findobj(Text)
     }
 
 
-def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:
+def test_the_heat_map_shows_verdict_and_effect_of_each_claim_and_choice() -> None:
     cells = [text.get_text() for text in DRAW["variants"]().axes[0].texts]
     assert len(cells) == 2 * 9
     assert cells[:3] == ["✓ +40", "✓ +40", "✓ 0"] and cells[5] == "✓ −70"
     assert cells[9:12] == ["? 0", "? 0", "✓ 0"]
 
 
-def test_the_map_of_shares_has_a_row_for_each_alternative_with_the_standard() -> None:
+def test_the_map_of_shares_has_a_row_per_alternative_and_standard() -> None:
     axes = DRAW["variants-shares"]().axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == [
         "standard  R1",
@@ -253,19 +254,19 @@ def test_emergence_needs_a_trace() -> None:
         figures.draw_emergence(study(AS_THE_PAPER), [])
 
 
-def test_a_figure_is_kept_as_svg_and_as_png(tmp_path: Path) -> None:
+def test_a_figure_is_saved_as_svg_and_png(tmp_path: Path) -> None:
     drawing = figures.save_figure(DRAW["maps"](), tmp_path / "figures", "maps")
     assert (tmp_path / "figures" / "maps.svg").read_bytes() == drawing
     with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
         assert picture.width == 1440
 
 
-def test_measures_are_drawn_in_a_box_for_each_condition_that_has_any() -> None:
+def test_measures_have_a_box_for_each_condition_with_values() -> None:
     some = MEASURED._replace(values=dict(MEASURED.values) | {"evo/B": np.empty(0)})
     axes = figures.draw_measures(study(AS_THE_PAPER), [MEASURED, some]).axes
     points = [
-        sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in one.lines)
-        for one in axes
+        sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in panel.lines)
+        for panel in axes
     ]
     assert points == [6, 5]
     assert [label.get_text() for label in axes[0].get_xticklabels()] == ["A", "B"]

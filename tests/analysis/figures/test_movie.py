@@ -1,4 +1,4 @@
-"""A trace becomes a moving picture that other programs can play."""
+"""Tests of movies, read back with third-party programs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from baldwinlab.analysis.figures.movie import (
     MovieError,
     Scene,
     write_movie,
-    write_movie_of,
+    write_scenes,
 )
 from baldwinlab.analysis.figures.palette import MOVIE
 from baldwinlab.core.extras import installation_command
@@ -28,14 +28,14 @@ def rgb(name: str) -> tuple[int, ...]:
     return ImageColor.getrgb(MOVIE[name])
 
 
-def colours(movie: Image.Image) -> set[tuple[int, ...]]:
-    """Those on the map of the frame that is shown."""
+def map_colors(movie: Image.Image) -> set[tuple[int, ...]]:
+    """Return the colors on the map of the current frame."""
     shown = movie.convert("RGB")
-    found = shown.crop((0, CAPTION, shown.width, shown.height)).getcolors(2**24)
-    return {colour for _, colour in found or () if isinstance(colour, tuple)}
+    counts = shown.crop((0, CAPTION, shown.width, shown.height)).getcolors(2**24)
+    return {color for _, color in counts or () if isinstance(color, tuple)}
 
 
-def test_a_gif_has_a_frame_for_every_few_steps_and_the_map_s_proportions(tmp_path: Path) -> None:
+def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) -> None:
     write_movie(replay(small(), seed=1), 640, 320, tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
         assert movie.size == (640, 320 + CAPTION)
@@ -51,10 +51,8 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     assert sum(1 for _ in frames) == 300
 
 
-def test_an_mp4_that_ffmpeg_could_not_end_is_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def cut_short(path: str, *size: object, **how: object) -> Generator[None, object, None]:
+def test_an_incomplete_mp4_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut_short(path: str, *size: object, **options: object) -> Generator[None, object, None]:
         Path(path).write_bytes(b"ftyp, mdat and no index")
         while True:
             yield
@@ -65,9 +63,9 @@ def test_an_mp4_that_ffmpeg_could_not_end_is_none(
     assert not list(tmp_path.iterdir())
 
 
-def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_path: Path) -> None:
+def test_the_shorter_of_two_lifetimes_ends_with_its_last_frame(tmp_path: Path) -> None:
     long, short = (replay(small().replace(lifetime={"steps": steps}), seed=1) for steps in (40, 15))
-    write_movie_of([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
+    write_scenes([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
     with Image.open(tmp_path / "lives.gif") as movie:
         assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
         assert getattr(movie, "n_frames", 1) > 30
@@ -77,28 +75,26 @@ def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_p
     }
 
 
-def test_agents_and_their_region_are_told_by_the_lab_s_marks(tmp_path: Path) -> None:
-    """A hollow agent has not eaten, a full one has, and one that eats now flashes."""
-    near = {
-        "world": {"start": {"x": 330, "y": 160}},
-        "lifetime": {"steps": 60},
-    }  # a little before the food
-    trace = replay(small().replace(**near), seed=1)
+def test_agents_have_the_symbols_of_the_lab(tmp_path: Path) -> None:
+    """A hollow agent has not eaten, a filled one has, and an eating one flashes."""
+    # Agents start a short distance from the food.
+    experiment = small().replace(world={"start": {"x": 330, "y": 160}}, lifetime={"steps": 60})
+    trace = replay(experiment, seed=1)
     assert 0 < (trace.eaten.sum("step") > 0).sum() < 20
     write_movie(trace, 640, 640, tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
-        born = colours(movie)
+        at_birth = map_colors(movie)
         movie.seek(next(step for step in range(60) if trace.eaten.values[step].any()))
-        fed = colours(movie)
-    assert not {rgb("agent"), rgb("meal")} & born
-    assert rgb("outline") in born
-    assert {rgb("agent"), rgb("meal"), rgb("outline")} <= fed
+        after_meal = map_colors(movie)
+    assert not {rgb("agent"), rgb("meal")} & at_birth
+    assert rgb("outline") in at_birth
+    assert {rgb("agent"), rgb("meal"), rgb("outline")} <= after_meal
 
 
-def test_a_movie_tells_how_far_it_is(tmp_path: Path) -> None:
+def test_a_movie_reports_its_progress(tmp_path: Path) -> None:
     shares: list[float] = []
     short = replay(small().replace(lifetime={"steps": 10}), seed=1)
-    write_movie_of([Scene(short, 640, 640)], tmp_path / "life.gif", shares.append)
+    write_scenes([Scene(short, 640, 640)], tmp_path / "life.gif", shares.append)
     assert shares == [step / 10 for step in range(1, 11)]
 
 

@@ -153,7 +153,7 @@ class Walls(WorldFeature, name="walls"):
                 "shape": "rectangle",
                 "x": (left, right),
                 "y": (upper, lower),
-                "color": "grey",
+                "color": "gray",
                 "label": "wall",
             }
             for left, right, upper, lower in self.boxes
