@@ -55,7 +55,7 @@ def _having(kind: str, name: str) -> Paper:
 
 
 MOST_BASES: Final = 20  # files that are based on each other
-ALL_NAMES: Final = "`baldwinlab presets` lists all; an experiment file ends in .toml"
+ALL_NAMES: Final = "`baldwinlab list presets` lists all; an experiment file ends in .toml"
 
 
 class Loaded(NamedTuple):

@@ -25,7 +25,7 @@ MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
 
 @pytest.fixture
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three variants, or four with --full, of lives of 40 steps."""
+    """Three variants, or four with --all-combinations, of lives of 40 steps."""
     conditions = [
         condition.replace(evolution={"generations": 2}, lifetime={"steps": 40})
         for condition in small_paper()

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from rocrate.rocrate import ROCrate
 
 FILE: Final = "ro-crate-metadata.json"
-MARK: Final = "baldwinlab crate"  # what stands in every one that is written
+# The start of a sentence in every crate that baldwinlab has written, also by `baldwinlab crate`.
+MARK: Final = "Described by `baldwinlab "
 PROFILE: Final = "https://w3id.org/ro/wfrun/process/0.5"
 FORMATS: Final = {
     ".toml": "application/toml",
@@ -75,7 +76,7 @@ def write_crate(
     root["name"] = study.directory.resolve().name
     root["description"] = (
         f"A study of evolution x lifetime learning; conditions: {len(runs):,}, runs: {sum(runs.values()):,}, seed: {study.seed}. "
-        f"Described by `{MARK}`."
+        f"{MARK}export --format ro-crate`."
     )
     root["license"] = _add(
         crate,
