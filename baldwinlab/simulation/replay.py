@@ -30,11 +30,36 @@ def replay(
     energy: xr.DataArray | None = None,
     force: bool = False,
 ) -> xr.Dataset:
-    """One lifetime of a run, every step: the variables of `baldwinlab.core.variables.TRACE`.
+    """Simulate one lifetime of a run, and record every step.
 
-    `energy` (generation, agent) of the same run, where it is at hand, spares living through the generations before. The
-    trace agrees to the bit with `simulate` of the same experiment, seed and run.
-    Raises RefusedError for a generation that the experiment has not and, unless forced, for more memory than is free.
+    The trace is bit-identical to the same lifetime in `simulate`.
+
+    Parameters
+    ----------
+    experiment
+        The settings.
+    seed
+        Seed of all random numbers, 0 to 2**31 - 1.
+    run
+        Number of the run, 0 to 2**31 - 1.
+    generation
+        Number of the generation, from 0.
+    energy
+        Array (generation, agent) of the same run. With it, earlier generations are not simulated.
+    force
+        Run even if less memory is free than the estimate.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.TRACE`, with the dimensions `step` and `agent`.
+
+    Raises
+    ------
+    ArgumentError
+        The seed or the number of the run is out of range.
+    RefusedError
+        The model has no world, the experiment has no such generation, or too little memory is free.
     """
     check_seed(seed, run)
     if not isinstance(experiment, Experiment):

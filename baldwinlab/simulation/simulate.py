@@ -43,12 +43,35 @@ def simulate(
     backend: str = "auto",
     force: bool = False,
 ) -> xr.Dataset:
-    """Evolve one population from its first generation to its last.
+    """Simulate one run: a population from its first generation to its last.
 
-    `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
-    "cuda". Returns the variables of `baldwinlab.core.variables.RUN`, with where it comes from in the attributes. Raises ValueError
-    for a seed out of range, for a setting that would do nothing, and for a backend that cannot be used here; and, unless
-    forced, for more memory than is free.
+    Parameters
+    ----------
+    experiment
+        The settings.
+    seed
+        Seed of all random numbers, 0 to 2**31 - 1.
+    run
+        Number of the run, 0 to 2**31 - 1. Runs of the same seed are independent.
+    backend
+        "cpu", "cuda", or "auto" for the fastest that is available. All give the same bits.
+    force
+        Run even if less memory is free than the estimate.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.RUN`, with the dimensions `generation` and
+        `agent`. The attributes name the experiment, the seed and the versions.
+
+    Raises
+    ------
+    ArgumentError
+        The seed or the number of the run is out of range.
+    ExperimentError
+        A setting has no effect.
+    RefusedError
+        The backend cannot be used on this machine, or too little memory is free.
     """
     require_effect([experiment])
     require(experiment.name, of_simulate(experiment), force=force)

@@ -17,15 +17,31 @@ from baldwinlab.studies.store import StudyStore
 
 
 def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
-    """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
+    """Return the stored runs of a study as one dataset, without the genomes.
 
-    `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
-    `experiment(condition)` is each condition as TOML; `learner`, `map` and `variant` are coordinates along `condition`, as far as
-    the conditions have them ("" where one has not). Write `data["map"]`: `data.map` is a method of xarray. Units and meanings are
-    attributes, `units` and `long_name`.
+    Parameters
+    ----------
+    directory
+        The directory of a study, or a URL that fsspec can open.
+    conditions
+        Names of conditions; all, unless given.
 
-    Raises StudyError for a condition that the study has not, and (as DamagedRecordError) for a record that is not what was
-    written.
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.RUN`, with the dimensions `condition`, `run`,
+        `generation` and `agent`. Missing values are NaN where conditions differ in their numbers of
+        runs, generations or agents. `experiment` is each condition as TOML. `learner`, `map` and
+        `variant` are coordinates of `condition` if a condition has them. Write `data["map"]`:
+        `data.map` is a method of xarray. The attributes of a variable are its `units` and
+        `long_name`.
+
+    Raises
+    ------
+    StudyError
+        There is no study, or it has no such condition.
+    DamagedRecordError
+        A stored run is damaged.
     """
     study = StudyStore(location(directory))
     return open_conditions(study, list(study.experiments if conditions is None else conditions))

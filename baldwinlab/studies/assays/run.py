@@ -177,7 +177,28 @@ def _agent_steps_of_run(study: StudyStore, condition: str, names: Sequence[str])
 def _ways_of_living(
     study: StudyStore, missing: Mapping[str, Sequence[str]]
 ) -> Iterator[BaseExperiment]:
-    """The conditions as they evolved, with the learner off, with drift in its place, and as their neutral twins."""
+    """Return the stored results of an assay of one condition.
+
+    Parameters
+    ----------
+    directory
+        The directory of a study, or a URL that fsspec can open.
+    assay
+        "innate", "neutral", "within-life", "modules", "reaction" or "descent".
+    condition
+        Name of a condition.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.ASSAYS[assay]`.
+
+    Raises
+    ------
+    StudyError
+        There is no such study, assay or condition, the assay has not been run, or its file is
+        damaged.
+    """
     for experiment in (
         study.experiments[condition] for condition, names in missing.items() if names
     ):

@@ -193,12 +193,27 @@ def require_as_many(directory: Path, points: Sequence[Experiment]) -> None:
 
 
 def open_sweep(directory: str | Path) -> xr.Dataset:
-    """All stored runs of a sweep as one dataset, labelled with the fields that were swept.
+    """Return the stored runs of a sweep as one dataset, by the values of the swept settings.
 
-    A grid has the dims (each swept field, run, generation, agent); the other designs have (point, run, generation, agent),
-    with the fields as coordinates along `point`. Runs that are not stored are NaN. Attributes: `design`, `fields`, `base` (the
-    experiment that was swept), `set` (what was changed in it), `seed`. Raises StudyError as `open_runs` does, and for a study
-    that is no sweep.
+    Parameters
+    ----------
+    directory
+        The directory of a sweep, or a URL that fsspec can open.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `open_runs`. A grid has one dimension per swept setting, then `run`,
+        `generation` and `agent`. Another design has the dimension `point` with the settings as
+        coordinates. Runs that are not stored are NaN. The attributes are `design`, `fields`, `base`
+        (the swept experiment), `set` (its changed settings) and `seed`.
+
+    Raises
+    ------
+    StudyError
+        There is no study, or it is not a sweep.
+    DamagedRecordError
+        A stored run is damaged.
     """
     folder = location(directory)
     study = StudyStore(folder)
