@@ -3,7 +3,8 @@
 `make docs` writes the site to site/.
 The pages are Markdown files of this repository.
 Sphinx reads them under their paths, so that a link between two files becomes a link between two pages.
-`scripts.reference` generates further pages from the code, and `scripts.glossary` links the terms of the glossary.
+`scripts.reference` generates further pages from the code, and `scripts.llms` generates llms.txt.
+`scripts.glossary` links the terms of the glossary.
 Every warning of Sphinx is an error, for example a dead link or a page that is in no section.
 NOTEBOOKS is the folder to which `scripts.notebooks` has written the executed notebooks.
 """
@@ -27,6 +28,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab.export import live_page
 from baldwinlab.papers.presets import load
 from scripts import reference
+from scripts.llms import llms_text
 
 ROOT: Final = Path(__file__).parents[1]
 NAVIGATION: Final = ROOT / "docs" / "navigation.toml"
@@ -90,6 +92,7 @@ def build(out: Path, notebooks: Path | None = None) -> bool:
         site = Path(folder) / "site"
         navigation = tomllib.loads(NAVIGATION.read_text("utf-8"))
         write_sources(source, navigation)
+        _write(files / "llms.txt", assistant_summary(source, navigation))
         add_laboratories(source, files, navigation["laboratories"])
         for page in sorted(notebooks.glob("*.html")) if notebooks else ():
             add_notebook(source, files, page)
@@ -155,6 +158,18 @@ def write_sources(source: Path, navigation: dict[str, Any]) -> None:
         shutil.copyfile(picture, copy)
     for file in LINKED_FILES:
         shutil.copyfile(ROOT / file, source / file)
+
+
+def assistant_summary(source: Path, navigation: dict[str, Any]) -> str:
+    """Return llms.txt for the pages in the folder that Sphinx reads."""
+    paths = {
+        title: [_document(page) for page in pages]
+        for title, pages in sections(navigation, reference.pages()).items()
+    }
+    texts = {
+        path: (source / path).read_text("utf-8") for section in paths.values() for path in section
+    }
+    return llms_text(texts, paths)
 
 
 def sections(navigation: dict[str, Any], generated: dict[str, str]) -> dict[str, list[str]]:
