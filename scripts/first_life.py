@@ -10,7 +10,7 @@ from pathlib import Path
 
 from baldwinlab.lab import Lab, life_query
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.recording import record
+from baldwinlab.lab.recording import record_life
 from baldwinlab.lab.single_page import STATIC
 
 LIFE = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
@@ -19,7 +19,7 @@ PLACE = STATIC / "first_life.bald"
 
 
 def first_life() -> bytes:
-    return record(life_query.find(Lab(Path(), Live()), LIFE), STEPS, LIFE)
+    return record_life(life_query.find_life(Lab(Path(), Live()), LIFE), STEPS, LIFE)
 
 
 if __name__ == "__main__":

@@ -105,11 +105,11 @@ def listening(port: int) -> socket.socket:
 def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     """Serve the pages until Ctrl-C. They are available while the engine still compiles."""
     # Imported late: it needs the packages of the extra, and takes a while to load.
-    from baldwinlab.lab.rate_limit import server_of
+    from baldwinlab.lab.rate_limit import make_server
     from baldwinlab.lab.server import make_app
 
     warming = threading.Thread(target=_warm_up)
-    server = server_of(make_app(directory, access, ready=lambda: not warming.is_alive()))
+    server = make_server(make_app(directory, access, ready=lambda: not warming.is_alive()))
     warming.start()
     # The server raises KeyboardInterrupt again after its end.
     with suppress(KeyboardInterrupt):

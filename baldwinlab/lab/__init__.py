@@ -1,6 +1,7 @@
-"""The lab in the browser: one page, served on loopback, from which studies are watched, steered, replayed and shared.
+"""The lab: a local server and a web page that show, run, replay and share studies.
 
-It needs the extra `lab`, so what works without it imports no other module of this package than `pages`, `schema` and `export`.
+The lab needs the extra `lab`. Code that works without this extra imports only `pages`, `schema` and
+`export` from this package.
 """
 
 from __future__ import annotations
@@ -18,25 +19,40 @@ from baldwinlab.studies.records import StudyError
 if TYPE_CHECKING:
     from baldwinlab.lab.live import Live
 
+MAX_QUEUED_RESPONSES = 4
+
 
 class MissingError(StudyError):
-    """Something was asked for by name that is not there: status 404."""
+    """Report that a requested study, condition, run or other object does not exist (status 404)."""
 
 
 @dataclass(frozen=True)
 class Lab:
-    """What the routes of one server share."""
+    """The state that all routes of one server share.
 
-    root: Path  # resolved; every study that is served lies in it
-    live: Live  # the runs that live now
-    answers: Cache = field(default_factory=Cache)  # recordings, and what else takes a while
-    drawn: dict[str, float] = field(
-        default_factory=dict
-    )  # the share of each movie that is made now, by what its page calls it
-    turns: Semaphore = field(
-        default_factory=lambda: Semaphore(4)
-    )  # so many are made at a time: it bounds the memory they take
-    ready: Callable[[], bool] = lambda: (
-        True
-    )  # whether the engine is compiled; until then, pages wait with what lives
-    began: float = field(default_factory=time.monotonic)
+    Parameters
+    ----------
+    root
+        The served folder, as a resolved path. All served studies are in it.
+    live
+        The live runs.
+    cache
+        Recordings and other results that take time to compute.
+    movie_progress
+        The finished share of each movie, by the ticket of its page.
+    response_slots
+        Limits the number of large responses in memory.
+    is_engine_ready
+        Returns whether the engine is compiled. Until then, pages do not simulate.
+    start_time
+        When the server started, in seconds of the monotonic clock.
+
+    """
+
+    root: Path
+    live: Live
+    cache: Cache = field(default_factory=Cache)
+    movie_progress: dict[str, float] = field(default_factory=dict)
+    response_slots: Semaphore = field(default_factory=lambda: Semaphore(MAX_QUEUED_RESPONSES))
+    is_engine_ready: Callable[[], bool] = lambda: True
+    start_time: float = field(default_factory=time.monotonic)

@@ -1,4 +1,4 @@
-"""The token of a lab: without it, no other user of the machine reads its studies or starts runs."""
+"""The token of a lab, which keeps other users of the machine from reading studies."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ REFUSAL: Final = (
 
 
 class Access:
-    """The token of one lab, and tickets that stand for it once.
+    """The token of one lab, and tickets that replace it once.
 
-    Every user of a machine can read the command lines of its processes, and the address that a browser opens is part of
-    one. Such an address therefore carries a ticket, which is worthless after its first use.
+    Every user of a machine can read the command lines of its processes, and a command line contains
+    the address that a browser opens. Such an address therefore contains a ticket, which is invalid
+    after its first use.
     """
 
     def __init__(self) -> None:
@@ -28,11 +29,11 @@ class Access:
         return ticket
 
     def is_token(self, text: str) -> bool:
-        """Return whether a text is the token, in a time that does not depend on the text."""
+        """Return whether a text is the token, in constant time."""
         return secrets.compare_digest(text.encode(), self.token.encode())
 
     def admits(self, text: str) -> bool:
-        """Return whether a text is the token or a ticket; a ticket is used up."""
+        """Return whether a text is the token or an unused ticket, and mark the ticket as used."""
         if text not in self._tickets:
             return self.is_token(text)
         self._tickets.remove(text)
@@ -40,5 +41,8 @@ class Access:
 
 
 def cookie_name(port: int | None) -> str:
-    """Return the name of the cookie that holds the token: browsers send a cookie to every port of a host."""
+    """Return the name of the token's cookie, which contains the port.
+
+    Browsers send a cookie to every port of a host.
+    """
     return f"baldwinlab-{port}"

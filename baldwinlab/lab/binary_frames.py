@@ -1,10 +1,10 @@
-"""Frames on their way to the page: a small JSON header, then typed arrays that a browser can look into without copying.
+"""Binary containers for the page: a JSON header and typed arrays that browsers read without a copy.
 
-    b"BALD", uint32: bytes of the header, header as UTF-8 JSON padded with spaces, arrays each padded with zeros
+    b"BALD", uint32: bytes of the header, header as UTF-8 JSON padded with spaces, padded arrays
 
-Everything is little-endian; the arrays begin at a multiple of 8 bytes, and so does each of them. An array that changes
-little from row to row can lie there as differences, which deflate to a tenth of its size: of where twenty agents are in a
-life, 450 kB become 30.
+All numbers are little-endian. The data and each array begin at a multiple of 8 bytes. An array that
+changes little from row to row can be stored as differences, which compress to about a tenth: the
+positions of twenty agents in a lifetime need 30 kB instead of 450 kB.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 MAGIC = b"BALD"
 DTYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32")
-_ALIGNED = 8  # bytes, to which a typed array of any of these types may begin
+# A typed array of any of these types may begin at a multiple of this number of bytes.
+_ALIGNMENT = 8
 
 
 def pack(
@@ -26,55 +27,74 @@ def pack(
     arrays: Mapping[str, npt.NDArray[Any]],
     differences: Collection[str] = (),
 ) -> bytes:
-    """The container of a header and named arrays, whose names, types, shapes and offsets become header["arrays"].
+    """Return the container of a header and named arrays.
 
-    An offset is in bytes from the beginning of the data. Arrays [row, column] that are named in `differences` are kept column by
-    column, each number less the one above it, exactly: bits are subtracted, not floats. Raises ValueError for an array of any
-    other type than `DTYPES`.
+    Parameters
+    ----------
+    header
+        The header. `header["arrays"]` becomes the list of names, types, shapes and offsets of the
+        arrays. Offsets are in bytes from the beginning of the data.
+    arrays
+        The arrays by name.
+    differences
+        The names of arrays [row, column] that are stored column by column, each value as the exact
+        difference from the value above it. The bits are subtracted, not the floating-point numbers.
+
+    Raises
+    ------
+    ValueError
+        If the type of an array is not in `DTYPES`.
+
     """
-    listed: list[dict[str, Any]] = []
-    chunks, offset = [], 0
+    entries: list[dict[str, Any]] = []
+    chunks = []
+    offset = 0
     for name, array in arrays.items():
         if array.dtype.name not in DTYPES:
             raise ValueError(
                 f"array {name} is of type {array.dtype}; it must be one of {', '.join(DTYPES)}"
             )
-        listed.append(
+        entries.append(
             {"name": name, "dtype": array.dtype.name, "shape": list(array.shape), "offset": offset}
         )
         ordered = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
         if name in differences:
-            listed[-1]["differences"] = True
-            ordered = _differences(ordered)
+            entries[-1]["differences"] = True
+            ordered = _column_differences(ordered)
         raw = ordered.tobytes()
-        chunks += [raw, bytes(-len(raw) % _ALIGNED)]
-        offset += len(raw) + len(chunks[-1])
-    text = json.dumps({**header, "arrays": listed}, allow_nan=False).encode()
-    text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNED)
+        padding = bytes(-len(raw) % _ALIGNMENT)
+        chunks += [raw, padding]
+        offset += len(raw) + len(padding)
+    text = json.dumps({**header, "arrays": entries}, allow_nan=False).encode()
+    text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNMENT)
     return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *chunks])
 
 
-def _differences(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """[row, column] as [column, row] of unsigned numbers, each less the one before it, modulo their size."""
+def _column_differences(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return [row, column] as unsigned [column, row], each value minus the one before, modulo."""
     bits = array.view(f"<u{array.itemsize}").T
     return np.diff(bits, axis=1, prepend=bits.dtype.type(0))
 
 
-def narrowed(counts: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
-    """Counts in 16 bits, where all of them fit."""
+def narrow(counts: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
+    """Return counts with 16 bits if all values fit."""
     return counts.astype(np.uint16) if counts.max(initial=0) < 2**16 else counts
 
 
 def unpack(raw: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    """The header and the arrays in a container, as the page reads it. Raises ValueError where `raw` is none."""
+    """Return the header and the arrays of a container.
+
+    Raise ValueError if the bytes are not a container.
+    """
     if raw[: len(MAGIC)] != MAGIC:
-        raise ValueError("these bytes are no container: they do not begin with BALD")
+        raise ValueError("these bytes are not a container: they do not begin with BALD")
     begin = len(MAGIC) + 4
     end = begin + int.from_bytes(raw[len(MAGIC) : begin], "little")
     header = json.loads(raw[begin:end])
     arrays = {}
     for entry in header["arrays"]:
-        dtype, shape = np.dtype(entry["dtype"]).newbyteorder("<"), tuple(entry["shape"])
+        dtype = np.dtype(entry["dtype"]).newbyteorder("<")
+        shape = tuple(entry["shape"])
         count = int(np.prod(shape, dtype=np.int64))
         array = np.frombuffer(raw, dtype, count, end + entry["offset"])
         if entry.get("differences"):

@@ -1,4 +1,4 @@
-"""What was asked for last, kept in bounded memory."""
+"""A cache of bytes with bounded memory."""
 
 from __future__ import annotations
 
@@ -10,26 +10,29 @@ LIMIT = 128 * 2**20  # bytes
 
 
 class Cache:
-    """Bytes by key, at most `limit` of them in all: those that were asked for least recently give way."""
+    """Bytes by key, at most `limit` bytes in total. Drops the least recently used entries first."""
 
     def __init__(self, limit: int = LIMIT) -> None:
-        self._limit, self._lock = limit, Lock()
-        self._kept: OrderedDict[Hashable, bytes] = OrderedDict()
-        self.size = 0  # bytes that are kept now
+        self._limit = limit
+        self._lock = Lock()
+        self._entries: OrderedDict[Hashable, bytes] = OrderedDict()
+        self.size = 0  # bytes of all entries
 
     def get(self, key: Hashable, make: Callable[[], bytes]) -> bytes:
-        """What is kept under `key`, or else what `make` makes, which then is kept unless it alone is too large."""
+        """Return the entry of a key, or the result of `make`.
+
+        A new result is stored unless it alone is larger than the limit.
+        """
         with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
-        made = make()
+            if key in self._entries:
+                self._entries.move_to_end(key)
+                return self._entries[key]
+        content = make()
         with self._lock:
-            if (
-                key not in self._kept and len(made) <= self._limit
-            ):  # another thread may have made it in the meantime
-                self._kept[key] = made
-                self.size += len(made)
+            # Another thread may have stored it in the meantime.
+            if key not in self._entries and len(content) <= self._limit:
+                self._entries[key] = content
+                self.size += len(content)
             while self.size > self._limit:
-                self.size -= len(self._kept.popitem(last=False)[1])
-        return made
+                self.size -= len(self._entries.popitem(last=False)[1])
+        return content

@@ -1,4 +1,4 @@
-"""Answers that are large or take a while: few of them are held at a time."""
+"""Limit the number of large responses in memory."""
 
 from __future__ import annotations
 
@@ -10,20 +10,25 @@ from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
 from baldwinlab.lab import Lab
-from baldwinlab.lab.memory import give_back
+from baldwinlab.lab.memory import release_memory
 
 
-class InTurn(Response):
-    """An answer that is made when it is its turn, which lasts until the client has taken it: so its bytes are bounded too."""
+class QueuedResponse(Response):
+    """A response that is built only when a slot is free.
+
+    The slot is held until the client has received the response, which bounds memory.
+    """
 
     def __init__(self, lab: Lab, make: Callable[[], Response]) -> None:
-        self._turns, self._make = lab.turns, make
+        self._slots = lab.response_slots
+        self._make = make
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async with self._turns:
+        """Wait for a slot, build the response and send it, unless the client has disconnected."""
+        async with self._slots:
             if await Request(scope, receive).is_disconnected():
-                return  # nobody waits for it any longer
-            made = await run_in_threadpool(self._make)
-            await made(scope, receive, send)
-            del made
-            give_back()
+                return
+            response = await run_in_threadpool(self._make)
+            await response(scope, receive, send)
+            del response
+            release_memory()

@@ -18,16 +18,16 @@ from baldwinlab.analysis.figures.movie import Scene, write_scenes
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, life_query, single_page, studies
-from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.export import live_page
 from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.lab.recording import bytes_of_step, record
+from baldwinlab.lab.recording import bytes_per_step, record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 
 PLAYER = "replay_page.js"  # the module that a shared page begins with
-STYLES = ("style.css", "world.css", "watch.css", "replay_page.css")
+STYLES = ("style.css", "world.css", "world_figure.css", "replay_page.css")
 MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
 MOST_OF_A_MOVIE = (
     2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
@@ -40,16 +40,18 @@ REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-i
 
 def routes(lab: Lab) -> list[BaseRoute]:
     async def share(request: Request) -> Response:
-        return InTurn(lab, lambda: _shared(lab, request.query_params))
+        return QueuedResponse(lab, lambda: _shared(lab, request.query_params))
 
     async def laboratory(request: Request) -> Response:
-        return InTurn(lab, lambda: _laboratory(lab, request.query_params))
+        return QueuedResponse(lab, lambda: _laboratory(lab, request.query_params))
 
     async def movie(request: Request) -> Response:
-        return InTurn(lab, lambda: _movie(lab, request.query_params))
+        return QueuedResponse(lab, lambda: _movie(lab, request.query_params))
 
     def made(request: Request) -> JSONResponse:
-        return JSONResponse({"share": lab.drawn.get(text(request.query_params, "ticket"), 0.0)})
+        return JSONResponse(
+            {"share": lab.movie_progress.get(text(request.query_params, "ticket"), 0.0)}
+        )
 
     def report(request: Request) -> FileResponse:
         path = report_of(lab, request.path_params["place"])
@@ -74,13 +76,15 @@ def _shared(lab: Lab, query: Query) -> Response:
     sources = _sources(query)
     page = shared_page(lab, sources, number(query, "step", 0))
     return _attachment(
-        page, "text/html", f"{_file_name([life_query.find(lab, given) for given in sources])}.html"
+        page,
+        "text/html",
+        f"{_file_name([life_query.find_life(lab, given) for given in sources])}.html",
     )
 
 
 def _laboratory(lab: Lab, query: Query) -> Response:
     """The conditions of what is shown, each once, with its seed, as a page in which they live again."""
-    shown = [life_query.find(lab, given) for given in _sources(query)]
+    shown = [life_query.find_life(lab, given) for given in _sources(query)]
     experiments = list({life.experiment.name: life.experiment for life in shown}.values())
     return _attachment(
         live_page(experiments, shown[0].moment.seed),
@@ -92,14 +96,14 @@ def _laboratory(lab: Lab, query: Query) -> Response:
 def _movie(lab: Lab, query: Query) -> Response:
     """With a `ticket`, a name of its own, how far it is can be asked for meanwhile."""
     shown, kind, ticket = (
-        [life_query.find(lab, given) for given in _sources(query)],
+        [life_query.find_life(lab, given) for given in _sources(query)],
         text(query, "format"),
         query.get("ticket", ""),
     )
     try:
-        movie = movie_of(shown, kind, lambda share: lab.drawn.update({ticket: share}))
+        movie = movie_of(shown, kind, lambda share: lab.movie_progress.update({ticket: share}))
     finally:
-        lab.drawn.pop(ticket, None)
+        lab.movie_progress.pop(ticket, None)
     return _attachment(movie, MOVIES[kind], f"{_file_name(shown)}.{kind}")
 
 
@@ -116,22 +120,22 @@ def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
     Of a lifetime that is too large for one answer, it has the part that the recording has. Raises ValueError and StudyError
     as a request for the recording does.
     """
-    panels = [_panel(life_query.find(lab, given), given) for given in sources]
+    panels = [_panel(life_query.find_life(lab, given), given) for given in sources]
     title = " and ".join(panel["title"] for panel in panels)
     replay = {"version": __version__, "step": step, "panels": panels}
-    return single_page.page("replay.html", PLAYER, STYLES, title=title, replay=replay)
+    return single_page.render_page("replay.html", PLAYER, STYLES, title=title, replay=replay)
 
 
 def _panel(life: Life, given: dict[str, str]) -> dict[str, Any]:
     """A lifetime: its recording, deflated, and what it takes to live it again."""
     experiment, steps = life.experiment, life.experiment.lifetime.steps
-    part = life_query.span(given, steps, bytes_of_step(experiment))
+    part = life_query.read_span(given, steps, bytes_per_step(experiment))
     seed, run, generation = life.moment
     own = not _is_preset(life)
     what = "experiment.toml" if own else experiment.name
     return {
         "title": f"{experiment.name}, run {run}, generation {generation}",
-        "recording": single_page.packed(record(life, part, given)),
+        "recording": single_page.compress(record_life(life, part, given)),
         "experiment": to_toml(experiment) if own else None,
         "commands": [
             f"baldwinlab run {what} --seed {seed} --runs {run + 1} --out study",
@@ -168,7 +172,9 @@ def movie_of(shown: Sequence[Life], kind: str, drawn: Callable[[float], object])
 
 def _scene(life: Life) -> Scene:
     experiment, (seed, run, generation) = life.experiment, life.moment
-    trace = replay(experiment, seed=seed, run=run, generation=generation, energy=life.past().energy)
+    trace = replay(
+        experiment, seed=seed, run=run, generation=generation, energy=life.load_parents().energy
+    )
     return Scene(trace, experiment.world.width, experiment.world.height)
 
 
@@ -181,7 +187,7 @@ def report_of(lab: Lab, place: str) -> Path:
     if found is None:
         raise MissingError(f"there is no {place} here")
     name = found["study"] or "."
-    path = studies.find(lab, name).directory / found["file"]
+    path = studies.find_study(lab, name).directory / found["file"]
     studies.require_inside(lab.root, path)
     if not path.is_file():
         raise MissingError(

@@ -13,7 +13,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, v
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.lab import Lab
 from baldwinlab.lab.limits import check_size
-from baldwinlab.lab.query import body, whole
+from baldwinlab.lab.query import body, whole_number
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.models.miniworld.description import about
@@ -36,7 +36,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def preview(request: Request) -> JSONResponse:
         experiment = validate((await body(request)).get("experiment", {}))
         return JSONResponse(
-            shown(experiment)
+            appearance_of(experiment)
             if isinstance(experiment, Experiment)
             else {"world": None, "look": None}
         )
@@ -47,7 +47,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
     ]
 
 
-def shown(experiment: Experiment) -> dict[str, Any]:
+def appearance_of(experiment: Experiment) -> dict[str, Any]:
     """The world of an experiment, and what one sees of it, as the header of a recording has it."""
     return {
         "world": experiment.world.model_dump(mode="json"),
@@ -118,7 +118,7 @@ def _beyond(order: dict[str, Any]) -> list[dict[str, str]]:
     if "runs" not in order:
         return []
     try:
-        runs, seed = whole(order, "runs", 1), whole(order, "seed", 0)
+        runs, seed = whole_number(order, "runs", 1), whole_number(order, "seed", 0)
         check_seed(seed)
         check_size(validate(order["experiment"]), runs)
     except ValueError as error:
@@ -129,14 +129,14 @@ def _beyond(order: dict[str, Any]) -> list[dict[str, str]]:
 def _note(order: dict[str, Any]) -> str:
     """Whether the runs of a live run are too few to compare it with another one; "" where they are not."""
     from baldwinlab.analysis.statistics.contrasts import (
-        planned_designs,  # here, because SciPy's statistics take a while to load
-    )
+        planned_designs,
+    )  # here, because SciPy's statistics take a while to load
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     if "runs" not in order:
         return ""
     sentence = describe_too_few(
-        planned_designs({"this": Factors(), "another": Factors()}, whole(order, "runs", 1))
+        planned_designs({"this": Factors(), "another": Factors()}, whole_number(order, "runs", 1))
     )
     return f"To compare two conditions: {sentence[0].lower()}{sentence[1:]}" if sentence else ""
 

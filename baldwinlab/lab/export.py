@@ -29,12 +29,12 @@ from baldwinlab.simulation.simulate import check_seed
 FIRST: Final = "live_page.js"  # the module that the page begins with
 WORKER: Final = (
     "engine.js",
-    "lives.js",
-    "looking.js",
+    "simulation.js",
+    "lifetime_recorder.js",
     "engine_worker.js",
 )  # what a worker is made of, in this order
 STYLES: Final = (
-    *("vendor/uPlot.min.css", "style.css", "world.css", "watch.css"),
+    *("vendor/uPlot.min.css", "style.css", "world.css", "world_figure.css"),
     *("charts.css", "live.css", "share.css", "guide.css"),
 )
 MOST_RUNS: Final = 50
@@ -97,7 +97,7 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
     given = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
     told = laboratory(given) | {"seed": seed}
-    made = single_page.page(
+    made = single_page.render_page(
         "live.html", FIRST, STYLES, title=given[0].name, worker=_worker(), laboratory=told
     )
     if len(made) > MOST_BYTES:
@@ -108,7 +108,7 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
 
 
 def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
-    """What the page is told: see here.js."""
+    """What the page is told: see browser_lab.js."""
     from scipy import (
         stats,
     )  # here, because it takes a second to load, in which the lab would not open
@@ -161,7 +161,7 @@ def _program(name: str, experiment: Experiment) -> dict[str, Any]:
     return {
         "name": name,
         "when": plain,
-        "module": single_page.packed(module_of(experiment)),
+        "module": single_page.compress(module_of(experiment)),
         "plan": Habitat(experiment).plan(),
     }
 
@@ -272,7 +272,7 @@ def _changed(experiment: Experiment, path: str, value: float) -> Experiment | No
 
 
 def _look(experiment: Experiment) -> dict[str, Any]:
-    """How its world looks, with what follows from fields left open: see `filled` in here.js."""
+    """How its world looks, with what follows from fields left open: see `filled` in browser_lab.js."""
     seen, foods = look(experiment).to_dict(), len(experiment.world.food)
     regions = len(item_regions(experiment))
     food = {"name": FOOD, "colour": FOOD_COLOR, "number": {"path": "count"}}

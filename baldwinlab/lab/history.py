@@ -1,4 +1,4 @@
-"""What is recorded of one run: how its agents did in every generation, and from whom one of them descends."""
+"""The history of one run: fitness in each generation, and the ancestors of an agent."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.lab import Lab, life_query, studies
-from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.simulate import live_batch
@@ -22,83 +22,102 @@ Counts = npt.NDArray[np.int32]
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     async def run(request: Request) -> Response:
-        return InTurn(lab, lambda: JSONResponse(curve(lab, request.query_params)))
+        return QueuedResponse(lab, lambda: JSONResponse(run_curve(lab, request.query_params)))
 
     async def descent(request: Request) -> Response:
         query = request.query_params
-        life = await run_in_threadpool(life_query.find, lab, query)
-        life_query.require_agent(life.experiment, agent := number(query, "agent"))
-        return InTurn(
-            lab,
-            lambda: JSONResponse(
-                line_of_ancestors(life.moment.generation, agent, *_recorded(lab, query, life))
-            ),
-        )
+        life = await run_in_threadpool(life_query.find_life, lab, query)
+        agent = number(query, "agent")
+        life_query.require_agent(life.experiment, agent)
+
+        def respond() -> Response:
+            parents, eaten = _load_history(lab, query, life)
+            return JSONResponse(ancestor_line(life.moment.generation, agent, parents, eaten))
+
+        return QueuedResponse(lab, respond)
 
     return [Route("/api/run", run), Route("/api/ancestors", descent)]
 
 
-def curve(lab: Lab, query: Query) -> dict[str, Any]:
-    """The best and the mean agent of every generation of a stored run, and the `measure` of that.
+def run_curve(lab: Lab, query: Query) -> dict[str, Any]:
+    """Return the best and the mean fitness in each generation of a stored run.
 
-    Raises StudyError and ValueError as a request for a recording of it does.
+    `measure` is the name of the fitness measure. Raise StudyError and ValueError as `find_life`.
     """
+    # This import takes time.
     from baldwinlab.analysis.statistics.fitness import gain
 
-    study, name, run = (
-        studies.find(lab, text(query, "study")),
-        text(query, "condition"),
-        number(query, "run"),
-    )
-    studies.condition(study, name)
+    study = studies.find_study(lab, text(query, "study"))
+    name = text(query, "condition")
+    run = number(query, "run")
+    studies.find_condition(study, name)
     studies.require_run(lab, study, name, run)
     record = study.read(name, run, genomes=False)
-    achieved = gain(record)
-    measure = "food eaten" if "food_eaten" in record else "fitness"
+    fitness = gain(record)
     return {
-        "measure": measure,
-        "best": achieved.max("agent").values.tolist(),
-        "mean": achieved.mean("agent").values.tolist(),
+        "measure": "food eaten" if "food_eaten" in record else "fitness",
+        "best": fitness.max("agent").values.tolist(),
+        "mean": fitness.mean("agent").values.tolist(),
     }
 
 
-def line_of_ancestors(
-    generation: int, agent: int, parents: Parents, eaten: Counts
-) -> dict[str, Any]:
-    """From whom an agent descends, generation by generation from the `first` one to its own.
+def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) -> dict[str, Any]:
+    """Return the line of an agent's fitter parents, back to the first known generation.
 
-    `agents` are the line of the fitter parents, with the agent itself at the end, and `others` the other parents along it, one
-    fewer; of both, the food that they ate in their lives. `ancestors` counts from how many agents of each generation it descends,
-    through both parents; `mean` is what all agents of each generation ate on average.
+    Parameters
+    ----------
+    generation, agent
+        The agent.
+    parents
+        The parents of each agent [generation, agent, 2].
+    eaten
+        The number of items that each agent ate [generation, agent].
+
+    Returns
+    -------
+    dict
+        - first: the first generation of the line.
+        - agents, eaten: the line, with the agent itself at the end, and the items that each ate.
+        - others, eaten_of_others: the other parents along the line, one fewer, and their items.
+        - ancestors: the number of ancestors in each generation, through both parents.
+        - mean: the mean number of items eaten in each generation.
+
     """
     couples = fitter_line(parents, generation, agent)[::-1]
-    line, others = [fitter for fitter, _ in couples] + [agent], [other for _, other in couples]
+    line = [fitter for fitter, _ in couples] + [agent]
+    partners = [partner for _, partner in couples]
     first = generation - len(couples)
+    counts = [len(group) for group in ancestors(parents, generation, agent)]
     return {
         "first": first,
         "agents": line,
         "eaten": eaten[range(first, generation + 1), line].tolist(),
-        "others": others,
-        "eaten_of_others": eaten[range(first, generation), others].tolist(),
-        "ancestors": [
-            len(of_a_generation) for of_a_generation in ancestors(parents, generation, agent)
-        ][::-1],
+        "others": partners,
+        "eaten_of_others": eaten[range(first, generation), partners].tolist(),
+        "ancestors": counts[::-1],
         "mean": eaten[first : generation + 1].mean(axis=1).tolist(),
     }
 
 
-def _recorded(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
-    """Of a life's run, at least up to that life: the parents [generation, agent, 2], and the food eaten [generation, agent]."""
-    experiment, (seed, run, generation) = life.experiment, life.moment
+def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
+    """Return the parents and the eaten items of a run, at least up to a lifetime.
+
+    The shapes are [generation, agent, 2] and [generation, agent].
+    """
+    experiment = life.experiment
+    seed, run, generation = life.moment
     if "study" in query:
-        record = studies.find(lab, query["study"]).read(experiment.name, run, genomes=False)
+        study = studies.find_study(lab, query["study"])
+        record = study.read(experiment.name, run, genomes=False)
         return record.parents.values, record.food_eaten.values
     if "live" in query:
         history = lab.live.run(query["live"]).history(run, generation)
     else:
-        until_then = experiment.replace(
+        shortened = experiment.replace(
             evolution={"generations": generation + 1}, record={"genome_every": generation + 1}
         )
-        (history,) = live_batch(until_then, seed, [run])
+        (history,) = live_batch(shortened, seed, [run])
     return history.parents, history.of_agents("food_eaten")

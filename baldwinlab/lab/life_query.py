@@ -1,4 +1,4 @@
-"""Which lifetime a request means, and what it takes to live it again."""
+"""Find the lifetime that a request names, and the data that is needed to simulate it again."""
 
 from __future__ import annotations
 
@@ -13,140 +13,167 @@ from starlette.responses import Response
 from baldwinlab.evolution import Genome, Moment
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, studies
-from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.reevaluation import stored_genome
 from baldwinlab.simulation.replay import energy_before, genome_at
 from baldwinlab.simulation.simulate import check_seed
 
-MOST_STEPS = 20_000  # in one answer
-MOST_BYTES = 32 * 2**20  # in one answer, about
+MAX_STEPS = 20_000  # in one response
+MAX_BYTES = 32 * 2**20  # in one response, approximately
 
 
-class Past(NamedTuple):
-    """What came before a lifetime."""
+class ParentGeneration(NamedTuple):
+    """The data that a lifetime starts with.
 
-    genome: Genome  # [agent, module, weight], with which it begins
-    energy: (
-        xr.DataArray | None
-    )  # [generation, agent] of the generations before it, at least; None where there are none
+    Parameters
+    ----------
+    genome
+        The genomes at birth [agent, module, weight].
+    energy
+        The fitness of at least all earlier generations [generation, agent]. None if there is none.
+
+    """
+
+    genome: Genome
+    energy: xr.DataArray | None
 
 
 class Life(NamedTuple):
-    """One lifetime. Experiment and moment alone decide it, so they can stand for what follows from it."""
+    """One lifetime. The experiment and the moment determine it completely.
+
+    Parameters
+    ----------
+    experiment
+        The experiment of the condition.
+    moment
+        Seed, run and generation.
+    load_parents
+        Reads or computes the data that the lifetime starts with.
+
+    """
 
     experiment: Experiment
     moment: Moment
-    past: Callable[[], Past]  # a little work
+    load_parents: Callable[[], ParentGeneration]
 
 
 class Span(NamedTuple):
-    """Steps from `first` up to, and without, `last`."""
+    """The steps from `first` up to, but not including, `last`."""
 
     first: int
     last: int
 
 
-async def answer(
+async def queue_container(
     lab: Lab,
     request: Request,
-    bytes_a_step: Callable[[Experiment], int],
+    bytes_per_step: Callable[[Experiment], int],
     make: Callable[[Life, Span], bytes],
 ) -> Response:
-    """The container that `make` makes of the life and the part of it that a request asks for, or has made of it before."""
+    """Return the response with the container that `make` returns for the requested steps.
+
+    Containers are cached.
+    """
     query = request.query_params
-    life = await run_in_threadpool(find, lab, query)
-    part = span(query, life.experiment.lifetime.steps, bytes_a_step(life.experiment))
+    life = await run_in_threadpool(find_life, lab, query)
+    span = read_span(query, life.experiment.lifetime.steps, bytes_per_step(life.experiment))
     key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.moment)
 
-    def made() -> Response:
-        return Response(
-            lab.answers.get(key, lambda: make(life, part)), media_type="application/octet-stream"
-        )
+    def respond() -> Response:
+        container = lab.cache.get(key, lambda: make(life, span))
+        return Response(container, media_type="application/octet-stream")
 
-    return InTurn(lab, made)
+    return QueuedResponse(lab, respond)
 
 
-def span(query: Query, steps: int, bytes_a_step: int) -> Span:
-    """The part of a life that is asked for (unless given, all of it), or as much of its beginning as one answer may hold.
+def read_span(query: Query, steps: int, bytes_per_step: int) -> Span:
+    """Return the requested steps of a lifetime, by default all, limited to one response.
 
-    Raises ValueError where there is no such part.
+    Raise ValueError if the lifetime does not have these steps.
     """
-    first, last = number(query, "first", 0), number(query, "last", steps)
+    first = number(query, "first", 0)
+    last = number(query, "last", steps)
     if not first < last <= steps:
         raise ValueError(
-            f"first = {first} and last = {last} must be in order and at most {steps}, the steps of a life"
+            f"first = {first} and last = {last} must be in order and at most {steps}, the number"
+            " of steps of a lifetime"
         )
-    return Span(first, min(last, first + max(1, min(MOST_STEPS, MOST_BYTES // bytes_a_step))))
+    max_steps = max(1, min(MAX_STEPS, MAX_BYTES // bytes_per_step))
+    return Span(first, min(last, first + max_steps))
 
 
-def find(lab: Lab, query: Query) -> Life:
-    """The lifetime of a stored run (study, condition), of a live one (live), or of a preset (preset, seed).
+def find_life(lab: Lab, query: Query) -> Life:
+    """Return the lifetime that a query names.
 
-    Each also takes run and generation. Raises MissingError where there is none such, and where lives of its model cannot be
-    watched; and ValueError where something is missing.
+    A query names a stored run (study, condition), a live run (live) or a preset (preset, seed),
+    each with a run and a generation.
+
+    Raise MissingError if it does not exist or if its model has no world, and ValueError if a
+    parameter is missing.
     """
-    life = _named(lab, query)
+    life = _named_life(lab, query)
     if not isinstance(life.experiment, Experiment):
         raise MissingError(
-            f"{life.experiment.name} is of the model {life.experiment.model}, whose lives have no world to watch"
+            f"{life.experiment.name} has no world to show: its model is {life.experiment.model}"
         )
     return life
 
 
 def require_agent(experiment: BaseExperiment, agent: int) -> None:
-    """Raises MissingError for an agent that the population has not."""
+    """Raise MissingError if the population does not have this agent."""
     if agent >= experiment.population.size:
-        raise MissingError(
-            f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}"
-        )
-
-
-def _named(lab: Lab, query: Query) -> Life:
-    generation = number(query, "generation")
-    if "study" in query:
-        return _stored(lab, query, generation)
-    if "live" in query:
-        run = number(query, "run")
-        experiment, seed, _, energy = lab.live.recording_source(query["live"], run, generation)
-        return _bred(experiment, Moment(seed, run, generation), lambda: energy)
-    moment = Moment(number(query, "seed", 0), number(query, "run", 0), generation)
-    check_seed(moment.seed, moment.run)
-    experiment = studies.load_preset(text(query, "preset"))
-    return _bred(experiment, moment, lambda: energy_before(experiment, moment))
-
-
-def _stored(lab: Lab, query: Query, generation: int) -> Life:
-    study = studies.find(lab, query["study"])
-    name, run = text(query, "condition"), number(query, "run")
-    experiment = studies.condition(study, name)
-    study.require_parts(name)
-    require_generation(experiment, generation)
-
-    def past() -> Past:
-        record = study.record(name, run)
-        return Past(stored_genome(experiment, record, generation), record.energy)
-
-    studies.require_run(lab, study, name, run)
-    return Life(experiment, Moment(study.seed, run, generation), past)
-
-
-def _bred(
-    experiment: Experiment, moment: Moment, energy: Callable[[], xr.DataArray | None]
-) -> Life:
-    require_generation(experiment, moment.generation)
-
-    def past() -> Past:
-        eaten = energy()
-        return Past(genome_at(experiment, moment, eaten), eaten)
-
-    return Life(experiment, moment, past)
+        last = experiment.population.size - 1
+        raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {last}")
 
 
 def require_generation(experiment: BaseExperiment, generation: int) -> None:
-    """Raises MissingError for a generation that the experiment has not."""
+    """Raise MissingError if the experiment does not have this generation."""
     if generation >= experiment.evolution.generations:
         last = experiment.evolution.generations - 1
         raise MissingError(
             f"{experiment.name} has no generation {generation}: its generations are 0 to {last}"
         )
+
+
+def _named_life(lab: Lab, query: Query) -> Life:
+    generation = number(query, "generation")
+    if "study" in query:
+        return _stored_life(lab, query, generation)
+    if "live" in query:
+        run = number(query, "run")
+        experiment, seed, _, energy = lab.live.recording_source(query["live"], run, generation)
+        return _recomputed_life(experiment, Moment(seed, run, generation), lambda: energy)
+    moment = Moment(number(query, "seed", 0), number(query, "run", 0), generation)
+    check_seed(moment.seed, moment.run)
+    experiment = studies.load_preset(text(query, "preset"))
+    return _recomputed_life(experiment, moment, lambda: energy_before(experiment, moment))
+
+
+def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
+    study = studies.find_study(lab, query["study"])
+    name = text(query, "condition")
+    run = number(query, "run")
+    experiment = studies.find_condition(study, name)
+    study.require_parts(name)
+    require_generation(experiment, generation)
+
+    def load_parents() -> ParentGeneration:
+        record = study.record(name, run)
+        return ParentGeneration(stored_genome(experiment, record, generation), record.energy)
+
+    studies.require_run(lab, study, name, run)
+    return Life(experiment, Moment(study.seed, run, generation), load_parents)
+
+
+def _recomputed_life(
+    experiment: Experiment, moment: Moment, load_energy: Callable[[], xr.DataArray | None]
+) -> Life:
+    """Return a lifetime whose genomes are computed from the fitness of earlier generations."""
+    require_generation(experiment, moment.generation)
+
+    def load_parents() -> ParentGeneration:
+        energy = load_energy()
+        return ParentGeneration(genome_at(experiment, moment, energy), energy)
+
+    return Life(experiment, moment, load_parents)

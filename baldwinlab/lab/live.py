@@ -26,9 +26,9 @@ from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.limits import check_size, memory_of
 from baldwinlab.lab.live_run import LiveRun, seconds_in
-from baldwinlab.lab.memory import give_back
-from baldwinlab.lab.query import body, whole
-from baldwinlab.lab.rate_limit import PATIENCE
+from baldwinlab.lab.memory import release_memory
+from baldwinlab.lab.query import body, whole_number
+from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
 from baldwinlab.lab.studies import alleles_of
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
@@ -161,7 +161,7 @@ class Live:
         run.stop()
         run.wait()
         del run
-        give_back()
+        release_memory()
 
 
 def new_directory(root: Path, name: str) -> Path:
@@ -196,7 +196,7 @@ def _about(run: LiveRun) -> dict[str, Any]:
 
 async def _send(websocket: WebSocket, news: dict[str, Any]) -> None:
     """Raises TimeoutError for a page that takes nothing."""
-    with anyio.fail_after(PATIENCE):
+    with anyio.fail_after(CLIENT_TIMEOUT):
         await websocket.send_json(news)
 
 
@@ -262,7 +262,11 @@ async def _follow(websocket: WebSocket, live: Live) -> None:
 def routes(lab: Lab) -> list[BaseRoute]:
     async def start(request: Request) -> JSONResponse:
         order = await body(request)
-        runs, seed, seconds = whole(order, "runs", 1), whole(order, "seed", 0), seconds_in(order)
+        runs, seed, seconds = (
+            whole_number(order, "runs", 1),
+            whole_number(order, "seed", 0),
+            seconds_in(order),
+        )
         run = lab.live.start(validate(order.get("experiment", {})), seed, runs, seconds)
         return JSONResponse({"id": run.id}, 201)
 

@@ -1,4 +1,4 @@
-"""Memory that nobody holds any longer."""
+"""Return free memory to the operating system."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import ctypes
 import sys
 
 
-def give_back() -> None:
-    """Hand it back to the system: what was allocated in many pieces, C's allocator on Linux keeps unless it is told."""
+def release_memory() -> None:
+    """Return free memory to the operating system.
+
+    On Linux, the allocator of the C library otherwise keeps freed small blocks.
+    """
     if sys.platform == "linux":
-        trim = getattr(
-            ctypes.CDLL(None), "malloc_trim", lambda left: None
-        )  # not every C library has it
+        # Not every C library has malloc_trim.
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", lambda left: None)
         trim(0)

@@ -18,7 +18,7 @@ from baldwinlab.api.records import read_experiment
 from baldwinlab.lab import binary_frames, single_page
 
 PLAYER: Final = "replay_page.js"
-STYLES: Final = ("style.css", "world.css", "watch.css", "replay_page.css")
+STYLES: Final = ("style.css", "world.css", "world_figure.css", "replay_page.css")
 MOST: Final = (
     1_000_000  # agents times steps that are played; a longer life is played from its beginning
 )
@@ -55,13 +55,13 @@ def _frame(trace: xr.Dataset) -> str:
     )
     panel = {
         "title": title,
-        "recording": single_page.packed(recording(trace)),
+        "recording": single_page.compress(recording(trace)),
         "experiment": trace.attrs["experiment"],
         "commands": [again],
     }
     replay = {"version": __version__, "step": 0, "panels": [panel]}
     page = escape(
-        single_page.page("replay.html", PLAYER, STYLES, title=title, replay=replay).decode()
+        single_page.render_page("replay.html", PLAYER, STYLES, title=title, replay=replay).decode()
     )
     size = "width: 100%; height: 700px; border: 0"
     return f'<iframe sandbox="allow-scripts" title="{escape(title)}" style="{size}" srcdoc="{page}"></iframe>'

@@ -1,9 +1,12 @@
-"""Admission of requests: only the page of this lab, in the browser of its owner, is answered.
+"""Reject requests from other hosts and origins, and requests without the token.
 
-A browser lets any page send requests to loopback. A request is refused if its Host is not this server (for example where another
-name was made to point here), if its Origin is another page, or if the browser marks it as made for another page. On a shared
-machine every user can send requests to loopback. Whatever reads a study or starts a run therefore needs the token of `access`;
-the page's own files, which every installation has, need none.
+A browser lets any page send requests to the local machine. A request is rejected if its Host is not
+this server (for example because another name resolves to this address), if its Origin is another
+page, or if the browser marks it as sent for another page.
+
+On a shared machine, every user can send requests to the local machine. Requests that read a study
+or start a run therefore need the token of `access`. The page's own files, which are the same in
+every installation, need no token.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ from baldwinlab.lab.access import REFUSAL, Access, cookie_name
 
 NAMES = ("127.0.0.1", "localhost", "[::1]")
 HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+    "Content-Security-Policy": "default-src 'self'; "
+    "img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",
@@ -26,29 +30,32 @@ HEADERS = {
 
 
 class Guard:
-    """Middleware that refuses requests and websockets of others, and puts the headers on every answer.
+    """Middleware that rejects foreign requests and websockets, and adds headers to all responses.
 
-    A foreign page gets status 403, a request without the token 401. The handshake of a websocket is answered in the same way.
+    A foreign page gets status 403, a request without the token 401, also for a websocket handshake.
     """
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
-        self.app, self.access = app, access
+        self.app = app
+        self.access = access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or pass it to the application."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        response = self._answer(scope)
+        response = self._response(scope)
         if response is None:
             await self.app(scope, receive, _with_headers(scope, send))
         else:
             await response(scope, receive, _with_headers(scope, send))
 
-    def _answer(self, scope: Scope) -> Response | None:
-        """Return the answer to a request that the application does not get."""
+    def _response(self, scope: Scope) -> Response | None:
+        """Return the response of the middleware, or None if the application responds."""
         if fault := _fault(scope):
             return JSONResponse({"error": fault}, 403)
-        connection, name = HTTPConnection(scope), cookie_name(_port(scope))
+        connection = HTTPConnection(scope)
+        name = cookie_name(_port(scope))
         if scope["path"] == "/" and (text := connection.query_params.get("token")) is not None:
             return self._enter(text, name)
         is_public = scope["type"] == "http" and not scope["path"].startswith("/api")
@@ -57,7 +64,7 @@ class Guard:
         return JSONResponse({"error": REFUSAL}, 401)
 
     def _enter(self, text: str, name: str) -> Response:
-        """Store the token in the browser, and take it out of the address."""
+        """Store the token in a cookie, and remove it from the address."""
         if not self.access.admits(text):
             return JSONResponse({"error": REFUSAL}, 401)
         response = RedirectResponse("/", 303)
@@ -71,25 +78,28 @@ def _port(scope: Scope) -> int | None:
 
 
 def _fault(scope: Scope) -> str | None:
-    """Why a request is refused, if it is."""
-    headers, port = Headers(scope=scope), _port(scope)
-    host, origin = headers.get("host", ""), headers.get("origin")
+    """Return why a request is rejected, or None."""
+    headers = Headers(scope=scope)
+    port = _port(scope)
+    host = headers.get("host", "")
+    origin = headers.get("origin")
     if host not in {f"{name}:{port}" for name in NAMES} | ({*NAMES} if port == 80 else set()):
-        return (
-            f"this server is not {host!r}: it answers to 127.0.0.1:{port} and localhost:{port} only"
-        )
+        return f"the host {host!r} is not allowed: use 127.0.0.1:{port} or localhost:{port}"
     if origin is not None and origin != f"http://{host}":
-        return f"a page of {origin} may not ask this server"
+        return f"pages of {origin} are not allowed to use this server"
     if scope["path"].startswith("/api") and headers.get("sec-fetch-site", "none") not in (
         "none",
         "same-origin",
     ):
-        return "another page may not ask this server"
+        return "other pages are not allowed to use this server"
     return None
 
 
 def _with_headers(scope: Scope, send: Send) -> Send:
-    """As `send`, with the headers that every answer carries. Data is never stored; the page's own files are asked for anew."""
+    """Return `send` with the headers of all responses.
+
+    Browsers do not store data, and revalidate the page's own files.
+    """
 
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -1,4 +1,4 @@
-"""The papers as cards: what each is about, what came of its studies here, and where it can be run and watched."""
+"""The papers and their studies, for the cards of the Papers tab."""
 
 from __future__ import annotations
 
@@ -21,23 +21,30 @@ from baldwinlab.studies.claims_file import CLAIMS, claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-Studies = dict[str, StudyStore]  # by the name that the page has for each
+Studies = dict[str, StudyStore]  # by the name that the page shows
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     def cards(request: Request) -> JSONResponse:
-        found = _studies(lab)
-        known, asked = _papers(lab, found), request.query_params.get("paper")
-        problem = _unknown(asked, known) if asked and asked not in known else None
+        paper_studies = _paper_studies(lab)
+        available = _load_papers(lab, paper_studies)
+        name = request.query_params.get("paper")
+        is_unknown = name and name not in available
         return JSONResponse(
-            {"papers": [_card(lab, paper, found) for paper in known.values()], "problem": problem}
+            {
+                "papers": [_card(lab, paper, paper_studies) for paper in available.values()],
+                "problem": _unknown_paper(name, available) if name and is_unknown else None,
+            }
         )
 
     def picture(request: Request) -> FileResponse:
-        known, name = _papers(lab, _studies(lab)), text(request.query_params, "paper")
-        if name not in known:
-            raise MissingError(_unknown(name, known))
-        path = known[name].folder / CARD
+        available = _load_papers(lab, _paper_studies(lab))
+        name = text(request.query_params, "paper")
+        if name not in available:
+            raise MissingError(_unknown_paper(name, available))
+        path = available[name].folder / CARD
         if not path.is_file():
             raise MissingError(f"the paper {name} has no picture")
         return FileResponse(path)
@@ -45,45 +52,49 @@ def routes(lab: Lab) -> list[BaseRoute]:
     return [Route("/api/papers", cards), Route("/api/papers/picture", picture)]
 
 
-def _unknown(name: str, known: Mapping[str, Paper]) -> str:
-    return f"there is no paper {name!r}{suggest(name, known)}"
+def _unknown_paper(name: str, available: Mapping[str, Paper]) -> str:
+    return f"there is no paper {name!r}{suggest(name, available)}"
 
 
-def _studies(lab: Lab) -> Studies:
-    """Those that a paper has made, as far as they can be read."""
-    return {name: study for name, study in _readable(lab) if study.paper}
+def _paper_studies(lab: Lab) -> Studies:
+    """Return the readable studies of papers."""
+    return {name: study for name, study in _readable_studies(lab) if study.paper}
 
 
-def _readable(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
-    for name in studies.names(lab.root):
+def _readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
+    """Yield all studies that can be read. The list of studies reports the errors of the others."""
+    for name in studies.study_names(lab.root):
         try:
-            yield name, studies.find(lab, name)
+            yield name, studies.find_study(lab, name)
         except StudyError:
-            continue  # the list of studies says why
+            continue
 
 
-def _papers(lab: Lab, found: Studies) -> dict[str, Paper]:
-    """By name: those that come with baldwinlab, and those of users whose studies are here."""
-    known = dict(papers.built_in())
-    for study in found.values():
-        if study.paper not in known:
-            with suppress(
-                StudyError, PaperError
-            ):  # a study whose paper cannot be read has its results all the same
-                known[study.paper] = _kept(lab, study)
-    return known
+def _load_papers(lab: Lab, paper_studies: Studies) -> dict[str, Paper]:
+    """Return the built-in papers and the users' papers that studies contain, by name."""
+    available = dict(papers.built_in())
+    for study in paper_studies.values():
+        if study.paper not in available:
+            # The results of a study remain available if its paper cannot be read.
+            with suppress(StudyError, PaperError):
+                available[study.paper] = _stored_paper(lab, study)
+    return available
 
 
-def _kept(lab: Lab, study: StudyStore) -> Paper:
-    """The user's paper that a study keeps. Raises StudyError where it leads elsewhere, PaperError where it cannot be read."""
+def _stored_paper(lab: Lab, study: StudyStore) -> Paper:
+    """Return the user's paper that a study contains.
+
+    Raise StudyError if a link leads out of the served folder, and PaperError if it cannot be read.
+    """
     paper = papers.of_study(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
         studies.require_inside(lab.root, path)
-    paper.claims  # noqa: B018 (reading them is the check)
+    # Reading the claims checks them.
+    paper.claims  # noqa: B018
     return paper
 
 
-def _card(lab: Lab, paper: Paper, found: Studies) -> dict[str, Any]:
+def _card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
     facts = paper.about.model_dump(
         include={"name", "title", "authors", "year", "published", "description", "link", "runs"}
     )
@@ -92,48 +103,56 @@ def _card(lab: Lab, paper: Paper, found: Studies) -> dict[str, Any]:
         "claims": len(paper.claims),
         "picture": (paper.folder / CARD).is_file(),
     }
-    made = [_about(lab, name, study) for name, study in found.items() if study.paper == paper.name]
-    return facts | counts | {"preset": _preset(paper), "studies": made}
+    summaries = [
+        _summary(lab, name, study)
+        for name, study in paper_studies.items()
+        if study.paper == paper.name
+    ]
+    return facts | counts | {"preset": _live_preset(paper), "studies": summaries}
 
 
-def _about(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
-    """What came of a study of a paper, and whether there is something to watch in it."""
-    watched = any(
-        study.runs(one.name) and studies.can_be_shown(one) for one in study.experiments.values()
+def _summary(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
+    """Return the verdicts of a study, and whether the World tab can show it."""
+    is_viewable = any(
+        study.runs(experiment.name) and studies.is_viewable(experiment)
+        for experiment in study.experiments.values()
     )
-    verdicts, problem = _verdicts(lab, study)
+    verdicts, problem = _count_verdicts(lab, study)
     return {
         "study": name,
         "changes": list(study.changes),
         "verdicts": verdicts,
         "problem": problem,
-        "watch": watched,
+        "watch": is_viewable,
     }
 
 
-def _preset(paper: Paper) -> str | None:
-    """What the Live tab runs of it: what the paper shows, or else its first condition that learns, or the first of all.
+def _live_preset(paper: Paper) -> str | None:
+    """Return the preset that "Run live" starts for a paper.
 
-    A name that an earlier paper has taken is that paper's. None of a user's paper, whose conditions that tab does not list.
+    It is the condition of the paper's main figure or the first condition that learns, else the
+    first condition. If two papers use the same name, it belongs to the earlier paper. The result is
+    None for users' papers, because the Live run tab does not list their conditions.
     """
     owners = {
-        name: one.name
-        for one in reversed(papers.built_in().values())
-        for name in one.experiment_names()
+        name: other_paper.name
+        for other_paper in reversed(papers.built_in().values())
+        for name in other_paper.experiment_names()
     }
-    own = [name for name in (paper.about.emergence, *paper.own()) if owners.get(name) == paper.name]
-    return next((name for name in own if paper.experiment(name).learns), own[0] if own else None)
+    candidates = (paper.about.emergence, *paper.own())
+    names = [name for name in candidates if owners.get(name) == paper.name]
+    learners = (name for name in names if paper.experiment(name).learns)
+    return next(learners, names[0] if names else None)
 
 
-def _verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
-    """Count the claims of each verdict in the report of a study; or say why its claims are not valid."""
+def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
+    """Return the number of claims with each verdict, or an error if the claims are not valid."""
     try:
         studies.require_inside(lab.root, study.directory / CLAIMS)
-        counted = Counter(claim["verdict"] for claim in claims_in(study))
+        counts = Counter(claim["verdict"] for claim in claims_in(study))
     except StudyError as error:
         return {}, str(error)
-    from baldwinlab.analysis.statistics.rules import (
-        VERDICTS,  # here, because to load SciPy's statistics takes a while
-    )
+    # This import of SciPy's statistics takes time.
+    from baldwinlab.analysis.statistics.rules import VERDICTS
 
-    return {verdict: counted[verdict] for verdict in VERDICTS if counted[verdict]}, None
+    return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}, None

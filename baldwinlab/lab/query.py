@@ -1,4 +1,4 @@
-"""What a request asks for, in words that say what is wrong with it."""
+"""Read the parameters and the JSON body of a request, with errors that name the parameter."""
 
 from __future__ import annotations
 
@@ -12,45 +12,52 @@ from starlette.requests import Request
 from baldwinlab.core.files import json_of
 
 Query = Mapping[str, str]
-MOST_POSTED: Final = 2**20  # bytes; an experiment takes some thousands
+MAX_BODY_SIZE: Final = 2**20  # bytes; an experiment has some thousands
 
 
 def text(query: Query, name: str) -> str:
-    """Raises ValueError where it is missing."""
+    """Return a parameter. Raise ValueError if it is missing."""
     if name not in query:
         raise ValueError(f"{name} is missing from the request")
     return query[name]
 
 
 def number(query: Query, name: str, default: int | None = None) -> int:
-    """A whole number, at least 0. Raises ValueError for anything else, and where it is missing and has no default."""
+    """Return a parameter as a whole number of at least 0.
+
+    Raise ValueError for another value, and for a missing parameter without a default.
+    """
     if default is not None and name not in query:
         return default
-    given = text(query, name)
-    if not (given.isascii() and given.isdecimal() and len(given) < 12):
-        raise ValueError(f"{name} = {given!r} must be a whole number of at least 0")
-    return int(given)
+    value = text(query, name)
+    if not (value.isascii() and value.isdecimal() and len(value) < 12):
+        raise ValueError(f"{name} = {value!r} must be a whole number of at least 0")
+    return int(value)
 
 
-def whole(order: Mapping[str, Any], name: str, default: int) -> int:
-    """A whole number in what is posted. Raises ValueError for anything else."""
-    value = order.get(name, default)
+def whole_number(content: Mapping[str, Any], name: str, default: int) -> int:
+    """Return a whole number from a JSON body. Raise ValueError for another value."""
+    value = content.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} = {value!r} must be a whole number")
     return value
 
 
 async def body(request: Request) -> dict[str, Any]:
-    """What is posted. Raises ValueError where it is no JSON object, or nests too deep; HTTPException where it is too large."""
-    posted = bytearray()
-    async for piece in request.stream():
-        posted += piece
-        if len(posted) > MOST_POSTED:
-            raise HTTPException(413, f"at most {MOST_POSTED:,} bytes may be posted")
+    """Return the JSON body of a request.
+
+    Raise ValueError if it is not a JSON object or is nested too deeply, and HTTPException if it is
+    too large.
+    """
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > MAX_BODY_SIZE:
+            raise HTTPException(413, f"the body may have at most {MAX_BODY_SIZE:,} bytes")
     try:
-        found = json_of(bytes(posted))
+        value = json_of(bytes(content))
     except (json.JSONDecodeError, UnicodeDecodeError):
-        found = None
-    if not isinstance(found, dict):
-        raise ValueError(f"{request.url.path} takes a JSON object")
-    return found
+        value = None
+    if not isinstance(value, dict):
+        raise ValueError(f"{request.url.path} needs a JSON object")
+    return value

@@ -1,6 +1,7 @@
-"""How much of the server one client may take, and for how long: whoever neither asks nor listens is cut off.
+"""Limit the connections, the time and the memory that clients of the server can use.
 
-A client is given time for a whole request, and again for every piece of its answer; nothing is written ahead of it but a piece.
+A client has a limited time to send a complete request, and to receive each chunk of the response.
+The server writes only one chunk ahead of the client.
 """
 
 from __future__ import annotations
@@ -15,95 +16,108 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn import Config, Server
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-PATIENCE: Final = 5.0  # seconds for a request, and for a piece of its answer to be taken
-MOST_CLIENTS: Final = 128  # connections at a time
-PIECE: Final = 2**17  # bytes of an answer that are written before the client has taken those before
-LONGEST_MESSAGE: Final = 2**12  # bytes that a page may send through a websocket
-LAST_WORDS: Final = 1  # seconds that answers under way have to end when the server does
-BUSY: Final = (
-    b'{"error": "the lab has %d connections open, which is the most; close some of its pages"}'
-    % MOST_CLIENTS
+CLIENT_TIMEOUT: Final = 5.0  # seconds to send a request, or to receive a chunk of the response
+MAX_CLIENTS: Final = 128  # open connections
+CHUNK_SIZE: Final = 2**17  # bytes of a response that are written before the client reads them
+MAX_MESSAGE_SIZE: Final = 2**12  # bytes of a message from a page through a websocket
+SHUTDOWN_TIMEOUT: Final = 1  # seconds to finish responses when the server stops
+TOO_MANY_CLIENTS: Final = (
+    b'{"error": "the lab has reached its limit of %d open connections; close some of its pages"}'
+    % MAX_CLIENTS
 )
 
 
 class Connection(H11Protocol):
-    """A client's, which is ended when it keeps the server waiting."""
+    """A connection that the server closes if the client is too slow."""
 
     _deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Refuse the connection if there are too many, and start the timeout."""
         super().connection_made(transport)
-        if len(self.connections) > MOST_CLIENTS:
-            head = "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nConnection: close\r\n"
-            transport.write(f"{head}Content-Length: {len(BUSY)}\r\n\r\n".encode() + BUSY)
+        if len(self.connections) > MAX_CLIENTS:
+            head = (
+                "HTTP/1.1 503 Service Unavailable\r\n"
+                "Content-Type: application/json\r\n"
+                "Connection: close\r\n"
+                f"Content-Length: {len(TOO_MANY_CLIENTS)}\r\n\r\n"
+            )
+            transport.write(head.encode() + TOO_MANY_CLIENTS)
             transport.close()
-        self._wait()
+        self._start_timeout()
 
     def data_received(self, data: bytes) -> None:
+        """Start the timeout for the rest of an incomplete request, or stop it."""
         super().data_received(data)
-        is_websocket = self.transport.get_protocol() is not self  # from now on
+        is_websocket = self.transport.get_protocol() is not self
         if self.conn.their_state in (h11.IDLE, h11.SEND_BODY) and not is_websocket:
-            self._wait()  # for the rest of the request
+            self._start_timeout()
         elif not self.flow.write_paused:
-            self._go_on()
+            self._stop_timeout()
 
     def pause_writing(self) -> None:
+        """Start the timeout, because the client has not read the last chunk."""
         super().pause_writing()
-        self._wait()
+        self._start_timeout()
 
     def resume_writing(self) -> None:
+        """Stop the timeout, because the client has read the last chunk."""
         super().resume_writing()
-        self._go_on()
+        self._stop_timeout()
 
     def connection_lost(self, exc: Exception | None) -> None:
+        """Stop the timeout of a closed connection."""
         super().connection_lost(exc)
-        self._go_on()
+        self._stop_timeout()
 
-    def _wait(self) -> None:
-        self._deadline = self._deadline or self.loop.call_later(PATIENCE, self.transport.abort)
+    def _start_timeout(self) -> None:
+        abort = self.transport.abort
+        self._deadline = self._deadline or self.loop.call_later(CLIENT_TIMEOUT, abort)
 
-    def _go_on(self) -> None:
+    def _stop_timeout(self) -> None:
         if self._deadline:
             self._deadline.cancel()
         self._deadline = None
 
 
-class Courteous(Server):
-    """A server that ends soon, whoever is attached to it, and does not complain of what it then cuts off."""
+class RateLimitedServer(Server):
+    """A server that stops soon, even with open connections, and does not log closed ones."""
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Close all connections without error messages."""
         logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
         await super().shutdown(sockets)
 
 
-def server_of(app: ASGIApp) -> Server:
-    """The server of an application, to be run on a socket that listens."""
-    return Courteous(
+def make_server(app: ASGIApp) -> Server:
+    """Return the server of an application. It runs on a listening socket."""
+    return RateLimitedServer(
         Config(
             app,
             http=Connection,
             lifespan="on",
             log_level="warning",
-            timeout_graceful_shutdown=LAST_WORDS,
-            ws_max_size=LONGEST_MESSAGE,
+            timeout_graceful_shutdown=SHUTDOWN_TIMEOUT,
+            ws_max_size=MAX_MESSAGE_SIZE,
         )
     )
 
 
-class InPieces:
-    """Middleware that hands large answers over piece by piece, so that no client has more of one waiting for it."""
+class ChunkedResponses:
+    """Middleware that sends large responses in chunks, to bound the memory of each client."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def send_in_pieces(message: Message) -> None:
+        """Run the application with a `send` that splits bodies into chunks."""
+
+        async def send_in_chunks(message: Message) -> None:
             body = memoryview(message.get("body", b""))
-            while len(body) > PIECE:
-                await send(
-                    {"type": message["type"], "body": bytes(body[:PIECE]), "more_body": True}
-                )
-                body = body[PIECE:]
+            while len(body) > CHUNK_SIZE:
+                chunk = bytes(body[:CHUNK_SIZE])
+                await send({"type": message["type"], "body": chunk, "more_body": True})
+                body = body[CHUNK_SIZE:]
             await send({**message, "body": bytes(body)} if "body" in message else message)
 
-        await self.app(scope, receive, send_in_pieces)
+        await self.app(scope, receive, send_in_chunks)

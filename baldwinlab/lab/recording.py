@@ -1,4 +1,4 @@
-"""A lifetime as the page plays it: lived again from its seed, and written down step by step."""
+"""Recordings of lifetimes: simulate a stored lifetime again and record it step by step."""
 
 from __future__ import annotations
 
@@ -12,54 +12,76 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
-from baldwinlab.lab.experiment_form import shown
-from baldwinlab.lab.life_query import Life, Span, answer
+from baldwinlab.lab.experiment_form import appearance_of
+from baldwinlab.lab.life_query import Life, Span, queue_container
 from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.simulation.recorder import Moves, Series, follow
 from baldwinlab.simulation.reevaluation import born
 
-BYTES_OF_AGENT = (
-    16  # in every step, but for its inputs: x and y, heading, action, items eaten, teacher
-)
+# In each step, without inputs: x and y, heading, action, items eaten, teacher.
+BYTES_PER_AGENT = 16
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
-    async def recording(request: Request) -> Response:
-        def make(life: Life, part: Span) -> bytes:
-            return record(life, part, dict(request.query_params))
+    """Return the routes of this module."""
 
-        return await answer(lab, request, bytes_of_step, make)
+    async def recording(request: Request) -> Response:
+        def make(life: Life, span: Span) -> bytes:
+            return record_life(life, span, dict(request.query_params))
+
+        return await queue_container(lab, request, bytes_per_step, make)
 
     return [Route("/api/recording", recording)]
 
 
-def bytes_of_step(experiment: Experiment) -> int:
-    return experiment.population.size * (BYTES_OF_AGENT + _bytes_of_inputs(experiment))
+def bytes_per_step(experiment: Experiment) -> int:
+    """Return an upper estimate of the size of one recorded step."""
+    return experiment.population.size * (BYTES_PER_AGENT + _bytes_of_inputs(experiment))
 
 
-def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
-    """The container of a part of a life; `source` is the query that asked for it, and goes into the header.
+def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
+    """Return the container with some steps of a lifetime.
 
-    Arrays: x, y float32 [step, agent]; heading [step, agent], in turns clockwise from +x, of which header.look.headings make a
-    circle; sensor [step, agent * byte], as bits, eight inputs a byte and the first the lowest: 1 where an input is above 0; or,
-    where any input is real-valued, float32 [step, agent * input]; action [step, agent], its number in header.look.actions;
-    eaten_in_life [step, agent], with this step; teacher [step, agent], where the learning rule says so: the agent from whom each
-    learns in that step, itself for nobody; item_x, item_y [item], as they lie at the first step; move_step, move_item,
-    move_x, move_y [move]: from that step on the item lies there. Positions are in units of length, and as they stood when the
-    agents sensed.
+    Parameters
+    ----------
+    life
+        The lifetime.
+    span
+        The recorded steps.
+    source
+        The query that requested the lifetime. It is part of the header.
+
+    Returns
+    -------
+    bytes
+        A container (`binary_frames.pack`) with these arrays. Positions are in map units, at the time of
+        sensing.
+
+        - x, y: float32 [step, agent].
+        - heading: [step, agent], clockwise from +x, in units of 1 / header.look.headings of a
+          circle.
+        - sensor: [step, agent * byte] as bits, eight inputs per byte, lowest bit first. A bit is 1
+          if the input is above 0. If an input is real-valued: float32 [step, agent * input].
+        - action: [step, agent], an index of header.look.actions.
+        - eaten_in_life: [step, agent], number of items eaten up to and including the step.
+        - teacher: [step, agent], only for rules that learn from others. The index of the agent
+          that this agent learns from. It is the agent's own index if there is no teacher.
+        - item_x, item_y: [item], at the first step.
+        - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
+
     """
     experiment = life.experiment
-    arrays = _arrays(life, part)
+    arrays = _record_arrays(life, span)
     header = {
         "kind": "recording",
         "source": source,
         "condition": experiment.name,
         **life.moment._asdict(),
-        **part._asdict(),
+        **span._asdict(),
         "steps": experiment.lifetime.steps,
         "agents": experiment.population.size,
         "items": arrays["item_x"].size,
-        **shown(experiment),
+        **appearance_of(experiment),
         "learns": experiment.learns,
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
@@ -67,47 +89,49 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
     return binary_frames.pack(header, arrays)
 
 
-def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
-    experiment, (seed, run, generation) = life.experiment, life.moment
-    batch = born(experiment, seed, [run], generation, life.past().genome[None])
-    agents, found, done = (
-        slice(experiment.population.size),
-        range(*part),
-        range(part.first + 1, part.last + 1),
-    )
-    moves = Moves(found)
-    notes = {
-        "x": Series("x", found, agents),
-        "y": Series("y", found, agents),
-        "heading": Series("heading", found, agents, _small(look(experiment).headings)),
-        "sensor": Series(
-            "inputs", done, agents, change=np.ravel if experiment.real_valued else _as_bits
-        ),
-        "action": Series("action", done, agents, _small(len(look(experiment).actions))),
-        "eaten_in_life": Series("eaten_in_life", done, agents, np.uint32),
+def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
+    experiment = life.experiment
+    seed, run, generation = life.moment
+    batch = born(experiment, seed, [run], generation, life.load_parents().genome[None])
+    agents = slice(experiment.population.size)
+    # Positions are recorded before a step, and actions and their results after it.
+    before = range(*span)
+    after = range(span.first + 1, span.last + 1)
+    pack_inputs = np.ravel if experiment.real_valued else _pack_bits
+    appearance = look(experiment)
+    heading_type = _smallest_type(appearance.headings)
+    action_type = _smallest_type(len(appearance.actions))
+    moves = Moves(before)
+    series = {
+        "x": Series("x", before, agents),
+        "y": Series("y", before, agents),
+        "heading": Series("heading", before, agents, heading_type),
+        "sensor": Series("inputs", after, agents, change=pack_inputs),
+        "action": Series("action", after, agents, action_type),
+        "eaten_in_life": Series("eaten_in_life", after, agents, np.uint32),
     }
     if experiment.part("learning.rule").teacher_array:
-        notes["teacher"] = Series("teacher", done, agents, _small(experiment.population.size))
-    follow(batch, [moves, *notes.values()])
-    arrays = {name: note.values for name, note in notes.items()} | {
-        "item_x": moves.items[:, 0],
-        "item_y": moves.items[:, 1],
-    }
-    arrays["eaten_in_life"] = binary_frames.narrowed(arrays["eaten_in_life"])
+        agent_type = _smallest_type(experiment.population.size)
+        series["teacher"] = Series("teacher", after, agents, agent_type)
+    follow(batch, [moves, *series.values()])
+    arrays = {name: recorder.values for name, recorder in series.items()}
+    arrays["item_x"] = moves.items[:, 0]
+    arrays["item_y"] = moves.items[:, 1]
+    arrays["eaten_in_life"] = binary_frames.narrow(arrays["eaten_in_life"])
     return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 
 
-def _small(count: int) -> type[np.generic]:
-    """What holds so many different numbers."""
+def _smallest_type(count: int) -> type[np.generic]:
+    """Return the smallest unsigned type that can hold `count` different values."""
     return np.uint8 if count <= 2**8 else np.uint16
 
 
 def _bytes_of_inputs(experiment: Experiment) -> int:
-    """Of an agent in a step."""
+    """Return the size of the inputs of one agent in one step."""
     count = len(experiment.inputs)
     return 4 * count if experiment.real_valued else -(-count // 8)
 
 
-def _as_bits(inputs: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """[agent, input] as [agent * byte]: 1 where an input is above 0."""
+def _pack_bits(inputs: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Return inputs [agent, input] as bits [agent * byte]: 1 if an input is above 0."""
     return np.packbits(inputs > 0, axis=1, bitorder="little").ravel()

@@ -1,4 +1,4 @@
-"""What came of a study, as Results ask for it piece by piece: each run's curve, reaction norms."""
+"""Parts of the Results tab that the page requests separately: curves of runs, reaction norms."""
 
 from __future__ import annotations
 
@@ -10,61 +10,77 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.lab import Lab
-from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import text
-from baldwinlab.lab.studies import condition, find, require_inside
+from baldwinlab.lab.studies import find_condition, find_study, require_inside
 from baldwinlab.studies.records import StudyError
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     async def runs(request: Request) -> Response:
-        study, label, measure = (
-            text(request.query_params, key) for key in ("study", "condition", "measure")
-        )
-        return InTurn(
+        query = request.query_params
+        study = text(query, "study")
+        condition = text(query, "condition")
+        measure = text(query, "measure")
+        return QueuedResponse(
             lab,
-            lambda: Response(runs_of(lab, study, label, measure), media_type="application/json"),
+            lambda: Response(
+                run_curves(lab, study, condition, measure), media_type="application/json"
+            ),
         )
 
     async def norms(request: Request) -> Response:
         study = text(request.query_params, "study")
-        return InTurn(lab, lambda: Response(norms_of(lab, study), media_type="application/json"))
+        return QueuedResponse(
+            lab, lambda: Response(reaction_norms(lab, study), media_type="application/json")
+        )
 
     return [Route("/api/results/runs", runs), Route("/api/results/reaction", norms)]
 
 
-def runs_of(lab: Lab, name: str, label: str, measure: str) -> bytes:
-    """The curve of every run of a condition, as JSON. Raises MissingError, and StudyError and ValueError as `of_runs` does."""
-    from baldwinlab.api.publish import (
-        lab_results,  # here, because it takes a second to load, and the first page comes before
+def run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
+    """Return the curve of each run of a condition, as JSON.
+
+    Raise MissingError, and StudyError and ValueError as `lab_results.of_runs`.
+    """
+    # This import takes a second, and the first page comes before.
+    from baldwinlab.api.publish import lab_results
+
+    study = find_study(lab, name)
+    find_condition(study, condition)
+    versions = _file_versions(lab, [study.path(condition, run) for run in study.runs(condition)])
+    return lab.cache.get(
+        ("runs", study.directory, condition, measure, versions),
+        lambda: json.dumps(lab_results.of_runs(study, condition, measure)).encode(),
     )
 
-    study = find(lab, name)
-    condition(study, label)
-    written = _written(lab, [study.path(label, run) for run in study.runs(label)])
-    return lab.answers.get(
-        ("runs", study.directory, label, measure, written),
-        lambda: json.dumps(lab_results.of_runs(study, label, measure)).encode(),
-    )
 
+def reaction_norms(lab: Lab, name: str) -> bytes:
+    """Return the reaction norms of a study, as JSON. They are empty if the assay is not stored.
 
-def norms_of(lab: Lab, name: str) -> bytes:
-    """Reaction norms, as JSON; none where the assay is not stored. Raises StudyError, and ValueError for one that is damaged."""
-    from baldwinlab.api.publish import lab_results  # as above
+    Raise StudyError, and ValueError for a damaged assay.
+    """
+    # This import takes a second.
+    from baldwinlab.api.publish import lab_results
 
-    study = find(lab, name)
+    study = find_study(lab, name)
     folder = study.directory / "assays" / "reaction"
-    written = _written(lab, [folder, *sorted(folder.rglob("*.nc"))])
-    return lab.answers.get(
-        ("reaction", study.directory, written),
+    versions = _file_versions(lab, [folder, *sorted(folder.rglob("*.nc"))])
+    return lab.cache.get(
+        ("reaction", study.directory, versions),
         lambda: json.dumps(lab_results.reaction_norms(study)).encode(),
     )
 
 
-def _written(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:
-    """What there is, and when it was written. Raises StudyError for what lies outside, and for a pipe in the place of a file."""
+def _file_versions(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:
+    """Return the existing paths with their modification times.
+
+    Raise StudyError for a path outside the served folder, and for a special file such as a pipe.
+    """
     for path in paths:
         require_inside(lab.root, path)
         if path.exists() and not (path.is_file() or path.is_dir()):
-            raise StudyError(f"{path} is no file")
+            raise StudyError(f"{path} is not a file")
     return tuple((path, path.stat().st_mtime_ns) for path in paths if path.exists())

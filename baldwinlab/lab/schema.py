@@ -1,4 +1,4 @@
-"""What a form of an experiment is made from: its fields as a JSON schema. What is here needs no extra."""
+"""The JSON schema from which the page makes the form of an experiment. Needs no extra."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ from baldwinlab.experiment import BaseExperiment, registry
 
 
 def schema_of(kind: type[BaseExperiment]) -> Any:
-    """The JSON schema of experiments, in which each field that chooses parts says which there are."""
-    return _with_choices(kind.model_json_schema())
+    """Return the JSON schema of an experiment class, with the names of all available parts."""
+    return _with_part_names(kind.model_json_schema())
 
 
-def _with_choices(node: Any) -> Any:
+def _with_part_names(node: Any) -> Any:
     if isinstance(node, list):
-        return [_with_choices(each) for each in node]
+        return [_with_part_names(item) for item in node]
     if not isinstance(node, dict):
         return node
-    known = {"enum": registry.names(node["x-chooses"])} if "x-chooses" in node else {}
-    return {key: _with_choices(value) for key, value in node.items()} | known
+    part_names = {"enum": registry.names(node["x-chooses"])} if "x-chooses" in node else {}
+    return {key: _with_part_names(value) for key, value in node.items()} | part_names
 
 
 def node_at(schema: Any, path: str) -> Any:
-    """The table of the schema that has the field at a dotted path, to be changed there, and the field's name."""
-    node, (*tables, last) = schema, path.split(".")
+    """Return the mutable `properties` that contain the field at a dotted path, and its name."""
+    node = schema
+    *tables, name = path.split(".")
     for table in tables:
-        below = node["properties"][table]
-        node = schema["$defs"][below["$ref"].rpartition("/")[2]] if "$ref" in below else below
-    return node["properties"], last
+        child = node["properties"][table]
+        node = schema["$defs"][child["$ref"].rpartition("/")[2]] if "$ref" in child else child
+    return node["properties"], name

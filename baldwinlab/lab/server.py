@@ -1,4 +1,4 @@
-"""The server: which routes there are, who may ask, and how a fault becomes a sentence on the page."""
+"""The web application: routes, access control, and responses to errors."""
 
 from __future__ import annotations
 
@@ -37,18 +37,27 @@ from baldwinlab.lab import (
 )
 from baldwinlab.lab.access import Access
 from baldwinlab.lab.origin_check import Guard
-from baldwinlab.lab.rate_limit import InPieces
+from baldwinlab.lab.rate_limit import ChunkedResponses
 from baldwinlab.studies.records import StudyError
 
 STATIC = Path(__file__).parent / "static"
 
 
 def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: True) -> Starlette:
-    """Return the application that serves the studies in `root`, at any depth, to the holder of the token.
+    """Return the application that serves the studies in `root`, at any depth.
 
-    Pages wait with simulations until the engine is `ready`.
+    Parameters
+    ----------
+    root
+        The folder with studies.
+    access
+        The token that requests need.
+    ready
+        Returns whether the engine is compiled. Until then, pages do not simulate.
+
     """
-    lab, sweeps = Lab(root.resolve(), live.Live(), ready=ready), live_sweep.Sweeps()
+    lab = Lab(root.resolve(), live.Live(), is_engine_ready=ready)
+    sweeps = live_sweep.Sweeps()
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -57,9 +66,10 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
         sweeps.close()
 
     def engine(request: Request) -> JSONResponse:
-        return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
+        seconds = time.monotonic() - lab.start_time
+        return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds})
 
-    parts = (
+    modules = (
         studies,
         papers,
         results,
@@ -72,7 +82,7 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
         live,
         downloads,
     )
-    routes = [route for part in parts for route in part.routes(lab)]
+    routes = [route for module in modules for route in module.routes(lab)]
     routes += [
         *live_sweep.routes(lab, sweeps),
         Route("/api/engine", engine),
@@ -80,17 +90,17 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
     ]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
-        routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), files],
+        routes=[*routes, WebSocketRoute("/{path:path}", _reject_websocket), files],
         lifespan=lifespan,
-        middleware=[Middleware(InPieces), Middleware(Guard, access=access)],
+        middleware=[Middleware(ChunkedResponses), Middleware(Guard, access=access)],
         exception_handlers={
-            ClientDisconnect: _gone,
-            MissingError: _not_there,
-            StudyError: _refused,
-            MovieError: _refused,
-            ValueError: _refused,
-            HTTPException: _http,
-            Exception: _failed,
+            ClientDisconnect: _disconnected,
+            MissingError: _not_found,
+            StudyError: _bad_request,
+            MovieError: _bad_request,
+            ValueError: _bad_request,
+            HTTPException: _http_error,
+            Exception: _server_error,
         },
     )
 
@@ -99,38 +109,43 @@ def _palette(request: Request) -> Response:
     return Response(palette.lab_css(), media_type="text/css")
 
 
-def _gone(request: Request, error: Exception) -> Response:
-    """Nobody is there any longer to read it."""
+def _disconnected(request: Request, error: Exception) -> Response:
+    """Return an empty response, because the client has closed the connection."""
     return Response(status_code=400)
 
 
-def _not_there(request: Request, error: Exception) -> JSONResponse:
-    return _sentence(str(error), 404)
+def _not_found(request: Request, error: Exception) -> JSONResponse:
+    return _error_response(str(error), 404)
 
 
-def _refused(request: Request, error: Exception) -> JSONResponse:
-    return _sentence(str(error), 400)
+def _bad_request(request: Request, error: Exception) -> JSONResponse:
+    return _error_response(str(error), 400)
 
 
-def _http(request: Request, error: Exception) -> JSONResponse:
+def _http_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    sentence = (
+    message = (
         f"there is no {request.url.path} here"
         if error.status_code == 404
         else f"{request.url.path}: {error.detail}"
     )
-    return _sentence(sentence, error.status_code)
+    return _error_response(message, error.status_code)
 
 
-def _failed(request: Request, error: Exception) -> JSONResponse:
-    """What nobody foresaw, a full disk or a fault of ours. The server goes on, and writes the whole of it to its own output."""
-    return _sentence(f"the lab failed at {request.url.path}: {error or type(error).__name__}", 500)
+def _server_error(request: Request, error: Exception) -> JSONResponse:
+    """Report an unexpected error, for example a full disk or a bug.
+
+    The server continues, and prints the traceback to its own output.
+    """
+    message = f"the lab failed at {request.url.path}: {error or type(error).__name__}"
+    return _error_response(message, 500)
 
 
-def _sentence(words: str, status: int) -> JSONResponse:
-    """A refusal that the page shows."""
-    return JSONResponse({"error": clip_for_terminal(words)}, status)
+def _error_response(message: str, status: int) -> JSONResponse:
+    """Return a response whose message the page shows."""
+    return JSONResponse({"error": clip_for_terminal(message)}, status)
 
 
-async def _no_websocket(websocket: WebSocket) -> None:
-    await websocket.close()  # never accepted, so the handshake is answered with 403
+async def _reject_websocket(websocket: WebSocket) -> None:
+    """Close a websocket before it is accepted, which answers the handshake with status 403."""
+    await websocket.close()

@@ -1,4 +1,4 @@
-"""Pages in one file: the lab's own modules and styles, and data, with no server. What is here needs no extra."""
+"""Pages in one file, with the lab's modules, styles and data. They need no server and no extra."""
 
 from __future__ import annotations
 
@@ -18,44 +18,48 @@ STATIC = Path(__file__).parent / "static"
 _IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')
 
 
-def page(template: str, first: str, styles: Sequence[str], **data: Any) -> bytes:
-    """The page of a template, with a module and all that it imports, and styles, by the names of their files."""
-    loader = PackageLoader("baldwinlab.lab")
+def render_page(template: str, first_module: str, styles: Sequence[str], **data: Any) -> bytes:
+    """Render a template to one HTML file.
+
+    The file contains a module with all modules that it imports, and the given style sheets.
+    """
     environment = Environment(
-        loader=loader,
+        loader=PackageLoader("baldwinlab.lab"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.policies["json.dumps_kwargs"] = {
-        "sort_keys": False
-    }  # fields stand in a form as they stand in the experiment
-    made = environment.get_template(template).render(
-        styles=palette.lab_css() + "".join((STATIC / name).read_text("utf-8") for name in styles),
-        modules={
-            name: f"data:text/javascript;charset=utf-8,{quote(code)}"
-            for name, code in modules(first).items()
-        },
-        **data,
+    # A form shows the fields in the order of the experiment.
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
+    sheets = "".join((STATIC / name).read_text("utf-8") for name in styles)
+    modules = {
+        name: f"data:text/javascript;charset=utf-8,{quote(code)}"
+        for name, code in collect_modules(first_module).items()
+    }
+    page = environment.get_template(template).render(
+        styles=palette.lab_css() + sheets, modules=modules, **data
     )
-    return made.encode()
+    return page.encode()
 
 
-def modules(first: str) -> dict[str, str]:
-    """A module of the page and all that it imports, by names that do not depend on where a page lies, as "lab/world.js"."""
-    found: dict[str, str] = {}
-    waiting = [first]
-    while waiting:
-        name = waiting.pop()
-        if f"lab/{name}" not in found:
+def collect_modules(first_module: str) -> dict[str, str]:
+    """Return the code of a module and of all modules that it imports.
+
+    Names such as "lab/world.js" do not depend on the address of the page.
+    """
+    modules: dict[str, str] = {}
+    pending = [first_module]
+    while pending:
+        name = pending.pop()
+        if f"lab/{name}" not in modules:
             code = (STATIC / name).read_text("utf-8")
-            found[f"lab/{name}"] = _IMPORT.sub(r"lab/\g<name>", code)
-            waiting += [imported["name"] for imported in _IMPORT.finditer(code)]
-    return found
+            modules[f"lab/{name}"] = _IMPORT.sub(r"lab/\g<name>", code)
+            pending += [match["name"] for match in _IMPORT.finditer(code)]
+    return modules
 
 
-def packed(content: bytes) -> str:
-    """Deflated, with no header, as a browser's "deflate-raw" reads it, in base64."""
+def compress(content: bytes) -> str:
+    """Return bytes as base64 of raw deflate, which browsers read as "deflate-raw"."""
     deflate = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     return base64.b64encode(deflate.compress(content) + deflate.flush()).decode()

@@ -18,33 +18,37 @@ from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, Experiment, registry
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import text
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.papers import presets
 from baldwinlab.parts import View
 from baldwinlab.studies.claims_file import CLAIMS, claims_in
-from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import design as sweeps
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
     def studies(request: Request) -> JSONResponse:
-        return JSONResponse({"studies": [summary(lab, name) for name in names(lab.root)]})
+        return JSONResponse({"studies": [summary(lab, name) for name in study_names(lab.root)]})
 
     def experiment(request: Request) -> JSONResponse:
-        study = find(lab, text(request.query_params, "study"))
-        return JSONResponse(condition(study, text(request.query_params, "condition")).to_dict())
+        study = find_study(lab, text(request.query_params, "study"))
+        return JSONResponse(
+            find_condition(study, text(request.query_params, "condition")).to_dict()
+        )
 
     async def all_results(request: Request) -> Response:
         name = text(request.query_params, "study")
-        return InTurn(lab, lambda: Response(results_of(lab, name), media_type="application/json"))
+        return QueuedResponse(
+            lab, lambda: Response(results_of(lab, name), media_type="application/json")
+        )
 
     async def typical(request: Request) -> Response:
         name, condition = (text(request.query_params, key) for key in ("study", "condition"))
-        return InTurn(
+        return QueuedResponse(
             lab, lambda: Response(typical_of(lab, name, condition), media_type="application/json")
         )
 
@@ -67,7 +71,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
-def names(root: Path) -> Iterator[str]:
+def study_names(root: Path) -> Iterator[str]:
     """The studies below a folder, each as its path from there; "." is the folder itself. Links to folders are not followed."""
     for folder, below, files in os.walk(root):
         if "study.toml" in files:
@@ -75,7 +79,7 @@ def names(root: Path) -> Iterator[str]:
         below[:] = sorted(name for name in below if name != "runs" and not name.startswith("."))
 
 
-def find(lab: Lab, name: str) -> StudyStore:
+def find_study(lab: Lab, name: str) -> StudyStore:
     """The study of that name. Raises MissingError where there is none, StudyError where it lies outside or cannot be read."""
     path = lab.root / name / "study.toml"
     try:
@@ -105,7 +109,7 @@ def require_inside(root: Path, path: Path) -> None:
         raise StudyError(f"{path} lies outside of {root}, the folder that this lab shows")
 
 
-def condition(study: StudyStore, name: str) -> Experiment:
+def find_condition(study: StudyStore, name: str) -> Experiment:
     """Raises MissingError for a condition that the study has not."""
     try:
         return study.experiment(name)
@@ -129,7 +133,7 @@ def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
 def summary(lab: Lab, name: str) -> dict[str, Any]:
     """What the page lists of a study: its conditions and their runs, or why it cannot be read."""
     try:
-        return _summary(find(lab, name), name)
+        return _summary(find_study(lab, name), name)
     except StudyError as error:
         return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
 
@@ -180,12 +184,12 @@ def views_of(experiment: BaseExperiment) -> Mapping[str, View]:
     return model.views if model else {}
 
 
-def about(experiment: BaseExperiment) -> str:
+def describe_model(experiment: BaseExperiment) -> str:
     """What a model without a world says of itself."""
     return " ".join((type(experiment.of_model).__doc__ or "").split())
 
 
-def can_be_shown(experiment: BaseExperiment) -> bool:
+def is_viewable(experiment: BaseExperiment) -> bool:
     """Whether the World tab has something to show of a condition: a world, the alleles of its genomes, or a view."""
     return isinstance(experiment, Experiment) or bool(
         alleles_of(experiment) or views_of(experiment)
@@ -259,9 +263,12 @@ def load_preset(name: str) -> Experiment:
 
 
 def typical_of(lab: Lab, name: str, label: str) -> bytes:
-    """The run of a condition to look at first, as JSON. Raises StudyError as `find` does, and for a record that is damaged."""
-    study = find(lab, name)
-    condition(study, label)
+    """Return the typical run of a condition, as JSON.
+
+    Raise StudyError as `find_study`, and for a damaged record.
+    """
+    study = find_study(lab, name)
+    find_condition(study, label)
     stored = [study.path(label, run) for run in study.runs(label)]
     if not stored:
         raise MissingError(f"{study.directory} has no run of {label}")
@@ -271,23 +278,23 @@ def typical_of(lab: Lab, name: str, label: str) -> bytes:
 
     def make() -> bytes:
         from baldwinlab.analysis.statistics.fitness import (
-            typical_run,  # here, because it takes a while to load
-        )
+            typical_run,
+        )  # here, because it takes a while to load
 
         return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
 
-    return lab.answers.get(("typical", study.directory, label, written), make)
+    return lab.cache.get(("typical", study.directory, label, written), make)
 
 
 def results_of(lab: Lab, name: str) -> bytes:
     """Curves, final values and claims of a study, as JSON: null where a number does not exist.
 
     As they were kept beside its report, where they still fit. Where claims are not valid, `problem`
-    says why. Raises StudyError as `find` does, and for a record that is damaged.
+    says why. Raises StudyError as `find_study` does, and for a record that is damaged.
     """
-    from baldwinlab.api.publish import lab_results  # as above
+    from baldwinlab.api.publish import lab_results
 
-    study = find(lab, name)
+    study = find_study(lab, name)
     stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
     claims = study.directory / CLAIMS
     for path in (
@@ -303,7 +310,7 @@ def results_of(lab: Lab, name: str) -> bytes:
         found = lab_results.kept(study) or lab_results.of_study(study)
         return json.dumps(found | _claims_of(study)).encode()
 
-    return lab.answers.get(("results", study.directory, written), answer)
+    return lab.cache.get(("results", study.directory, written), answer)
 
 
 def _claims_of(study: StudyStore) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import tomlkit
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment import validate as experiment_of
 from baldwinlab.lab.limits import check_sweep, check_swept_runs
-from baldwinlab.lab.query import whole
+from baldwinlab.lab.query import whole_number
 from baldwinlab.lab.studies import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
@@ -78,7 +78,7 @@ def plan_of(order: Mapping[str, Any]) -> Plan:
     preset, fields, runs = (
         str(order.get("preset", "")),
         order.get("fields"),
-        whole(order, "runs", 1),
+        whole_number(order, "runs", 1),
     )
     if not isinstance(fields, dict):
         raise ValueError("fields must name each field that is swept, with its values")
@@ -91,7 +91,7 @@ def plan_of(order: Mapping[str, Any]) -> Plan:
         for path, value in _changes(there, here | {"name": there["name"]})
         if not _within(path, fields)
     }
-    tree = {"experiment": preset, "runs": runs, "seed": whole(order, "seed", 0)} | (
+    tree = {"experiment": preset, "runs": runs, "seed": whole_number(order, "seed", 0)} | (
         {"set": changed} if changed else {}
     )
     sweep = validate(tree | {"fields": fields}, FILE)

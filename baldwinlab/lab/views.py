@@ -1,4 +1,4 @@
-"""What the views that a model declares show of a generation of a stored run, for models that have no world to watch."""
+"""The views that a model without a world declares, for one generation of a stored run."""
 
 from __future__ import annotations
 
@@ -12,98 +12,93 @@ from baldwinlab.core.suggestions import did_you_mean
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, binary_frames, life_query, studies
-from baldwinlab.lab.concurrency import InTurn
+from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
 from baldwinlab.simulation.reevaluation import stored_genome
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     async def view(request: Request) -> Response:
-        return InTurn(
-            lab,
-            lambda: Response(
-                seen(lab, request.query_params), media_type="application/octet-stream"
-            ),
+        query = request.query_params
+        return QueuedResponse(
+            lab, lambda: Response(pack_view(lab, query), media_type="application/octet-stream")
         )
 
     return [Route("/api/view", view)]
 
 
-def seen(lab: Lab, query: Query) -> bytes:
-    """The container of what a `view` shows of a generation of a stored run, or of an `agent` of it, the fittest unless given.
+def pack_view(lab: Lab, query: Query) -> bytes:
+    """Return the container with the requested view of a generation of a stored run.
 
-    Raises StudyError and ValueError as a request for a recording does, MissingError also for a view or an agent that is not, and
-    ValueError for what does not fit together or into one answer.
+    A view of an agent shows the requested agent, or the fittest one.
+
+    Raise StudyError and ValueError as `find_life`, MissingError for an unknown view or agent, and
+    ValueError for data that is inconsistent or too large for one response.
     """
-    study, name, run = (
-        studies.find(lab, text(query, "study")),
-        text(query, "condition"),
-        number(query, "run"),
-    )
-    experiment = studies.condition(study, name)
+    study = studies.find_study(lab, text(query, "study"))
+    name = text(query, "condition")
+    run = number(query, "run")
+    experiment = studies.find_condition(study, name)
     study.require_parts(name)
-    view = _declared(experiment, text(query, "view"))
-    generation, asked = (
-        number(query, "generation"),
-        number(query, "agent", 0) if "agent" in query else None,
-    )
+    view = _find_view(experiment, text(query, "view"))
+    generation = number(query, "generation")
+    chosen = number(query, "agent", 0) if "agent" in query else None
     life_query.require_generation(experiment, generation)
-    life_query.require_agent(experiment, asked or 0)
+    life_query.require_agent(experiment, chosen or 0)
     studies.require_run(lab, study, name, run)
 
     def make() -> bytes:
         record = study.record(name, run)
-        agent = int(record.energy.values[generation].argmax()) if asked is None else asked
+        agent = int(record.energy.values[generation].argmax()) if chosen is None else chosen
         genomes = stored_genome(experiment, record, generation)
-        found = view.of(experiment.of_model, Moment(study.seed, run, generation), genomes, agent)
+        data = view.of(experiment.of_model, Moment(study.seed, run, generation), genomes, agent)
         header = {
             "meaning": view.meaning,
             "agent": agent if view.of_an_agent else None,
-            "about": studies.about(experiment),
+            "about": studies.describe_model(experiment),
         }
-        return _packed(found, header)
+        return _pack(data, header)
 
-    key = ("view", experiment, study.seed, run, generation, query["view"], asked)
-    return lab.answers.get(key, make)
+    key = ("view", experiment, study.seed, run, generation, query["view"], chosen)
+    return lab.cache.get(key, make)
 
 
-def _declared(experiment: BaseExperiment, name: str) -> View:
-    declared = studies.views_of(experiment)
-    if name not in declared:
-        known = (
-            f"{did_you_mean(name, declared)}; it declares {', '.join(declared)}"
-            if declared
-            else ", and none at all"
+def _find_view(experiment: BaseExperiment, name: str) -> View:
+    """Return the view of this name. Raise MissingError if the model does not declare it."""
+    views = studies.views_of(experiment)
+    if name not in views:
+        available = (
+            f"{did_you_mean(name, views)}; its views are {', '.join(views)}"
+            if views
+            else "; it declares no views"
         )
         raise MissingError(
-            f"{experiment.name} is of the model {experiment.model}, which declares no view {name!r}{known}"
+            f"{experiment.name}: the model {experiment.model} has no view {name!r}{available}"
         )
-    return declared[name]
+    return views[name]
 
 
-def _packed(found: ViewData, header: dict[str, Any]) -> bytes:
-    arrays = arrays_of(found)
+def _pack(data: ViewData, header: dict[str, Any]) -> bytes:
+    arrays = arrays_of(data)
     size = sum(array.nbytes for array in arrays.values())
-    if size > life_query.MOST_BYTES:
+    if size > life_query.MAX_BYTES:
         raise ValueError(
-            f"this view has {size:,} bytes, more than one answer may hold; that is {life_query.MOST_BYTES:,}"
+            f"this view has {size:,} bytes; one response can contain {life_query.MAX_BYTES:,} bytes"
         )
-    of_kind: dict[str, Any]
-    if isinstance(found, MatrixView):
-        of_kind = {
+    return binary_frames.pack(header | _kind_header(data), arrays)
+
+
+def _kind_header(data: ViewData) -> dict[str, Any]:
+    if isinstance(data, MatrixView):
+        return {
             "kind": "matrix",
-            "rows": list(found.rows),
-            "columns": list(found.columns),
-            "value": found.value,
+            "rows": list(data.rows),
+            "columns": list(data.columns),
+            "value": data.value,
         }
-    elif isinstance(found, GridView):
-        of_kind = {"kind": "cells", "marks": dict(found.marks), "visits": found.visits}
-    else:
-        of_kind = {
-            "kind": "walk",
-            "names": list(found.lines),
-            "step": found.step,
-            "value": found.value,
-        }
-    return binary_frames.pack(header | of_kind, arrays)
+    if isinstance(data, GridView):
+        return {"kind": "grid", "marks": dict(data.marks), "visits": data.visits}
+    return {"kind": "path", "names": list(data.lines), "step": data.step, "value": data.value}

@@ -31,7 +31,7 @@ from functools import partial
 from pathlib import Path
 from baldwinlab.cli.lab import lab
 from baldwinlab.lab import clients, live
-clients.PATIENCE, live.Live = 1.0, partial(live.Live, grace=1.0)
+clients.CLIENT_TIMEOUT, live.Live = 1.0, partial(live.Live, grace=1.0)
 lab(Path(sys.argv[1]), port=0, browser=False)
 """
 

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page
 from baldwinlab.cli.lab import listening
 from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
-from baldwinlab.lab.rate_limit import server_of
+from baldwinlab.lab.rate_limit import make_server
 from baldwinlab.lab.server import make_app
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
@@ -28,7 +28,7 @@ HAWKS = Path(__file__).parent / "hawks.py"
 def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
     """A server in a thread, on a free port of loopback, which says whether its engine is ready."""
     access = Access()
-    server = server_of(make_app(root, access, ready))
+    server = make_server(make_app(root, access, ready))
     with listening(0) as listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()

@@ -54,7 +54,7 @@ class Firefox:
         )  # or # alone changes
         self._do("browsingContext.navigate", context=self._page, url=address, wait="complete")
 
-    def look_inside(self) -> None:
+    def inspect_agent(self) -> None:
         """Ask the first frame of the page from now on, and not the page around it."""
         (page,) = self._do("browsingContext.getTree", root=self._page)["contexts"]
         self._page = page["children"][0]["context"]

@@ -21,7 +21,7 @@ def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are
     strings_server: LabServer, condition: str
 ) -> None:
     header, found = arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
-    assert header["alleles"] == ["0", "?", "1"] and "sets each ? to 0 or 1" in header["about"]
+    assert header["alleles"] == ["0", "?", "1"] and "to 0 or 1 at random" in header["about"]
     genomes = (
         StudyStore(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]
     )  # whose seeds are the same
@@ -47,7 +47,7 @@ def test_the_list_of_studies_says_which_conditions_have_alleles(strings_server: 
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_a_live_run_shows_the_shares_of_any_generation_that_has_lived(
+def test_a_live_run_shows_the_pack_stored_frequencies_any_generation_that_has_lived(
     strings_server: LabServer, every: int
 ) -> None:
     """Whether its genomes are kept or not, they are those of the run that the command line makes."""
@@ -90,7 +90,7 @@ def live_run(server: LabServer, id: str) -> dict[str, Any]:
 def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServer) -> None:
     address = strings_server.address
     foragers = refusal(address, "alleles", 404, study="small", condition="evo/A", run=0)
-    assert foragers == "evo/A is of the model miniworld, which declares no alleles"
+    assert foragers == "evo/A: the model miniworld declares no alleles"
     assert "has no condition 'x'" in refusal(address, "alleles", 404, **RUN | {"condition": "x"})
     assert "has no run 7 of guessing" in refusal(address, "alleles", 404, **RUN | {"run": 7})
     assert "must be a whole number" in refusal(address, "alleles", 400, **RUN | {"run": "x"})
@@ -98,12 +98,12 @@ def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServe
         refusal(address, "alleles", 400, study="strings") == "condition is missing from the request"
     )
     watched = refusal(address, "recording", 404, **RUN, generation=0)
-    assert watched == "guessing is of the model hinton-nowlan, whose lives have no world to watch"
+    assert watched == "guessing has no world to show: its model is hinton-nowlan"
 
 
 def test_more_than_one_answer_may_hold_is_refused(
     strings_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.alleles.MOST_BYTES", 4 * 5 * 6 * 3 - 1)
+    monkeypatch.setattr("baldwinlab.lab.alleles.MAX_BYTES", 4 * 5 * 6 * 3 - 1)
     sentence = refusal(strings_server.address, "alleles", 400, **RUN)
-    assert sentence == "guessing has 5 generations of 6 loci, more than one answer may hold"
+    assert sentence == "guessing has 5 generations of 6 loci, too many for one response"

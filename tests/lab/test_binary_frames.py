@@ -8,7 +8,7 @@ import zlib
 import numpy as np
 import pytest
 
-from baldwinlab.lab.binary_frames import DTYPES, narrowed, pack, unpack
+from baldwinlab.lab.binary_frames import DTYPES, narrow, pack, unpack
 
 
 def test_what_is_packed_is_unpacked() -> None:
@@ -80,6 +80,6 @@ def test_other_bytes_are_no_container() -> None:
 
 
 def test_counts_take_16_bits_where_they_fit() -> None:
-    assert narrowed(np.array([0, 65535], np.uint32)).dtype == np.uint16
-    assert narrowed(np.array([65536], np.uint32)).dtype == np.uint32
-    assert narrowed(np.empty(0, np.uint32)).dtype == np.uint16
+    assert narrow(np.array([0, 65535], np.uint32)).dtype == np.uint16
+    assert narrow(np.array([65536], np.uint32)).dtype == np.uint32
+    assert narrow(np.empty(0, np.uint32)).dtype == np.uint16

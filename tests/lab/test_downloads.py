@@ -88,14 +88,14 @@ def test_a_shared_page_names_no_address_but_of_what_is_in_it(lab_server: LabServ
 
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    found = single_page.modules(downloads.PLAYER)
+    found = single_page.collect_modules(downloads.PLAYER)
     assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(found)
     for name, code in found.items():
         imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)
         assert set(imported) <= set(found), name
         spoken = [line for line in code.splitlines() if not line.lstrip().startswith(("*", "/*"))]
         assert not any("import(" in line for line in spoken), (
-            f"{name} imports in a way that share.py does not follow"
+            f"{name} imports in a way that downloads.py does not follow"
         )
 
 

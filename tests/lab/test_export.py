@@ -33,7 +33,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 NODE = """
 import { readFileSync } from "node:fs";
 import { load } from "./engine.js";
-import { simulate } from "./lives.js";
+import { simulate } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
 const arrays = simulate(await load(readFileSync(module), plan), experiment, 5, 1);
 console.log(JSON.stringify(Object.fromEntries(Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]))));
@@ -41,7 +41,7 @@ console.log(JSON.stringify(Object.fromEntries(Object.entries(arrays).map(([name,
 ELDERS = """
 import { readFileSync } from "node:fs";
 import { load } from "./engine.js";
-import { Run } from "./lives.js";
+import { Run } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
 const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
 const found = {};
@@ -55,7 +55,7 @@ console.log(JSON.stringify(found));
 NOT_FINITE = """
 import { readFileSync } from "node:fs";
 import { load } from "./engine.js";
-import { Run } from "./lives.js";
+import { Run } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
 const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
 const genome = run.begin();
@@ -75,7 +75,7 @@ def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> 
     node = shutil.which("node")
     if node is None:
         pytest.skip("there is no Node on this machine")
-    for name in ("engine.js", "lives.js"):
+    for name in ("engine.js", "simulation.js"):
         shutil.copy(single_page.STATIC / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(script)
@@ -149,7 +149,7 @@ def test_a_page_is_small_and_names_no_address_but_of_what_is_in_it() -> None:
 
 
 def test_every_module_that_a_page_imports_is_in_it() -> None:
-    found = single_page.modules("live_page.js")
+    found = single_page.collect_modules("live_page.js")
     for name, code in found.items():
         assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(found), name
 
@@ -179,7 +179,7 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_
         in command("export", "bit-strings", *model, "--out", "page.html").err
     )
     (tmp_path / "mine.html").write_text("my own")
-    assert "not written by this command" in command("export", "evo/A", "--out", "mine.html").err
+    assert "not made by this command" in command("export", "evo/A", "--out", "mine.html").err
 
 
 def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_compiled(

@@ -86,7 +86,7 @@ def test_a_trace_plays_in_a_notebook_s_frame(tmp_path: Path) -> None:
     (tmp_path / "profile").mkdir()
     with firefox(tmp_path / "profile") as opened:
         opened.open(path.as_uri(), 800, 800)
-        opened.look_inside()
+        opened.inspect_agent()
         opened.wait_for(
             """document.querySelector('[data-testid="replay-step"]')?.textContent.startsWith('step 0 of')"""
         )

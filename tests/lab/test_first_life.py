@@ -42,8 +42,8 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
         page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()
         page.goto(f"/#/{view}")
         first = page.get_by_test_id("first-life")
-        expect(first).to_contain_text("The engine is being compiled for this machine")
-        expect(first).to_contain_text(re.compile(r"So far: [1-9]\d* s"), timeout=20_000)
+        expect(first).to_contain_text("The lab compiles its engine for this machine")
+        expect(first).to_contain_text(re.compile(r"Elapsed: [1-9]\d* s"), timeout=20_000)
         expect(page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
         expect(page.get_by_test_id("first-play")).to_have_attribute(
             "aria-label", "Pause"

@@ -61,7 +61,7 @@ def test_a_run_that_is_not_there_has_no_curve(lab_server: LabServer) -> None:
     )
 
 
-def test_the_line_of_ancestors_goes_back_to_the_first_generation_by_the_fitter_parents(
+def test_the_ancestor_line_goes_back_to_the_first_generation_by_the_fitter_parents(
     lab_server: LabServer,
 ) -> None:
     record = StudyStore(lab_server.root / "small").read(CONDITION, 1)

@@ -15,8 +15,8 @@ from baldwinlab.evolution import Moment
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import notebook_player
 from baldwinlab.lab.binary_frames import unpack
-from baldwinlab.lab.life_query import Life, Past, Span
-from baldwinlab.lab.recording import record
+from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import genome_at, replay
 from tests.lab.conftest import offline
 from tests.small import small
@@ -30,8 +30,10 @@ def trace() -> xr.Dataset:
 def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
     """The same life as the lab records it, which lives it again and looks at no trace."""
     moment = Moment(5, 1, 0)
-    life = Life(experiment, moment, lambda: Past(genome_at(experiment, moment, None), None))
-    return unpack(record(life, Span(0, experiment.lifetime.steps), {}))[1]
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(genome_at(experiment, moment, None), None)
+    )
+    return unpack(record_life(life, Span(0, experiment.lifetime.steps), {}))[1]
 
 
 @pytest.mark.parametrize("kinds", [["food"], ["food", "nearest"]])

@@ -134,9 +134,7 @@ def test_the_tab_says_what_one_sees(opened: Page) -> None:
     opened.get_by_test_id("about").click()
     guide = opened.get_by_test_id("guide")
     expect(guide).to_contain_text("guessing, run 1, generation 3, of the study strings")
-    expect(guide).to_contain_text(
-        "Each bar is a locus of the genomes with which a generation is born"
-    )
+    expect(guide).to_contain_text("Each bar is one locus of the genome")
     expect(guide).to_contain_text("Strings that guess what is not set.")
 
 

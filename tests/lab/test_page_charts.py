@@ -196,7 +196,7 @@ def test_reaction_norms_are_drawn_one_circumstance_at_a_time(page: Page, assayed
 def test_where_there_are_none_a_sentence_says_how_they_are_made(page: Page) -> None:
     open_results(page)
     expect(page.get_by_test_id("reaction")).to_contain_text(
-        "baldwinlab assay STUDY --assays reaction does it."
+        "baldwinlab assay small --assays reaction"
     )
 
 
@@ -226,7 +226,7 @@ def test_what_goes_on_inside_an_agent_is_saved_step_by_step(page: Page) -> None:
     assert len([path for path in drawn.iter(f"{SVG}path") if path.get("stroke-opacity")]) == len(
         {row["line"] for row in weights}
     )
-    assert {"step of life", "of the first layer"} <= set(words(drawn))
+    assert {"step of the lifetime", "first layer"} <= set(words(drawn))
 
 
 def test_ticks_lie_between_the_limits_at_whole_generations(page: Page) -> None:

@@ -14,7 +14,7 @@ from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.base import added_choices
 from baldwinlab.lab.export import live_page
-from baldwinlab.lab.history import line_of_ancestors
+from baldwinlab.lab.history import ancestor_line
 from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.simulation.simulate import simulate
@@ -169,7 +169,9 @@ def test_a_script_that_asks_for_what_cannot_be_gets_a_sentence(
 
 def test_memory_that_is_refused_is_a_sentence(page: Page) -> None:
     huge = {"population": {"size": 1_000_000}, "network": {"hidden": [1000, 1000]}}
-    with pytest.raises(Error, match="The browser refused the memory that this experiment takes"):
+    with pytest.raises(
+        Error, match="The browser did not provide enough memory for this experiment"
+    ):
         page.evaluate(SIMULATE, {"seed": 1, "experiment": huge})
 
 
@@ -182,7 +184,7 @@ def test_a_browser_without_simd_is_told(lonely: Page, file: Path) -> None:
     lonely.goto(old.as_uri())
     lonely.get_by_test_id("start").click()
     expect(lonely.get_by_test_id("live-fault")).to_contain_text(
-        "This browser has no WebAssembly with SIMD"
+        "This browser does not support WebAssembly with SIMD"
     )
 
 
@@ -287,7 +289,7 @@ def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
     parents = list(dict.fromkeys(run.parents.values[2, 4].tolist()))
     expect(page.get_by_test_id("parent")).to_have_text([f"agent {parent}" for parent in parents])
     items = int(run.food_eaten[2, 4])
-    expect(page.locator(".inspector header")).to_contain_text(f"{items} items in its life")
+    expect(page.locator(".inspector header")).to_contain_text(f"{items} items eaten")
     assert barriers(page) == []
 
 
@@ -302,7 +304,7 @@ def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_li
     page.get_by_test_id("live-canvas-agent").select_option("4")
     page.get_by_test_id("ancestors-of").click()
     run = simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=1)
-    line = line_of_ancestors(2, 4, run.parents.values, run.food_eaten.values)
+    line = ancestor_line(2, 4, run.parents.values, run.food_eaten.values)
     rows = page.get_by_test_id("ancestors").locator("tbody tr")
     expect(rows).to_have_count(2)
     assert [
@@ -313,7 +315,7 @@ def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_li
     page.get_by_test_id("ancestor").last.click()
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
     expect(page.get_by_test_id("ancestors")).to_contain_text(
-        "It has none: its weights were drawn afresh."
+        "This agent has no parents: its weights are random."
     )
 
 

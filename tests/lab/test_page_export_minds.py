@@ -14,10 +14,10 @@ from baldwinlab.analysis.figures.palette import shade
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames
-from baldwinlab.lab.agent_inspector import look_inside
+from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.export import live_page
-from baldwinlab.lab.life_query import Life, Past, Span
-from baldwinlab.lab.recording import record
+from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.recording import record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import simulate
 from tests.lab.test_page_export import quick, same_bits, start
@@ -64,7 +64,7 @@ def opened(page: Page, experiment: Experiment, folder: Path) -> None:
 
 def last_life(experiment: Experiment) -> tuple[Life, Span]:
     run = simulate(experiment, seed=0)
-    past = Past(run.genome.values[LAST], run.energy)
+    past = ParentGeneration(run.genome.values[LAST], run.energy)
     return Life(experiment, Moment(0, 0, LAST), lambda: past), Span(0, experiment.lifetime.steps)
 
 
@@ -80,7 +80,7 @@ def test_a_network_that_grew_is_drawn_with_its_links(lonely: Page, tmp_path: Pat
     opened(lonely, growing, tmp_path)
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
     expect(lonely.get_by_test_id("kin")).to_contain_text("parents, in generation 1")
-    links = binary_frames.unpack(look_inside(*last_life(growing), AGENT))[1]["links"]
+    links = binary_frames.unpack(inspect_agent(*last_life(growing), AGENT))[1]["links"]
     assert 3 <= links[:, 1].min() < 43 <= links[:, 1].max(), "hidden units and outputs"
     assert np.array_equal(told(lonely, "links").reshape(-1, 3), links)
     assert "bias" in lonely.evaluate("drawn.words")
@@ -92,7 +92,7 @@ def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(
     social = quick(presets.load("evo/A"), learning={"rule": "imitation"})
     opened(lonely, social, tmp_path)
     expect(lonely.get_by_test_id("legend").get_by_text("learns from")).to_be_visible()
-    teacher = binary_frames.unpack(record(*last_life(social), {}))[1]["teacher"]
+    teacher = binary_frames.unpack(record_life(*last_life(social), {}))[1]["teacher"]
     assert (teacher != np.arange(20)).any(), "somebody learns"
     assert np.array_equal(told(lonely, "teacher").reshape(-1, 20), teacher)
     assert shade("lesson") in lonely.evaluate("drawn.shades")
@@ -106,7 +106,7 @@ def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher:
     )
     opened(lonely, heirs, tmp_path)
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
-    taught = binary_frames.unpack(look_inside(*last_life(heirs), AGENT))[0]["elders"]
+    taught = binary_frames.unpack(inspect_agent(*last_life(heirs), AGENT))[0]["elders"]
     elders = " and ".join(map(str, dict.fromkeys(taught)))
     expect(lonely.get_by_test_id("elders")).to_contain_text(
         f"{elders} of generation {LAST - 1}, who"

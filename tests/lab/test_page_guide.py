@@ -108,4 +108,4 @@ def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(
         expect(page.get_by_test_id("agent")).to_have_text("Agent 2")
         page.get_by_test_id("about").tap()
         words = guide_of(page)
-        assert "evo+self-taught/A, run 1, generation 1" in words and "sensor fires" in words
+        assert "evo+self-taught/A, run 1, generation 1" in words and "active sensor" in words

@@ -133,13 +133,13 @@ def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_li
     expect(title).to_have_text(f"Agent {line['agents'][0]}")
     expect(generation).to_have_value("0")
     expect(page.get_by_test_id("ancestors")).to_contain_text(
-        "It has none: its weights were drawn afresh."
+        "This agent has no parents: its weights are random."
     )
-    expect(page.get_by_role("region", name="Inside an agent")).to_be_focused()
+    expect(page.get_by_role("region", name="Agent inspector")).to_be_focused()
     page.go_back()
     expect(title).to_have_text("Agent 3")
     expect(rows).to_have_count(2)
-    chart = page.get_by_role("img", name="food eaten along the line")
+    chart = page.get_by_role("img", name="food eaten by the ancestors")
     width = chart.evaluate("canvas => canvas.clientWidth")
     chart.click(position={"x": 34 + (width - 40) / 2, "y": 40})
     expect(title).to_have_text(f"Agent {line['agents'][1]}")

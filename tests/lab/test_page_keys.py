@@ -29,7 +29,7 @@ def test_the_focus_goes_into_an_agent_that_opens_and_escape_gives_it_back(page: 
     page.goto(f"/#/world?{LIFE}")
     line = page.get_by_test_id("agent-3")
     line.press("Enter")
-    inspector = page.get_by_role("region", name="Inside an agent")
+    inspector = page.get_by_role("region", name="Agent inspector")
     expect(inspector).to_be_focused()
     expect(page.get_by_test_id("kin")).to_contain_text("parents")
     page.get_by_test_id("parent").first.press("Enter")

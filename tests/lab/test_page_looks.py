@@ -38,7 +38,7 @@ def told(server: LabServer, step: int, **asked: int) -> str:
 def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(
     opened: Page, looks_server: LabServer
 ) -> None:
-    words = opened.get_by_test_id("cells-told")
+    words = opened.get_by_test_id("grid-description")
     expect(words).to_have_text(told(looks_server, 0, generation=2))
     opened.keyboard.press("ArrowRight")
     expect(words).to_have_text(told(looks_server, 1, generation=2))
@@ -50,7 +50,7 @@ def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(
     expect(opened).to_have_url(re.compile("step=119"))
     slider.press("Home")
     expect(words).to_have_text(told(looks_server, 0, generation=2))
-    play = opened.get_by_test_id("cells-play")
+    play = opened.get_by_test_id("grid-play")
     play.click()
     expect(words).not_to_have_text(told(looks_server, 0, generation=2))
     play.click()
@@ -65,7 +65,10 @@ def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(
         for one in StudyStore(looks_server.root / "looks").read("cells", 1).energy.values
     ]
     opened.keyboard.press("Shift+ArrowRight")
-    heading, words = opened.get_by_test_id("view-heading"), opened.get_by_test_id("cells-told")
+    heading, words = (
+        opened.get_by_test_id("view-heading"),
+        opened.get_by_test_id("grid-description"),
+    )
     expect(heading).to_have_text(f"Life, agent {fittest[2]}, the fittest, generation 2")
     opened.keyboard.press("[")
     expect(heading).to_have_text(f"Life, agent {fittest[1]}, the fittest, generation 1")
@@ -98,7 +101,7 @@ def test_where_alleles_are_declared_too_the_reader_chooses_what_to_look_at(opene
     expect(opened.get_by_test_id("agent-a")).to_be_hidden()
     opened.get_by_test_id("look-a").select_option("climb")
     expect(opened.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
-    expect(opened.get_by_test_id("walk").locator(".chart-key")).to_have_text(
+    expect(opened.get_by_test_id("path").locator(".chart-key")).to_have_text(
         [re.compile("^agent "), "average of all", "best of all"]
     )
     expect(opened).to_have_url(re.compile("look=climb"))
@@ -112,7 +115,7 @@ def test_where_alleles_are_declared_too_the_reader_chooses_what_to_look_at(opene
 def test_where_nothing_follows_birth_a_walk_is_a_sentence_and_not_a_chart(opened: Page) -> None:
     opened.get_by_test_id("condition-a").select_option("climbers")
     opened.get_by_test_id("look-a").select_option("climb")
-    walk = opened.get_by_test_id("walk")
+    walk = opened.get_by_test_id("path")
     expect(walk.locator(".uplot")).to_be_visible()
     opened.get_by_test_id("condition-a").select_option("still")
     expect(walk).to_contain_text(
@@ -141,7 +144,7 @@ def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        (f"{CELLS}&look=live", "cells has no view live. There are: life."),
+        (f"{CELLS}&look=live", "cells has no view live. Available: life."),
         (f"{CELLS}&agent=20", "cells has no agent 20: its agents are 0 to 19."),
         (
             CELLS.replace("generation=2", "generation=9"),
@@ -154,7 +157,7 @@ def test_what_is_not_there_is_said_and_something_else_is_shown(
 ) -> None:
     page.goto(f"{looks_server.entry}#/world?{asked}")
     expect(page.get_by_test_id("message-error")).to_contain_text(sentence)
-    expect(page.get_by_test_id("cells-told")).to_contain_text("environment 1 of 6")
+    expect(page.get_by_test_id("grid-description")).to_contain_text("environment 1 of 6")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -189,4 +192,4 @@ def test_views_have_room_in_every_window(
                     "its choice can be read"
                 )
         page.goto(f"/#/world?{CELLS}&step=9")
-        assert page.get_by_test_id("cells").evaluate("cells => cells.clientWidth") >= 236
+        assert page.get_by_test_id("grid").evaluate("grid => grid.clientWidth") >= 236

@@ -127,15 +127,15 @@ def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
     assert guest.evaluate("document.documentElement.scrollWidth <= innerWidth")
     expect(guest.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()
     guest.goto("/#/world?study=small&condition=heir&run=0&generation=0&agent=3")
-    expect(guest.get_by_test_id("kin")).to_contain_text("drawn afresh")
+    expect(guest.get_by_test_id("kin")).to_contain_text("random weights")
     expect(guest.get_by_test_id("elders")).to_have_count(0)
 
 
 def test_a_gate_is_no_teacher_whose_error_is_shown(guest: Page) -> None:
     guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70&agent=3")
     expect(guest.get_by_test_id("networks")).to_be_visible()
-    expect(guest.get_by_text("weights, from birth on")).to_be_visible()
-    expect(guest.get_by_text("error between the modules")).to_be_hidden()
+    expect(guest.get_by_text("weight changes, since birth")).to_be_visible()
+    expect(guest.get_by_text("error between the networks")).to_be_hidden()
 
 
 def test_a_network_whose_links_evolved_is_drawn_by_depth(page: Page) -> None:

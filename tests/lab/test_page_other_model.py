@@ -60,9 +60,7 @@ def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServ
         server.root / "bits" / "parts" / "model-bit-strings.py"
     ).read_bytes() == PART.read_bytes()
     page.goto(f"{server.entry}#/world?study=bits&condition=bit-strings&run=0&generation=0")
-    expect(page.get_by_test_id("message-error")).to_contain_text(
-        "is of a model whose lives have no world to watch"
-    )
+    expect(page.get_by_test_id("message-error")).to_contain_text("has no world to show")
 
 
 def test_what_is_stored_is_shown_without_the_part_and_not_lived(server: LabServer) -> None:

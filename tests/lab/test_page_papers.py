@@ -50,11 +50,11 @@ def shown(page: Page, shelf: LabServer) -> Page:
 def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer) -> None:
     page.goto(f"{shelf.entry}#/results?study=needle")
     page.get_by_test_id("curves").locator("canvas").wait_for()
-    page.get_by_role("link", name="baldwinlab, to the papers").click()
+    page.get_by_role("link", name="baldwinlab: papers").click()
     expect(page.get_by_test_id("tab-papers")).to_have_attribute("aria-current", "page")
     card = page.get_by_test_id(f"paper-{NAME}")
     expect(card).to_contain_text("Geoffrey E. Hinton, Steven J. Nowlan, 1987 · Complex Systems 1")
-    expect(card).to_contain_text("5 conditions, 20 runs of each, 8 claims")
+    expect(card).to_contain_text("5 conditions, 20 runs each, 8 claims")
     expect(page).to_have_url(re.compile("#/papers$"))
     card.scroll_into_view_if_needed()
     page.wait_for_function(

@@ -118,7 +118,7 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     expect(lonely.get_by_test_id("replay-canvas-count")).to_have_text(
         f"{eaten.sum()} eaten · {(eaten > 0).sum()} of 20 ate"
     )
-    for meaning in ("food", "has eaten", "never ate", "sensor fires", "eats now"):
+    for meaning in ("food", "has eaten", "has not eaten", "active sensor", "eating"):
         expect(lonely.get_by_test_id("legend")).to_contain_text(meaning)
     assert lonely.evaluate(
         "[...document.querySelector('.timeline canvas').getContext('2d').getImageData(0, 0, 300, 30).data].some(Boolean)"

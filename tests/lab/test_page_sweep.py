@@ -57,7 +57,7 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     page.goto("/#/results?study=swept/rates")  # by whatever way one comes
     expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
     page.goto("/#/live?sweep=swept/gone")
-    expect(page.get_by_test_id("live-empty")).to_contain_text("This sweep is over")
+    expect(page.get_by_test_id("live-empty")).to_contain_text("This sweep has ended")
     expect(page.get_by_role("link", name="swept/rates, 4 of 4 runs, done")).to_be_visible()
     shutil.rmtree(lab_server.root / "swept")
 

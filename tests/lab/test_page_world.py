@@ -11,9 +11,9 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from baldwinlab.evolution import Moment
-from baldwinlab.lab.agent_inspector import look_inside
-from baldwinlab.lab.life_query import Life, Past, Span
-from baldwinlab.lab.recording import record
+from baldwinlab.lab.agent_inspector import inspect_agent
+from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import energy_before, genome_at, replay
 from tests.lab.asking import LabServer
 from tests.lab.conftest import serving
@@ -138,17 +138,19 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
     done, largest = trace.action.values[:, 3], trace.output.values[:, 3].argmax(axis=1)
     moment, whole = Moment(5, 1, 2), Span(0, 300)
     life = Life(
-        noisy, moment, lambda: Past(genome_at(noisy, moment, None), energy_before(noisy, moment))
+        noisy,
+        moment,
+        lambda: ParentGeneration(genome_at(noisy, moment, None), energy_before(noisy, moment)),
     )
     for path, raw in (
-        ("inside", look_inside(life, whole, 3)),
-        ("recording", record(life, whole, {})),
+        ("inside", inspect_agent(life, whole, 3)),
+        ("recording", record_life(life, whole, {})),
     ):
         page.route(f"**/api/{path}?*", partial(fulfil, raw))
     names = ("left", "forward", "right")
     for step in (int((done == largest).argmax()), int((done != largest).argmax())):
         open_world(page, f"{TAUGHT}&step={step}&agent=3")
-        mark = "" if done[step] == largest[step] else ", by noise"
+        mark = "" if done[step] == largest[step] else " (noise)"
         expect(part(page, "action")).to_have_text(names[done[step]] + mark)
         page.goto("about:blank")
 
@@ -161,11 +163,13 @@ def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_
     life = Life(
         experiment,
         moment,
-        lambda: Past(genome_at(experiment, moment, None), energy_before(experiment, moment)),
+        lambda: ParentGeneration(
+            genome_at(experiment, moment, None), energy_before(experiment, moment)
+        ),
     )
     for path, raw in (
-        ("inside", look_inside(life, whole, 3)),
-        ("recording", record(life, whole, {})),
+        ("inside", inspect_agent(life, whole, 3)),
+        ("recording", record_life(life, whole, {})),
     ):
         page.route(f"**/api/{path}?*", partial(fulfil, raw))
     sensor = replay(experiment, seed=5, run=1, generation=2).sensor.values[:, 3]
@@ -227,7 +231,7 @@ def test_the_address_reopens_exactly_what_is_seen(page: Page) -> None:
 
 def test_back_returns_to_the_generation_before(page: Page) -> None:
     open_world(page)
-    page.get_by_role("button", name="Generation before").click()
+    page.get_by_role("button", name="Previous generation").click()
     expect(part(page, "generation-a")).to_have_value("1")
     page.go_back()
     expect(part(page, "generation-a")).to_have_value("2")

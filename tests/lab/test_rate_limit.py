@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from baldwinlab.lab import rate_limit
-from baldwinlab.lab.query import MOST_POSTED
+from baldwinlab.lab.query import MAX_BODY_SIZE
 from tests.lab.asking import CLIENT, SMALL, LabServer, ask
 from tests.lab.conftest import serving
 from tests.small import small
@@ -22,8 +22,8 @@ SOON = 0.3  # seconds
 
 @pytest.fixture
 def impatient(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
-    monkeypatch.setattr(rate_limit, "PATIENCE", SOON)
-    monkeypatch.setattr(rate_limit, "MOST_CLIENTS", 20)
+    monkeypatch.setattr(rate_limit, "CLIENT_TIMEOUT", SOON)
+    monkeypatch.setattr(rate_limit, "MAX_CLIENTS", 20)
     with serving(lab_server.root) as server:
         yield server
 
@@ -118,9 +118,7 @@ def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: L
             asked_among_many() for _ in range(10)
         )  # on a busy machine the first may be cut off before the last is there
         answer = next(answer for answer in answers if answer.status_code == 503)
-        assert answer.json()["error"].endswith(
-            "connections open, which is the most; close some of its pages"
-        )
+        assert answer.json()["error"].endswith("open connections; close some of its pages")
         time.sleep(2 * SOON)
         assert CLIENT.get(f"{impatient.address}/api/studies").status_code == 200
 
@@ -128,9 +126,9 @@ def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: L
 @pytest.mark.parametrize("path", ["validate", "schema", "look", "live", "live/1/keep"])
 def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path: str) -> None:
     address = f"{lab_server.address}/api/{path}"
-    large = CLIENT.post(address, content=b" " * (MOST_POSTED + 1))
+    large = CLIENT.post(address, content=b" " * (MAX_BODY_SIZE + 1))
     assert large.status_code == 413
-    assert large.json()["error"] == f"/api/{path}: at most 1,048,576 bytes may be posted"
+    assert large.json()["error"] == f"/api/{path}: the body may have at most 1,048,576 bytes"
     for depth in (33, 2000, 100_000):
         deep = CLIENT.post(address, content='{"a":' * depth + "1" + "}" * depth)
         assert (deep.status_code, deep.json()["error"]) == (

@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.lab import binary_frames, life_query, recording
-from baldwinlab.lab.life_query import Life, Past, Span
+from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.models.miniworld.appearance import as_text
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
@@ -123,7 +123,7 @@ def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
 
 def test_a_world_without_food_is_recorded() -> None:
     life = life_of(small().replace(world={"food": []}))
-    header, found = binary_frames.unpack(recording.record(life, Span(0, 10), {}))
+    header, found = binary_frames.unpack(recording.record_life(life, Span(0, 10), {}))
     assert header["items"] == 0
     assert found["move_step"].size == 0
     assert not found["eaten_in_life"].any()
@@ -133,32 +133,34 @@ def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> N
     experiment = small("evo/A").replace(
         senses={"kinds": ["food", "nearest", "smell"]}, lifetime={"steps": 50}
     )
-    header, found = binary_frames.unpack(recording.record(life_of(experiment), Span(0, 50), {}))
+    header, found = binary_frames.unpack(
+        recording.record_life(life_of(experiment), Span(0, 50), {})
+    )
     assert header["look"]["real"] == [False] * 3 + [True] * 4
     sensor, trace = found["sensor"].reshape(50, 20, 7), replay(experiment)
     assert np.array_equal(sensor, trace.sensor[:50])
     assert np.unique(sensor).size > 100
-    assert recording.bytes_of_step(experiment) == 20 * (recording.BYTES_OF_AGENT + 28)
+    assert recording.bytes_per_step(experiment) == 20 * (recording.BYTES_PER_AGENT + 28)
 
 
 def life_of(experiment: Any) -> Life:
     moment = Moment(0, 0, 0)
-    return Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    return Life(experiment, moment, lambda: ParentGeneration(draw_genome(experiment, moment), None))
 
 
 def test_a_large_world_comes_in_parts_of_bounded_size(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert life_query.span({}, 5000, recording.bytes_of_step(small())) == Span(0, 5000)
-    large = recording.bytes_of_step(small().replace(population={"size": 1000}))
-    parts = [life_query.span({}, 5000, large)]
+    assert life_query.read_span({}, 5000, recording.bytes_per_step(small())) == Span(0, 5000)
+    large = recording.bytes_per_step(small().replace(population={"size": 1000}))
+    parts = [life_query.read_span({}, 5000, large)]
     while parts[-1].last < 5000:
-        parts.append(life_query.span({"first": str(parts[-1].last)}, 5000, large))
-    assert max(last - first for first, last in parts) * large <= life_query.MOST_BYTES
+        parts.append(life_query.read_span({"first": str(parts[-1].last)}, 5000, large))
+    assert max(last - first for first, last in parts) * large <= life_query.MAX_BYTES
     assert len(parts) == 3
-    assert life_query.span({}, 100_000_000, 20) == Span(0, life_query.MOST_STEPS)
-    assert life_query.span({}, 5000, 10**9) == Span(0, 1)
-    monkeypatch.setattr(life_query, "MOST_BYTES", 100 * recording.bytes_of_step(small()))
+    assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_STEPS)
+    assert life_query.read_span({}, 5000, 10**9) == Span(0, 1)
+    monkeypatch.setattr(life_query, "MAX_BYTES", 100 * recording.bytes_per_step(small()))
     header, found = arrays(lab_server.address, "recording", **SMALL, first=7)
     assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
 
@@ -186,12 +188,12 @@ def test_a_large_world_comes_in_parts_of_bounded_size(
         (
             {"first": 20, "last": 10},
             400,
-            "first = 20 and last = 10 must be in order and at most 300, the steps of a life",
+            "first = 20 and last = 10 must be in order and at most 300, the number of steps of a lifetime",
         ),
         (
             {"last": 301},
             400,
-            "first = 0 and last = 301 must be in order and at most 300, the steps of a life",
+            "first = 0 and last = 301 must be in order and at most 300, the number of steps of a lifetime",
         ),
     ],
 )
@@ -250,8 +252,8 @@ def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> Non
         learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}}
     )
     moment = Moment(1, 0, 0)
-    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
-    _, found = binary_frames.unpack(recording.record(life, Span(0, 300), {}))
+    life = Life(experiment, moment, lambda: ParentGeneration(draw_genome(experiment, moment), None))
+    _, found = binary_frames.unpack(recording.record_life(life, Span(0, 300), {}))
     themselves, eaten = np.arange(20), np.vstack([np.zeros(20), found["eaten_in_life"]])
     assert eaten[-1].any(), "nobody ever ate"
     for step, teacher in enumerate(found["teacher"]):

@@ -94,7 +94,7 @@ def test_neither_a_pipe_nor_a_link_that_leads_out_is_read(
     os.mkfifo(folder / "evo.nc")
     with serving(tmp_path / "root") as server:
         assert refusal(server.address, "results/reaction", 400, study="it").endswith(
-            "evo.nc is no file"
+            "evo.nc is not a file"
         )
         (folder / "evo.nc").unlink()
         (tmp_path / "other.nc").write_bytes(b"")

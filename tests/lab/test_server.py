@@ -55,7 +55,7 @@ def test_a_name_that_was_made_to_point_here_is_refused(lab_server: LabServer, ho
     for path in ("/", "/api/studies"):
         status, answer = raw(lab_server, f"GET {path} HTTP/1.1\nHost: {host}")
         assert status == 403
-        assert "it answers to 127.0.0.1:" in answer
+        assert "is not allowed: use 127.0.0.1:" in answer
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_another_origin_is_refused(lab_server: LabServer, origin: str) -> None:
             lab_server, f"{method} /api/studies HTTP/1.1\nHost: 127.0.0.1:PORT\nOrigin: {origin}"
         )
         assert status == 403
-        assert "may not ask this server" in answer
+        assert "not allowed to use this server" in answer
 
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])

@@ -57,14 +57,14 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
     create(tmp_path, [small()], 1)
     create(tmp_path / "variants" / "deep", [small()], 2)
-    assert list(studies.names(tmp_path)) == [".", "variants/deep"]
+    assert list(studies.study_names(tmp_path)) == [".", "variants/deep"]
     lab = Lab(tmp_path, Live())
-    assert studies.find(lab, ".").seed == 1
-    assert studies.find(lab, "variants/deep").seed == 2
+    assert studies.find_study(lab, ".").seed == 1
+    assert studies.find_study(lab, "variants/deep").seed == 2
 
 
 def test_a_folder_that_is_not_there_yet_holds_no_studies(tmp_path: Path) -> None:
-    assert list(studies.names(tmp_path / "results")) == []
+    assert list(studies.study_names(tmp_path / "results")) == []
 
 
 def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -> None:
@@ -131,10 +131,10 @@ def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(
 def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
     lab = Lab(tmp_path, Live())
     create(tmp_path / "it", [small()], 1)
-    assert studies.find(lab, "it").seed == 1
+    assert studies.find_study(lab, "it").seed == 1
     shutil.rmtree(tmp_path / "it")
     create(tmp_path / "it", [small()], 2)
-    assert studies.find(lab, "it").seed == 2
+    assert studies.find_study(lab, "it").seed == 2
 
 
 def test_the_experiment_of_a_condition_is_served_whole(lab_server: LabServer) -> None:

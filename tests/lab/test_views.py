@@ -22,7 +22,7 @@ def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_a
     fittest = int(record.energy.values[2].argmax())
     header, found = arrays(looks_server.address, "view", **LIFE)
     assert (header["kind"], header["agent"], header["visits"], header["marks"]) == (
-        "cells",
+        "grid",
         fittest,
         "environment",
         {"food": "green"},
@@ -89,7 +89,7 @@ def test_what_is_not_there_is_refused(
 ) -> None:
     address = looks_server.address
     assert refusal(address, "view", 404, **LIFE | {"view": "live"}) == (
-        "cells is of the model cell-foragers, which declares no view 'live' (did you mean 'life'?); it declares life"
+        "cells: the model cell-foragers has no view 'live' (did you mean 'life'?); its views are life"
     )
     assert (
         refusal(address, "view", 404, **LIFE, agent=20)
@@ -101,5 +101,5 @@ def test_what_is_not_there_is_refused(
     assert "view is missing" in refusal(
         address, "view", 400, **{name: value for name, value in LIFE.items() if name != "view"}
     )
-    monkeypatch.setattr(life_query, "MOST_BYTES", 1000)
-    assert "more than one answer may hold" in refusal(address, "view", 400, **LIFE, agent=4)
+    monkeypatch.setattr(life_query, "MAX_BYTES", 1000)
+    assert "one response can contain" in refusal(address, "view", 400, **LIFE, agent=4)

@@ -77,8 +77,8 @@ function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen
     const teacher = recording.learnsFrom(step, pupil);
     if (teacher === null || (chosen != null && chosen !== pupil && chosen !== teacher)) continue;
     const [across, down] = [
-      shortest(x[teacher] - x[pupil], world.width),
-      shortest(y[teacher] - y[pupil], world.height),
+      shortestDistance(x[teacher] - x[pupil], world.width),
+      shortestDistance(y[teacher] - y[pupil], world.height),
     ];
     pen.beginPath();
     pen.moveTo(x[pupil], y[pupil]);
@@ -91,7 +91,7 @@ function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen
 }
 
 /** Of two ways round a circle of that size, of which one is given, the shorter. */
-export function shortest(way, size) {
+export function shortestDistance(way, size) {
   if (way > size / 2) return way - size;
   return way < -size / 2 ? way + size : way;
 }

@@ -1,7 +1,7 @@
 /** A bar for each locus, whose parts are the shares of its alleles; the same as a table for those who do not see it. */
 
 import { el, format } from "./common.js";
-import { Tip } from "./tip.js";
+import { Tooltip } from "./tooltip.js";
 
 const COLOURS = ["blue", "orange", "green", "purple", "sky", "vermilion"]; // of the alleles, in their order
 const FEW = 12; // loci that are numbered, at most
@@ -13,7 +13,7 @@ export class AlleleBars {
     this.legend = el("div", {
       class: "legend",
       role: "group",
-      "aria-label": "Legend, from below",
+      "aria-label": "Legend, from bottom to top",
       "data-testid": "alleles-legend",
     });
     this.plot = el("div", { class: "allele-plot", "data-testid": "alleles" });
@@ -37,7 +37,7 @@ export class AlleleBars {
       this.chart,
       el("div", { class: "visually-hidden" }, this.table),
     );
-    this.tip = new Tip(this.plot);
+    this.tip = new Tooltip(this.plot);
     this.plot.addEventListener("pointermove", (event) => this.point(event));
     this.plot.addEventListener("pointerleave", () => this.tip.show(null));
     this.clear();
@@ -71,7 +71,7 @@ export class AlleleBars {
     this.plot.prepend(...this.loci.map(({ bar }) => bar));
     const entry = (name, number) =>
       el("span", { class: "entry" }, el("i", { class: "allele", style: colours(number) }), name);
-    this.legend.replaceChildren("from below:", ...alleles.map(entry));
+    this.legend.replaceChildren("from bottom to top:", ...alleles.map(entry));
     this.caption = el("caption");
     const head = ["locus", ...alleles].map((name) => el("th", { scope: "col" }, name));
     this.table.replaceChildren(

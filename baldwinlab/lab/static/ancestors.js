@@ -2,19 +2,19 @@
 
 import { el, format, getJSON, message } from "./common.js";
 import { query } from "./sources.js";
-import { Trace, hint } from "./trace.js";
+import { LifetimeChart, colorKey } from "./lifetime_chart.js";
 
 /** @typedef {{first: number, agents: number[], eaten: number[], others: number[], eaten_of_others: number[], ancestors: number[], mean: number[]}} Line */
 
-const COLUMNS = ["generation", "fitter parent", "other parent", "all"];
+const COLUMNS = ["generation", "fitter parent", "other parent", "ancestors"];
 
 export class Ancestors {
   /** @param {(source: import("./sources.js").Source, agent: number) => void} open */
   constructor(open) {
     this.open = open;
     this.words = el("p", { class: "soft" });
-    this.trace = new Trace("food eaten along the line", (generation) => this.visit(generation), 96);
-    this.trace.root.append(hint(["chosen", "this line"], ["meal", "the average agent"]));
+    this.trace = new LifetimeChart("food eaten by the ancestors", (generation) => this.visit(generation), 96);
+    this.trace.root.append(colorKey(["chosen", "this lineage"], ["meal", "average agent"]));
     this.lines = el("tbody");
     const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
     this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.lines);
@@ -65,8 +65,8 @@ export class Ancestors {
     const last = first + agents.length - 1;
     const alone = agents.length === 1;
     this.words.textContent = alone
-      ? "It has none: its weights were drawn afresh."
-      : `The line of the fitter parents, back to generation ${first}, and what each ate; beside it the other parents. All: from how many agents of a generation it descends.`;
+      ? "This agent has no parents: its weights are random."
+      : `The table follows the fitter parent back to generation ${first} and shows how many items each agent ate. The last column is the number of ancestors in that generation.`;
     for (const part of [this.trace.root, this.table]) part.hidden = alone;
     const most = Math.max(1, ...eaten, ...mean);
     this.trace.set(

@@ -1,7 +1,7 @@
 // Box plots with every value as a point; a point can be a link. Drawn as SVG, so that points can be reached with the keyboard.
 
 import { el } from "./common.js";
-import { gridLine, niceTicks, note, pictureFile, svg } from "./drawing.js";
+import { gridLine, niceTicks, textLabel, svgFile, svg } from "./drawing.js";
 
 const TOP = 10,
   BOTTOM = 8,
@@ -39,7 +39,7 @@ export function boxChart(root, options) {
   const alone = groups.map(({ href, ...group }) => group); // a file leads nowhere
   return {
     svg: () =>
-      pictureFile(title, FILE.width, FILE.height, picture(title, alone, FILE.width, FILE.height)),
+      svgFile(title, FILE.width, FILE.height, picture(title, alone, FILE.width, FILE.height)),
     destroy: () => resized.disconnect(),
   };
 }
@@ -63,7 +63,7 @@ function picture(title, groups, width, height) {
   for (const tick of ticks) {
     drawing.append(
       gridLine(LEFT, y(tick), width, y(tick)),
-      note(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }),
+      textLabel(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }),
     );
   }
   groups.forEach((group, number) => {
@@ -121,7 +121,7 @@ function label(text, x, y, slanted) {
   const place = slanted
     ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` }
     : { "text-anchor": "middle", x, y };
-  return note(text, place);
+  return textLabel(text, place);
 }
 
 /** Median, quartiles (interpolated linearly) and the farthest values within 1.5 times their distance. */

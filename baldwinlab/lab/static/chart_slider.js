@@ -2,7 +2,7 @@
 
 import { el } from "./common.js";
 import { palette } from "./palette.js";
-import { Tip } from "./tip.js";
+import { Tooltip } from "./tooltip.js";
 
 const THUMB = 16; // CSS pixels; the slider is wider than its canvas by half of them at each end
 
@@ -12,7 +12,7 @@ export class ChartSlider {
     this.canvas = el("canvas", { "aria-hidden": "true" });
     this.slider = el("input", { type: "range", min: 0, step: 1, value: 0, ...attributes });
     this.root = el("div", { class: `chart-slider ${kind}` }, this.canvas, this.slider);
-    this.tip = new Tip(this.root);
+    this.tip = new Tooltip(this.root);
     const share = (event) => (event.offsetX - THUMB / 2) / Math.max(1, this.canvas.clientWidth);
     this.slider.addEventListener(
       "pointermove",

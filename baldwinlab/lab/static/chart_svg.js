@@ -1,13 +1,13 @@
 /** A chart of curves as a file: the same curves, bands, axes and legend as on the page, drawn from the same numbers. */
 
-import { gridLine, note, pictureFile, svg, ticksBetween } from "./drawing.js";
+import { gridLine, textLabel, svgFile, svg, ticksBetween } from "./drawing.js";
 
 const [WIDTH, PLOT] = [760, 340]; // units; the height is that of the plot alone
 const [LEFT, RIGHT, TOP, BELOW] = [64, 20, 8, 52];
 const [ROW, LETTER] = [22, 6.8]; // of the legend: a row's height, and about how wide a letter is
 
 /** The y axis: fitness and shares begin at nought. */
-export function rangeFrom(low, high) {
+export function axisRange(low, high) {
   if (low == null) return [0, 1];
   return [Math.min(low, 0), high > Math.max(low, 0) ? high * 1.05 : Math.max(low, 0) + 1];
 }
@@ -22,7 +22,7 @@ export function rangeFrom(low, high) {
  * @param {string} [chart.xLabel]
  * @param {string} [chart.yLabel]
  */
-export function curvesFile({ title, x, names, series, xLabel = "", yLabel = "" }) {
+export function curvesSvg({ title, x, names, series, xLabel = "", yLabel = "" }) {
   const scale = scaleOf(x, names, series);
   const keys = legend(series);
   const drawing = svg(
@@ -38,7 +38,7 @@ export function curvesFile({ title, x, names, series, xLabel = "", yLabel = "" }
     ...series.map((one) => mean(scale, x, one)),
     keys.drawing,
   );
-  return pictureFile(title, WIDTH, TOP + PLOT + BELOW + keys.height, drawing);
+  return svgFile(title, WIDTH, TOP + PLOT + BELOW + keys.height, drawing);
 }
 
 function scaleOf(x, names, series) {
@@ -49,7 +49,7 @@ function scaleOf(x, names, series) {
   for (const values of all)
     for (const value of values)
       if (value !== null) [least, most] = [Math.min(least, value), Math.max(most, value)];
-  const [low, high] = rangeFrom(least > most ? null : least, most);
+  const [low, high] = axisRange(least > most ? null : least, most);
   const [first, last] = names
     ? [-0.5, names.length - 0.5]
     : x.length > 1
@@ -68,12 +68,12 @@ function scaleOf(x, names, series) {
 function axes(scale, x, names, xLabel, yLabel) {
   const rows = ticksBetween(scale.low, scale.high).map((tick) => [
     gridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
-    note(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" }),
+    textLabel(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" }),
   ]);
   const ticks = names ? Array.from(x) : ticksBetween(scale.first, scale.last, 1); // generations are whole
   const columns = ticks.map((tick) => [
     gridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT),
-    note(names ? names[tick] : String(tick), {
+    textLabel(names ? names[tick] : String(tick), {
       x: scale.x(tick),
       y: TOP + PLOT + 18,
       "text-anchor": "middle",
@@ -85,8 +85,8 @@ function axes(scale, x, names, xLabel, yLabel) {
     {},
     ...rows.flat(),
     ...columns.flat(),
-    note(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
-    note(yLabel, { transform: `translate(16 ${height}) rotate(-90)`, "text-anchor": "middle" }),
+    textLabel(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
+    textLabel(yLabel, { transform: `translate(16 ${height}) rotate(-90)`, "text-anchor": "middle" }),
   );
 }
 
@@ -164,7 +164,7 @@ function legend(series) {
         "stroke-width": 3,
         "stroke-dasharray": dash.join(" "),
       }),
-      note(label, { x: x + 28, y: y + 4 }),
+      textLabel(label, { x: x + 28, y: y + 4 }),
     );
   });
   return { drawing: svg("g", {}, ...entries), height: (row + 1) * ROW + 6 };

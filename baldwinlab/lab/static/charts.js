@@ -1,7 +1,7 @@
 // Charts: curves with bands (uPlot), and box plots whose points are links (box_chart.js). Both follow the page's colours.
 
 import uPlot from "./vendor/uPlot.esm.js";
-import { curvesFile, rangeFrom } from "./chart_svg.js";
+import { curvesSvg, axisRange } from "./chart_svg.js";
 import { el } from "./common.js";
 import { svg } from "./drawing.js";
 import { palette } from "./palette.js";
@@ -16,7 +16,7 @@ const WHOLE = [1, 2, 5]
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
 
 /** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
-export function look(number) {
+export function seriesStyle(number) {
   return {
     color: palette[`series-${number % 7}`],
     dash: DASHES[((number % 7) + Math.floor(number / 7)) % 4],
@@ -48,7 +48,7 @@ export function runSwitch(checked, changed) {
     "data-testid": "each-run",
     onchange: () => changed(input.checked),
   });
-  return el("label", { class: "inline" }, input, "each run as a line");
+  return el("label", { class: "inline" }, input, "show each run");
 }
 
 /**
@@ -176,9 +176,9 @@ export function lineChart(root, options) {
     },
     svg() {
       const shown = series
-        .map((one, number) => ({ ...look(number), ...one }))
+        .map((one, number) => ({ ...seriesStyle(number), ...one }))
         .filter(({ label }) => !hidden.has(label));
-      return curvesFile({ ...options, x, series: shown });
+      return curvesSvg({ ...options, x, series: shown });
     },
     destroy() {
       resized.disconnect();
@@ -233,7 +233,7 @@ function settings(plot, series, hidden, options, showValues) {
   });
   const edge = (show) => ({ show, stroke: "transparent", width: 0, points: { show: false } });
   const runs = runsOf(series).map(({ label, number }) => {
-    const color = series[number].color ?? look(number).color;
+    const color = series[number].color ?? seriesStyle(number).color;
     return {
       label,
       show: !hidden.has(label),
@@ -243,7 +243,7 @@ function settings(plot, series, hidden, options, showValues) {
     };
   });
   const lines = series.flatMap((one, number) => {
-    const { color, dash } = { ...look(number), ...one };
+    const { color, dash } = { ...seriesStyle(number), ...one };
     const show = !hidden.has(one.label);
     const points = { show: Boolean(options.names) || one.values.length < 2, size: 6, fill: color };
     return [
@@ -263,7 +263,7 @@ function settings(plot, series, hidden, options, showValues) {
     legend: { show: false },
     scales: {
       x: { time: false, ...(options.names && { range: [-0.5, options.names.length - 0.5] }) },
-      y: { range: (_, low, high) => rangeFrom(low, high) },
+      y: { range: (_, low, high) => axisRange(low, high) },
     },
     axes: [
       { ...axis(options.xLabel), space: 60, size: 30, incrs: WHOLE, ...named(options.names) },
@@ -272,7 +272,7 @@ function settings(plot, series, hidden, options, showValues) {
     series: [{}, ...runs, ...lines],
     bands: series.map((one, number) => ({
       series: [runs.length + 3 * number + 2, runs.length + 3 * number + 3],
-      fill: `${one.color ?? look(number).color}${series.length > MANY ? "12" : "2e"}`,
+      fill: `${one.color ?? seriesStyle(number).color}${series.length > MANY ? "12" : "2e"}`,
     })),
     focus: { alpha: 0.25 },
     cursor: {
@@ -309,7 +309,7 @@ function cursorPoint(chart, column) {
 }
 
 function legendEntry(one, number, hidden, toggle) {
-  const { color, dash } = { ...look(number), ...one };
+  const { color, dash } = { ...seriesStyle(number), ...one };
   const button = el(
     "button",
     { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(one.label)) },

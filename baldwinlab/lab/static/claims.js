@@ -12,8 +12,8 @@ export const VERDICTS = {
 const MEASURES = {
   best: "best agent",
   mean: "average agent",
-  share: "share that eats",
-  most: "most that any agent ate",
+  share: "share of agents that eat",
+  most: "maximum eaten by one agent",
 };
 
 /**
@@ -39,9 +39,9 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
       el(
         "p",
         { class: "soft" },
-        "The claims of this study's paper are not decided yet. ",
+        "The claims of this study have not been evaluated yet. Run ",
         el("code", {}, `baldwinlab report ${study.id}`),
-        " decides them.",
+        ".",
       ),
     );
     return section;
@@ -53,7 +53,7 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
         "p",
         { role: "note", "data-testid": "claims-changes" },
         el("strong", {}, `Changed model: ${changes.join(", ")}.`),
-        " No verdict here is about the model of the paper.",
+        " These verdicts do not apply to the model of the paper.",
       ),
     );
   section.append(el("p", { class: "soft" }, counted(claims)));
@@ -120,7 +120,7 @@ function measured(claim) {
   if (claim.effect === null)
     return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
   const against =
-    claim.p === null ? claim.condition : `${claim.condition} less ${claim.comparison}`;
+    claim.p === null ? claim.condition : `${claim.condition} minus ${claim.comparison}`;
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval
     ? ` (95 % interval ${claim.interval.map(format).join(" to ")})`
@@ -130,7 +130,7 @@ function measured(claim) {
       ? ""
       : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
   const weakest =
-    claim.comparisons.length > 1 ? `; it decides, of ${claim.comparisons.length} comparisons` : "";
+    claim.comparisons.length > 1 ? `; the weakest of ${claim.comparisons.length} comparisons` : "";
   return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
 }
 
@@ -141,6 +141,6 @@ function watchLink([life, beside]) {
   return el(
     "a",
     { href: address },
-    beside ? `${life.condition} beside ${beside.condition}` : life.condition,
+    beside ? `${life.condition} and ${beside.condition}` : life.condition,
   );
 }

@@ -44,12 +44,12 @@ export class Refusal extends Error {
 let here = null; // answers in the place of a server, in a page that has none
 
 /** @param {{get: (path: string, signal?: AbortSignal) => Promise<any>, post: (path: string, body: any) => Promise<any>}} answerer */
-export function answeredBy(answerer) {
+export function useLocalServer(answerer) {
   here = answerer;
 }
 
 /** Whether there is no server, and what needs one is not to be offered. */
-export function serverless() {
+export function isServerless() {
   return here !== null;
 }
 
@@ -91,7 +91,7 @@ const TYPES = {
 export function unpack(buffer) {
   const bytes = new Uint8Array(buffer, 0, 8);
   if (String.fromCharCode(...bytes.subarray(0, 4)) !== "BALD")
-    throw new Error("The server sent something that is no recording.");
+    throw new Error("The server sent data that is not a recording.");
   const length = new DataView(buffer).getUint32(4, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
   const arrays = {};
@@ -118,7 +118,7 @@ function summed(kept, [rows, columns]) {
 }
 
 /** Base64 of deflated bytes, unpacked. @returns {Promise<ArrayBuffer>} */
-export async function inflated(text) {
+export async function inflate(text) {
   const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   return new Response(
     new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw")),
@@ -154,7 +154,7 @@ async function sentence(answer) {
   }
 }
 
-const LOST = "The connection to baldwinlab is lost; trying again …";
+const LOST = "There is no connection to baldwinlab. Trying again …";
 
 /** Show or hide the banner of a lost connection. @param {boolean} there @param {string} [reason] */
 export function connection(there, reason = LOST) {

@@ -4,7 +4,7 @@ import { el, format } from "./common.js";
 
 const MEASURES = { mean: "average agent", best: "best agent" };
 const TONES = { higher: "good", lower: "warm" };
-const HEADINGS = ["Condition", "Verdict", "Effect [95 % interval]", "p corrected", "A12", "Runs"];
+const HEADINGS = ["Condition", "Verdict", "Effect [95 % interval]", "Corrected p", "A12", "Runs"];
 const MOST_OPEN = 4; // rows; a longer table is folded
 
 /** @param {{pairing: string, too_few: string, rows: object[]}|undefined} comparison of the study's results */
@@ -17,7 +17,7 @@ export function comparisonTable(comparison) {
       class: "results-comparison",
       tabindex: "0",
       role: "region",
-      "aria-label": "Comparison of the conditions",
+      "aria-label": "Comparison of conditions",
     },
     el(
       "table",
@@ -31,11 +31,11 @@ export function comparisonTable(comparison) {
     ),
   );
   const words =
-    "The effect is the difference of the medians over runs. p is that of the Mann-Whitney test, corrected by Holm's method.";
+    "The effect is the difference between the medians of the runs. The p-value is from the Mann-Whitney test with Holm's correction.";
   return el(
     "details",
     { class: "card", open: rows.length <= MOST_OPEN, "data-testid": "comparison" },
-    el("summary", {}, "Comparison of the conditions"),
+    el("summary", {}, "Comparison of conditions"),
     el("p", { class: "soft" }, `${pairing} ${words}`),
     ...(tooFew ? [el("p", {}, tooFew)] : []),
     table,
@@ -51,7 +51,7 @@ function line(row) {
       "th",
       { scope: "row" },
       row.condition_a,
-      el("small", {}, `against ${row.condition_b}, ${MEASURES[row.measure]}`),
+      el("small", {}, `compared with ${row.condition_b}, ${MEASURES[row.measure]}`),
     ),
     el("td", {}, el("span", { class: `badge ${TONES[row.verdict] ?? ""}` }, row.verdict)),
     el("td", {}, `${row.effect > 0 ? "+" : ""}${format(row.effect)}${interval}`),

@@ -18,12 +18,12 @@ export function gridLine(x1, y1, x2, y2) {
 }
 
 /** A word or a number beside a plot. */
-export function note(text, place) {
+export function textLabel(text, place) {
   return svg("text", { fill: "currentColor", "font-size": 12, opacity: 0.85, ...place }, text);
 }
 
 /** The text of a file with a drawing under its title, black on white, whatever the page's ground is. */
-export function pictureFile(title, width, height, drawing) {
+export function svgFile(title, width, height, drawing) {
   const whole = svg(
     "svg",
     {

@@ -22,7 +22,7 @@ const NUMBERS = {
 const HEAD = 32; // bytes of an array's description before its shape
 
 export const REFUSED =
-  "The browser refused the memory that this experiment takes; fewer agents, items or units take less.";
+  "The browser did not provide enough memory for this experiment. Use fewer agents, items or units.";
 
 /** @typedef {{plan: Object<string, any>, code: WebAssembly.Module}} Program */
 
@@ -30,7 +30,7 @@ export class Engine {
   /** @param {Program} program one that `load` gave */
   constructor({ plan, code }) {
     this.plan = plan;
-    this.memory = ask(() => new WebAssembly.Memory({ initial: 16 }));
+    this.memory = orRefuse(() => new WebAssembly.Memory({ initial: 16 }));
     this.made = new WebAssembly.Instance(code, { env: { memory: this.memory } }).exports;
     this.first = this.made.__heap_base.value;
   }
@@ -148,7 +148,7 @@ export class Engine {
     const at = Math.ceil(this.free / ALIGNED) * ALIGNED;
     this.free = at + bytes;
     const missing = Math.ceil((this.free - this.memory.buffer.byteLength) / PAGE);
-    if (missing > 0) ask(() => this.memory.grow(missing));
+    if (missing > 0) orRefuse(() => this.memory.grow(missing));
     return at;
   }
 }
@@ -157,13 +157,13 @@ export class Engine {
 export async function load(bytes, plan) {
   if (typeof WebAssembly === "undefined" || !WebAssembly.validate(bytes)) {
     throw new Error(
-      "This browser has no WebAssembly with SIMD, which evolution runs in here; a browser of 2021 or later has it.",
+      "This browser does not support WebAssembly with SIMD. Use a browser released in 2021 or later.",
     );
   }
   return { plan, code: await WebAssembly.compile(bytes) };
 }
 
-function ask(make) {
+function orRefuse(make) {
   try {
     return make();
   } catch {

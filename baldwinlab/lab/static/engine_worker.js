@@ -1,8 +1,8 @@
 /** What a worker of a page without a server does: some runs of an experiment, and any life of them again. */
 
 import { REFUSED, load } from "./engine.js";
-import { Run, simulate } from "./lives.js";
-import { lookInside, partOf, record } from "./looking.js";
+import { Run, simulate } from "./simulation.js";
+import { inspectAgent, spanOf, record } from "./lifetime_recorder.js";
 
 const WARMING = 150; // ms
 const PIECE = 100; // steps
@@ -52,12 +52,12 @@ const ORDERS = {
     const found = groups.get(group).made.find((one) => one.run === run).genomes[generation];
     if (!found)
       throw new Error(
-        `The genomes of generation ${generation} are no longer kept: a page keeps those of the newest only.`,
+        `The genomes of generation ${generation} are no longer in memory. The page stores only the newest generations.`,
       );
     return found;
   },
   recording: (wanted) => looked(wanted, record),
-  inside: (wanted) => looked(wanted, lookInside),
+  inside: (wanted) => looked(wanted, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
     simulate(loaded.get(program), experiment, seed, run),
   /** Live no further, in mid-life too; what has lived can still be seen. */
@@ -92,7 +92,7 @@ async function livedInPieces(living, wanted) {
 function looked({ program, experiment, seed, run, genome, first, last, ...wanted }, look) {
   const again = new Run(loaded.get(program), experiment, seed, run);
   again.engine.array("population.genome").set(genome);
-  const part = partOf(experiment, first, last);
+  const part = spanOf(experiment, first, last);
   return {
     part,
     sizes: Array.from(again.engine.array("setting.sizes"), Number),

@@ -13,7 +13,7 @@ function scrolls(page) {
  * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void,
  *   hovered?: (agent: number|null, x: number, y: number) => void}} tell
  */
-export function listen(canvas, view, { changed, picked, fitted, hovered }) {
+export function bindGestures(canvas, view, { changed, picked, fitted, hovered }) {
   const pointers = new Map();
   let moved = 0;
   const place = (event) => [event.offsetX, event.offsetY];

@@ -4,20 +4,20 @@ import { el } from "./common.js";
 
 const KEYS = {
   space: "play or pause",
-  "← →": "a step back or on; with shift: 100",
+  "← →": "one step back or forward (with Shift: 100)",
   "Home End": "first or last step",
-  "p n": "the meal before or after this step, of the open agent or of any",
+  "p n": "previous or next meal (of the open agent, or of any agent)",
   "+ −": "faster or slower",
-  "[ ]": "generation before or after",
-  g: "the life of one generation after the other",
-  0: "the whole map",
-  c: "side by side",
-  a: "the list of all agents",
+  "[ ]": "previous or next generation",
+  g: "play the generations one after another",
+  0: "show the whole map",
+  c: "compare two lifetimes",
+  a: "list of all agents",
   Esc: "close the inspector",
 };
 
-/** Does what a key means. @param {KeyboardEvent} event @param {import("./view_world.js").WorldTab} view */
-export function steer(event, view) {
+/** Does what a key means. @param {KeyboardEvent} event @param {import("./world_tab.js").WorldTab} view */
+export function handleWorldKey(event, view) {
   if (view.transport?.help.open || !view.panels.length) return;
   const { player } = view;
   act(event, view.timeline.slider, {
@@ -41,8 +41,8 @@ export function steer(event, view) {
   });
 }
 
-/** The same where lives have no world; time goes where what is shown has a time. @param {KeyboardEvent} event @param {import("./view_looks.js").LooksTab} view */
-export function steerGenerations(event, view) {
+/** The same where lives have no world; time goes where what is shown has a time. @param {KeyboardEvent} event @param {import("./model_tab.js").ModelTab} view */
+export function handleGenerationKey(event, view) {
   const { player } = view.panel.drawer ?? {};
   const time = player && {
     " ": () => player.toggle(),
@@ -81,19 +81,19 @@ function hasKeys({ target, key }, own) {
 }
 
 /** The dialog that lists them. */
-export function help() {
+export function keyboardDialog() {
   const lines = Object.entries(KEYS).map(([key, what]) =>
     el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, what)),
   );
   return el(
     "dialog",
-    { "aria-label": "Keys" },
-    el("h2", {}, "Keys"),
+    { "aria-label": "Keyboard shortcuts" },
+    el("h2", {}, "Keyboard shortcuts"),
     el("table", {}, lines),
     el(
       "p",
       { class: "soft" },
-      "The wheel, with Ctrl where the page scrolls, or a pinch zooms; dragging moves; a click or tap on an agent opens it.",
+      "Zoom with the mouse wheel (with Ctrl if the page scrolls) or with two fingers. Drag to move the map. Click or tap an agent to inspect it.",
     ),
     el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")),
   );

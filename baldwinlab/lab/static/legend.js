@@ -1,9 +1,9 @@
 /** What the marks in a world mean. */
 
 import { el } from "./common.js";
-import { cssShade } from "./palette.js";
+import { cssColor } from "./palette.js";
 
-const MARKS = { agent: "has eaten", hungry: "never ate", lit: "sensor fires", meal: "eats now" };
+const MARKS = { agent: "has eaten", hungry: "has not eaten", lit: "active sensor", meal: "eating" };
 
 export class Legend {
   constructor() {
@@ -30,7 +30,7 @@ export class Legend {
     );
     this.kinds.replaceChildren(
       ...[...different].map(([name, colour]) =>
-        entry(name, { class: "mark item", style: `background: ${cssShade(colour)}` }),
+        entry(name, { class: "mark item", style: `background: ${cssColor(colour)}` }),
       ),
     );
   }

@@ -2,7 +2,7 @@
 
 import { AlleleBars } from "./allele_bars.js";
 import { el, getBinary, message } from "./common.js";
-import { runPicker, whole } from "./live_world.js";
+import { runPicker, wholeNumber } from "./live_world.js";
 
 export class LiveAlleles {
   /**
@@ -21,10 +21,10 @@ export class LiveAlleles {
       kept: null,
       stop: new AbortController(),
     });
-    this.run = Math.min(whole(state.run) ?? 0, runs - 1);
-    this.picked = whole(state.generation);
+    this.run = Math.min(wholeNumber(state.run) ?? 0, runs - 1);
+    this.picked = wholeNumber(state.generation);
     this.bars = new AlleleBars();
-    const newest = "Go on with the newest generation as the run goes on";
+    const newest = "Follow the newest generation";
     this.newest = el(
       "button",
       {

@@ -10,12 +10,12 @@ const feeds = new Map();
 let make = (id) => new Feed(id);
 
 /** @param {(id: string) => Feed} maker of feeds that are not a server's */
-export function feedsFrom(maker) {
+export function setFeedFactory(maker) {
   make = maker;
 }
 
 /** The feed of a run. Those of other runs that have ended are closed, so that the server can forget them. */
-export function feedOf(id) {
+export function openFeed(id) {
   for (const feed of [...feeds.values()]) if (feed.id !== id && feed.ended) feed.close();
   return feeds.get(id) ?? make(id);
 }
@@ -89,7 +89,7 @@ export class Feed {
   /** @param {{do: "pause"|"resume"|"stop"}|{do: "pace", seconds: number}} order */
   send(order) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(order));
-    else this.failed("There is no connection at the moment; it is being tried again.");
+    else this.failed("There is no connection to the lab. The page tries again.");
   }
 
   disconnect() {

@@ -1,22 +1,22 @@
 /** A laboratory in one file: the lab's live runs, with an engine of the page's own in the place of a server (export.py). */
 
 import { asked, follow, followed, navigate } from "./address.js";
-import { answeredBy, message } from "./common.js";
+import { useLocalServer, message } from "./common.js";
 import { Guide } from "./guide.js";
-import { Here } from "./here.js";
-import { feedsFrom } from "./live_feed.js";
+import { BrowserLab } from "./browser_lab.js";
+import { setFeedFactory } from "./live_feed.js";
 import { LIVE } from "./topics.js";
 import { mount } from "./view_live.js";
 
 /**
  * @param {HTMLElement} root is filled; the page has elements for #about, #actions and #messages, too
- * @param {import("./here.js").Laboratory} laboratory
+ * @param {import("./browser_lab.js").Laboratory} laboratory
  * @param {string} code of a worker
  */
 export function open(root, laboratory, code) {
-  const here = new Here(laboratory, code);
-  answeredBy(here);
-  feedsFrom((id) => here.feed(id));
+  const here = new BrowserLab(laboratory, code);
+  useLocalServer(here);
+  setFeedFactory((id) => here.feed(id));
   window.baldwinlab = { simulate: (wanted) => here.simulate(wanted) };
   addEventListener("unhandledrejection", (event) => {
     event.preventDefault();

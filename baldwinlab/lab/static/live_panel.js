@@ -1,13 +1,13 @@
 /** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
 
-import { lineChart, look, runSwitch } from "./charts.js";
-import { el, message, postJSON, serverless } from "./common.js";
+import { lineChart, seriesStyle, runSwitch } from "./charts.js";
+import { el, message, postJSON, isServerless } from "./common.js";
 import { LiveAlleles } from "./live_alleles.js";
 import { LiveWorld } from "./live_world.js";
-import { chartSaves } from "./saving.js";
+import { chartDownloads } from "./downloads.js";
 
 const WORDS = {
-  preparing: ["Getting ready", ""],
+  preparing: ["Preparing", ""],
   running: ["Running", "good"],
   paused: ["Paused", "warm"],
   done: ["Done", "good"],
@@ -30,7 +30,7 @@ export function livePanel(root, feed, state, navigate, again) {
   const world = Lives ? new Lives(feed.id, runs, state, navigate) : noWorld(experiment.model);
   const [badge, progress] = [
     el("span", { "data-testid": "live-state" }),
-    el("progress", { "aria-label": "Generations that have lived" }),
+    el("progress", { "aria-label": "Simulated generations" }),
   ];
   const [count, fault] = [
     el("span", { class: "number", "data-testid": "live-count" }),
@@ -108,13 +108,13 @@ function noWorld(model) {
   const element = el(
     "section",
     { class: "card", "data-testid": "live-no-world" },
-    el("p", { class: "soft" }, `Lives of the model ${model} have no world to watch.`),
+    el("p", { class: "soft" }, `The model ${model} has no world to show.`),
   );
   const nothing = () => {};
   return { element, pick: nothing, offer: nothing, keptAs: nothing, close: nothing };
 }
 
-/** Curves of fitness and of the share that eats; a click on one shows that generation's world, if there are worlds. */
+/** Curves of fitness and of the share of agents that eat; a click on one shows that generation's world, if there are worlds. */
 function curves(feed, fitness, share, eachRun, pick) {
   const {
     runs,
@@ -133,7 +133,7 @@ function curves(feed, fitness, share, eachRun, pick) {
     }));
     return {
       label,
-      color: look(number).color,
+      color: seriesStyle(number).color,
       values: whole(mean),
       low: whole(low),
       high: whole(high),
@@ -141,9 +141,9 @@ function curves(feed, fitness, share, eachRun, pick) {
     };
   };
   const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
-  const shares = () => [band(worlds ? "share that eats" : "share above 0", "share", 2)];
+  const shares = () => [band(worlds ? "share of agents that eat" : "share above 0", "share", 2)];
   const options = { x, xLabel: "generation", height: 210, onPick: ({ x, run }) => pick(x, run) };
-  const over = runs > 1 ? `, mean of ${runs} runs with its 95 % band` : "";
+  const over = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
   const chart = (root, name, more, shown) => {
     const plot = el("div");
     const made = lineChart(plot, { ...options, ...more, series: shown() });
@@ -161,7 +161,7 @@ function curves(feed, fitness, share, eachRun, pick) {
       );
     root.append(
       plot,
-      chartSaves(name, ["curve", "generation", "mean", "low", "high"], rows, made.svg),
+      chartDownloads(name, ["curve", "generation", "mean", "low", "high"], rows, made.svg),
     );
     return made;
   };
@@ -169,14 +169,14 @@ function curves(feed, fitness, share, eachRun, pick) {
     chart(
       fitness,
       "fitness",
-      { title: `Fitness${over}`, yLabel: worlds ? "energy eaten" : "fitness" },
+      { title: `Fitness${over}`, yLabel: worlds ? "fitness (energy)" : "fitness" },
       lines,
     ),
     chart(
       share,
       "share",
       {
-        title: worlds ? "Agents that eat at all" : "Agents with fitness above 0",
+        title: worlds ? "Share of agents that eat" : "Share of agents with fitness above 0",
         yLabel: "share",
         height: 150,
       },
@@ -206,7 +206,7 @@ function controls(feed, experiment, seed, again) {
     {
       type: "button",
       hidden: true,
-      title: "Live one generation more",
+      title: "Simulate one more generation",
       "data-testid": "one-more",
       onclick: () => feed.send({ do: "step" }),
     },
@@ -216,7 +216,7 @@ function controls(feed, experiment, seed, again) {
   const keep = el(
     "button",
     { type: "button", class: "primary", "data-testid": "keep", hidden: true },
-    "Keep as a study …",
+    "Save as a study …",
   );
   const change = el(
     "button",
@@ -235,16 +235,16 @@ function controls(feed, experiment, seed, again) {
   keep.addEventListener("click", () =>
     askName(`live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`, async (name) => {
       feed.about.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
-      message(`Kept as the study ${feed.about.kept}.`, "done");
+      message(`Saved as the study ${feed.about.kept}.`, "done");
       feed.heard();
     }),
   );
   const update = () => {
     pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
     pause.hidden = stop.hidden = feed.ended;
-    step.hidden = feed.ended || feed.state !== "paused" || !serverless();
+    step.hidden = feed.ended || feed.state !== "paused" || !isServerless();
     keep.hidden =
-      serverless() ||
+      isServerless() ||
       Boolean(feed.about.kept) ||
       !["done", "stopped"].includes(feed.state) ||
       !feed.lived;
@@ -268,7 +268,7 @@ function askName(proposed, keep) {
     role: "alert",
     "data-testid": "keep-fault",
   });
-  const done = el("button", { type: "submit", class: "primary", "data-testid": "keep-do" }, "Keep");
+  const done = el("button", { type: "submit", class: "primary", "data-testid": "keep-do" }, "Save");
   const cancel = el(
     "button",
     { type: "button", class: "quiet", onclick: () => dialog.close() },
@@ -277,11 +277,11 @@ function askName(proposed, keep) {
   const form = el(
     "form",
     { class: "live-keep" },
-    el("h2", {}, "Keep this run as a study"),
+    el("h2", {}, "Save this run as a study"),
     el(
       "label",
       { class: "field" },
-      el("span", {}, "Name, below the folder that this lab shows"),
+      el("span", {}, "Name of the study in the folder of this lab"),
       name,
     ),
     fault,

@@ -1,15 +1,15 @@
 /** What a live run is to be: a preset, what is changed of it, how many runs, from which seed, how fast. */
 
-import { el, getJSON, message, postJSON, serverless } from "./common.js";
+import { el, getJSON, message, postJSON, isServerless } from "./common.js";
 import { schemaForm } from "./form.js";
 import { sweepDialog } from "./sweep_dialog.js";
 
 const CHECK_AFTER = 200; // ms after the last change
 const PACES = [
-  ["0", "as fast as it goes"],
-  ["0.1", "10 a second"],
-  ["0.5", "2 a second"],
-  ["5", "one in 5 seconds"],
+  ["0", "as fast as possible"],
+  ["0.1", "10 generations/s"],
+  ["0.5", "2 generations/s"],
+  ["5", "1 generation per 5 s"],
 ]; // seconds a generation
 const PACE = "0.1";
 
@@ -53,7 +53,7 @@ export class Setup {
       {
         type: "button",
         "data-testid": "sweep",
-        hidden: serverless(),
+        hidden: isServerless(),
         onclick: () => this.plan({}),
       },
       "Sweep a field …",
@@ -78,7 +78,7 @@ export class Setup {
     this.reset.addEventListener("click", () => this.take());
     await this.load(parsed(this.state.set));
     root.replaceChildren(this.element());
-    if (this.state.fields && !serverless()) this.plan(parsed(this.state.fields));
+    if (this.state.fields && !isServerless()) this.plan(parsed(this.state.fields));
   }
 
   /** Which fields of the form are to be swept. */
@@ -120,7 +120,7 @@ export class Setup {
     this.heading = el("h1", { tabindex: -1 }, "Live run");
     const element = el(
       "form",
-      { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
+      { class: "card live-setup", novalidate: true, "aria-label": "Settings of the live run" },
       this.heading,
       el("div", { class: "row live-begin" }, start, this.sweep),
       fault,
@@ -159,7 +159,7 @@ export class Setup {
     const name = this.preset.value;
     this.base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
     this.description.textContent = this.presets.find((preset) => preset.name === name).description;
-    await this.build(withChanges(this.base, changes), changes);
+    await this.build(applyChanges(this.base, changes), changes);
   }
 
   /**
@@ -178,7 +178,7 @@ export class Setup {
       this.replace(
         schemaForm(
           schema,
-          withChanges(experiment, since),
+          applyChanges(experiment, since),
           () => this.changed(),
           (value) => this.build(value),
         ),
@@ -240,7 +240,7 @@ export class Setup {
   /** Beside the button that does not start: why, and a way to the field. */
   explain(errors) {
     const [first, ...rest] = errors;
-    const more = rest.length ? ` And ${rest.length} more.` : "";
+    const more = rest.length ? ` Further errors: ${rest.length}.` : "";
     const way = el(
       "button",
       {
@@ -249,7 +249,7 @@ export class Setup {
         "data-testid": "setup-show",
         onclick: () => this.form.go(first.path),
       },
-      "Show it",
+      "Show the field",
     );
     this.fault.replaceChildren(
       ...(first ? [`${first.message}.${more} `] : []),
@@ -287,7 +287,7 @@ function pacePicker(pace, changed) {
   picker.value = pace;
   if (!picker.value) picker.value = PACE;
   picker.addEventListener("change", () => changed(picker.value));
-  return el("label", { class: "field" }, el("span", {}, "Generations"), picker);
+  return el("label", { class: "field" }, el("span", {}, "Speed"), picker);
 }
 
 function number(text, otherwise) {
@@ -299,7 +299,7 @@ function parsed(text) {
   try {
     return JSON.parse(text);
   } catch {
-    message("The changes in this address cannot be read; the preset is shown as it is.", "error");
+    message("The changes in this address cannot be read. The form shows the unchanged preset.", "error");
     return {};
   }
 }
@@ -318,7 +318,7 @@ export function changesOf(tree, base, path = "") {
 }
 
 /** A copy of a tree with the fields of `changes` set, by path; paths that it has not are passed over. */
-export function withChanges(base, changes) {
+export function applyChanges(base, changes) {
   const tree = structuredClone(base);
   for (const [path, value] of Object.entries(changes)) {
     const steps = path.split(".");

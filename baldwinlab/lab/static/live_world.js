@@ -1,7 +1,7 @@
 /** The world of a live run: of its newest generation, as one follows the other, or of one that the reader looks at. */
 
 import { el, getBinary, message } from "./common.js";
-import { Inspector } from "./inside.js";
+import { Inspector } from "./inspector.js";
 import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Lifetime, Recording } from "./recording.js";
@@ -32,16 +32,16 @@ export class LiveWorld {
       since: 0,
       waiting: 0,
     });
-    this.run = Math.min(whole(state.run) ?? 0, runs - 1);
-    this.asked = { generation: whole(state.generation), step: whole(state.step) ?? 0 };
+    this.run = Math.min(wholeNumber(state.run) ?? 0, runs - 1);
+    this.asked = { generation: wholeNumber(state.generation), step: wholeNumber(state.step) ?? 0 };
     this.follows = this.asked.generation === null;
     this.player = new Player((time) => this.draw(time));
     this.player.setSpeed(Number(state.speed) || SPEED);
-    this.figure = new WorldFigure("The world of the generation that is shown", "live-canvas", {
+    this.figure = new WorldFigure("World of the generation shown", "live-canvas", {
       invalidate: () => this.player.invalidate(),
       picked: (agent) => this.picked(agent),
     });
-    this.figure.agent = whole(state.agent);
+    this.figure.agent = wholeNumber(state.agent);
     this.bar = new TimeBar(this.player, "live", () => this.hold());
     this.legend = new Legend();
     this.inspector = new Inspector({
@@ -59,9 +59,9 @@ export class LiveWorld {
     this.title = el(
       "h2",
       { class: "number", "data-testid": "live-caption" },
-      "The first generation lives …",
+      "Simulating the first generation …",
     );
-    const newest = "Go on with the newest generation as the run goes on";
+    const newest = "Follow the newest generation";
     this.newest = el(
       "button",
       {
@@ -299,7 +299,7 @@ export function runPicker(runs, run, chosen) {
   );
   const picker = el(
     "select",
-    { "aria-label": "Which run is shown", "data-testid": "live-run" },
+    { "aria-label": "Run shown", "data-testid": "live-run" },
     ...options,
   );
   picker.value = String(run);
@@ -308,6 +308,6 @@ export function runPicker(runs, run, chosen) {
 }
 
 /** A whole number in an address, or null. */
-export function whole(text) {
+export function wholeNumber(text) {
   return /^\d+$/.test(text ?? "") ? Number(text) : null;
 }

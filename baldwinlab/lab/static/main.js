@@ -4,7 +4,7 @@ import { address, asked, follow, followed, navigate } from "./address.js";
 import { message } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
-import { KEEPING, LIVE, PAPERS, RESULTS } from "./topics.js";
+import { LIVE, PAPERS, RESULTS, SAVING } from "./topics.js";
 
 const VIEWS = {
   papers: { title: "Papers", load: () => import("./view_papers.js"), about: PAPERS },
@@ -12,14 +12,14 @@ const VIEWS = {
     title: "World",
     ofStudy: true,
     lives: true,
-    load: () => import("./view_lives.js"),
+    load: () => import("./view_world.js"),
     about: [],
   }, // what it shows is in the recording's own words
   live: {
     title: "Live run",
     lives: true,
     load: () => import("./view_live.js"),
-    about: [...LIVE, KEEPING],
+    about: [...LIVE, SAVING],
   },
   results: {
     title: "Results",
@@ -75,8 +75,8 @@ async function show() {
 
 /** What lives waits for the engine. */
 async function engineReady(wanted) {
-  const { untilReady } = await import("./first_life.js");
-  await untilReady(root, wanted);
+  const { waitForEngine } = await import("./waiting_screen.js");
+  await waitForEngine(root, wanted);
 }
 
 /** The address, and the guide, say what is shown from now on. */

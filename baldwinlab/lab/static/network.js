@@ -178,7 +178,7 @@ function byDepth(links, inputs, firstOutput, units) {
 }
 
 /** The first of the largest outputs. */
-export function strongest(activations, outputs) {
+export function largestOutput(activations, outputs) {
   const first = activations.length - outputs;
   let best = 0;
   for (let output = 1; output < outputs; output++)

@@ -17,11 +17,11 @@ export const palette = new Proxy(
 );
 
 /** A colour as a recording gives it: by name, or "#rrggbb". */
-export function shade(colour) {
+export function resolveColor(colour) {
   return colour.startsWith("#") ? colour : palette[colour];
 }
 
 /** The same in CSS, where it follows the reader's light or dark. */
-export function cssShade(colour) {
+export function cssColor(colour) {
   return colour.startsWith("#") ? colour : `var(--${colour})`;
 }

@@ -5,7 +5,7 @@ const STEPS_A_SECOND = 10; // at speed 1
 const WHOLE_LIFE = 6; // seconds that a life takes at least, at its usual speed
 
 /** The speed at which a life of so many steps is seen in some seconds, so that something happens. */
-export function usualSpeed(steps) {
+export function defaultSpeed(steps) {
   return SPEEDS.findLast((speed) => steps / (speed * STEPS_A_SECOND) >= WHOLE_LIFE) ?? SPEEDS[0];
 }
 

@@ -37,7 +37,7 @@ export class Population {
       const eaten = recording.eatenBefore(step + 1, agent);
       if (number.textContent === String(eaten)) return;
       number.textContent = eaten;
-      line.setAttribute("aria-label", named(agent, eaten));
+      line.setAttribute("aria-label", agentLabel(agent, eaten));
       bar.style.transform = `scaleX(${eaten / this.best})`;
       line.classList.toggle("fed", eaten > 0);
     });
@@ -53,12 +53,12 @@ export class Population {
         : agents.sort((one, other) => whole[other] - whole[one]).slice(0, SHOWN);
     this.facts.textContent =
       agents.length <= SHOWN
-        ? "items eaten so far; choose one to look inside"
-        : `the ${SHOWN} that eat most, of ${agents.length.toLocaleString("en")}`;
+        ? "Items eaten so far. Click an agent to inspect it."
+        : `The ${SHOWN} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
     this.lines = shown.map((agent) => {
       const [bar, number] = [el("i", {}), el("b", { class: "number" })];
       const act = {
-        "aria-label": named(agent, 0),
+        "aria-label": agentLabel(agent, 0),
         "data-testid": `agent-${agent}`,
         onclick: () => this.pick(agent),
       };
@@ -79,6 +79,6 @@ export class Population {
 }
 
 /** Such as: agent 3, 12 items eaten. */
-export function named(agent, eaten) {
+export function agentLabel(agent, eaten) {
   return `agent ${agent}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
 }

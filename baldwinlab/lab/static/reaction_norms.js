@@ -1,20 +1,21 @@
 /** Reaction norms: how the last generation does under circumstances that it did not evolve in, one of them at a time. */
 
-import { lineChart, look } from "./charts.js";
+import { lineChart, seriesStyle } from "./charts.js";
 import { el } from "./common.js";
-import { chartSaves } from "./saving.js";
+import { chartDownloads } from "./downloads.js";
 
 const WORDS =
-  "Fitness of the last generation under circumstances that it did not evolve in, one changed at a time; in parentheses what it evolved with. Lines are medians over runs, bands their 95 % intervals, of six runs or more.";
+  "Each curve shows the fitness of the last generation when one setting differs from its value during evolution. Parentheses mark the value during evolution. Lines are medians over runs. Bands are 95 % intervals, shown for six runs or more.";
 
 /**
  * @param {Promise<{unit: string, panels: object[]}>} asked the answer of /api/results/reaction
+ * @param {string} study its name, for the command
  * @param {{label: string, conditions: string[]}[]} groups that are shown, in the order of their looks
  * @param {string|undefined} field of the address: what is changed
  * @param {(patch: Object<string, any>) => void} choose
  * @returns {{section: HTMLElement, destroy: () => void}}
  */
-export function reactionNorms(asked, groups, field, choose) {
+export function reactionNorms(asked, study, groups, field, choose) {
   const section = el(
     "section",
     { class: "card", "data-testid": "reaction" },
@@ -25,7 +26,7 @@ export function reactionNorms(asked, groups, field, choose) {
     if (!over)
       charts = answer.panels.length
         ? drawn(section, answer, groups, field, choose)
-        : lacking(section);
+        : lacking(section, study);
   };
   asked.then(fill).catch((fault) => section.append(el("p", { class: "soft" }, fault.message)));
   return {
@@ -37,14 +38,14 @@ export function reactionNorms(asked, groups, field, choose) {
   };
 }
 
-function lacking(section) {
+function lacking(section, study) {
   section.append(
     el(
       "p",
       { class: "soft" },
-      "How the last generation does in what it did not evolve in has not been measured. ",
-      el("code", {}, "baldwinlab assay STUDY --assays reaction"),
-      " does it.",
+      "The reaction norms of this study are not measured yet. Run ",
+      el("code", {}, `baldwinlab assay ${study} --assays reaction`),
+      ".",
     ),
   );
   return [];
@@ -57,7 +58,7 @@ function drawn(section, { unit, panels }, groups, field, choose) {
   );
   if (!fitting.length) {
     section.append(
-      el("p", { class: "soft" }, "They have not been measured in the conditions that are shown."),
+      el("p", { class: "soft" }, "Reaction norms are not measured for the conditions shown."),
     );
     return [];
   }
@@ -74,7 +75,7 @@ function drawn(section, { unit, panels }, groups, field, choose) {
     el(
       "label",
       { class: "field norm-field" },
-      el("span", {}, "what is changed"),
+      el("span", {}, "changed setting"),
       el(
         "select",
         { "data-testid": "norm", onchange: (event) => choose({ norm: event.target.value }) },
@@ -100,11 +101,11 @@ function norms(place, { field, name, map, values, evolved, norms }, unit, condit
     groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
   );
   series.forEach((one, number) =>
-    Object.assign(one, look(own.includes(-1) ? number : own[number])),
+    Object.assign(one, seriesStyle(own.includes(-1) ? number : own[number])),
   ); // as in the curves above, if each has one there
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
   const chart = lineChart(root, {
-    title: map ? `Evolved on map ${map}, by ${name}` : `By ${name}`,
+    title: map ? `Evolved on map ${map}: fitness by ${name}` : `Fitness by ${name}`,
     x: values.map((_, at) => at),
     names,
     xLabel: name,
@@ -124,7 +125,7 @@ function norms(place, { field, name, map, values, evolved, norms }, unit, condit
     );
   place.append(
     root,
-    chartSaves(
+    chartDownloads(
       `reaction-${field}${map && `-${map}`}`,
       ["condition", "value", "median", "low", "high"],
       rows,

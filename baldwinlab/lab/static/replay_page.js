@@ -1,11 +1,11 @@
 /** A replay on a page of its own: share.py writes it into a file, with all that it imports. It asks nobody for anything. */
 
-import { el, format, inflated, unpack } from "./common.js";
+import { el, format, inflate, unpack } from "./common.js";
 import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
 import { TimeBar } from "./time_bar.js";
-import { WorldFigure, whole } from "./world_figure.js";
+import { WorldFigure, completeLifetime } from "./world_figure.js";
 
 /**
  * @param {HTMLElement} root is emptied and filled
@@ -14,7 +14,7 @@ import { WorldFigure, whole } from "./world_figure.js";
 export async function play(root, replay) {
   const lives = await Promise.all(
     replay.panels.map(async ({ recording }) =>
-      whole(new Recording(unpack(await inflated(recording)))),
+      completeLifetime(new Recording(unpack(await inflate(recording)))),
     ),
   );
   const player = new Player((time) => {
@@ -32,14 +32,14 @@ export async function play(root, replay) {
   player.changed = () => bar.showTime();
   const figures = replay.panels.map(
     ({ title }) =>
-      new WorldFigure(`The world of ${title}`, "replay-canvas", {
+      new WorldFigure(`World: ${title}`, "replay-canvas", {
         invalidate: () => player.invalidate(),
       }),
   );
   const legend = new Legend();
   legend.show(lives.map(({ header }) => header.look));
   const panels = replay.panels.map((panel, place) => framed(panel, lives[place], figures[place]));
-  const heading = el("h1", { class: "visually-hidden" }, "A lifetime, lived again");
+  const heading = el("h1", { class: "visually-hidden" }, "Replay of a lifetime");
   root.replaceChildren(
     heading,
     el("div", { class: "replay-panels" }, ...panels),
@@ -77,15 +77,15 @@ function items({ look: { item_kinds } }) {
 function about({ version, panels }) {
   const parts = panels.flatMap(({ title, experiment, commands }) => [
     el("h2", {}, title),
-    experiment && el("p", {}, "Keep this as ", el("code", {}, "experiment.toml"), ":"),
+    experiment && el("p", {}, "Save this text as ", el("code", {}, "experiment.toml"), ":"),
     experiment && el("pre", { "data-testid": "replay-experiment" }, experiment),
     el("pre", { "data-testid": "replay-commands" }, commands.join("\n")),
   ]);
-  const what = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime learning. The same commands give the same lifetime, to the bit.`;
+  const what = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime learning. These commands reproduce exactly the same lifetime.`;
   return el(
     "details",
     { class: "replay-about" },
-    el("summary", {}, `What this is, and how to live it again (baldwinlab ${version})`),
+    el("summary", {}, `About this replay, and how to reproduce it (baldwinlab ${version})`),
     el("p", {}, what),
     ...parts,
   );

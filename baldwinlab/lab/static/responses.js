@@ -12,7 +12,7 @@ export class Responses {
       {
         class: "responses",
         "data-testid": "responses",
-        "aria-label": "What it does at what it senses",
+        "aria-label": "Action for each combination of inputs",
       },
       head,
       this.lines,

@@ -11,7 +11,7 @@ const EACH = "each"; // in the address: every condition by itself
  * @param {Object<string, string>} state `group` names a factor, `only.FACTOR` a value of it
  * @returns {{by: string|null, only: Object<string, string>, groups: {label: string, conditions: string[]}[]}}
  */
-export function arranged({ conditions, factors, swept }, state) {
+export function groupConditions({ conditions, factors, swept }, state) {
   const only = Object.fromEntries(
     Object.keys(factors).map((factor) => [factor, state[`only.${factor}`] ?? ""]),
   );
@@ -43,7 +43,7 @@ export function arranged({ conditions, factors, swept }, state) {
 }
 
 /** One curve of several conditions: the mean of theirs, and from the lowest of them to the highest. */
-export function together(curves) {
+export function combineCurves(curves) {
   if (curves.length === 1) return curves[0];
   const across = (choose) =>
     curves[0].mean.map((_, place) => {
@@ -71,7 +71,7 @@ export function factorChoices({ factors }, { by, only }, choose) {
     ),
   );
   const grouped = list(
-    "one curve for each",
+    "one curve per",
     [[EACH, "condition"], ...names.map((name) => [name, name])],
     by ?? EACH,
     (value) => choose({ group: value, hidden: null }),
@@ -97,7 +97,7 @@ function list(name, options, chosen, change, id) {
 }
 
 /** What a new study forgets of the one before. */
-export function forgotten(results) {
+export function clearedState(results) {
   return {
     group: null,
     hidden: null,

@@ -1,7 +1,7 @@
 /** Every run as a line of a table that sorts, and the same for other programs. */
 
 import { el, format } from "./common.js";
-import { csv, saveButton } from "./saving.js";
+import { csv, downloadButton } from "./downloads.js";
 
 const COLUMNS = ["condition", "run", "best", "mean", "share"];
 
@@ -65,15 +65,15 @@ export function runTable(results, runs, measures, address) {
   };
   const table = el(
     "div",
-    { class: "results-runs", tabindex: "0", role: "region", "aria-label": "Every run" },
+    { class: "results-runs", tabindex: "0", role: "region", "aria-label": "All runs" },
     el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body),
   );
   return el(
     "details",
     { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
-    el("summary", {}, `Every run (${rows.length}), averaged over its last ten generations`),
+    el("summary", {}, `All runs (${rows.length}), averaged over the last ten generations`),
     table,
-    saveButton("runs.csv", () => csv(COLUMNS, rows)),
+    downloadButton("runs.csv", () => csv(COLUMNS, rows)),
   );
 }
 

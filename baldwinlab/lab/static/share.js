@@ -1,7 +1,7 @@
 /** The share menu: what is on the screen as a link, a page that plays anywhere, a picture or a movie. */
 
 import { address } from "./address.js";
-import { el, getJSON, icon, message, request, serverless } from "./common.js";
+import { el, getJSON, icon, message, request, isServerless } from "./common.js";
 
 const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 const HOW_FAR = 400; // ms between two questions how far a movie is
@@ -47,9 +47,9 @@ function entries(getState) {
   const made = (kind, more) => () => fetchFile(kind, { ...sources(getState()), ...more() });
   const here = [
     linkRow(),
-    saver("Picture", ".png of this moment", "share-png", () => picture(getState())),
+    saver("Picture", ".png of this step", "share-png", () => picture(getState())),
   ];
-  if (serverless()) return here;
+  if (isServerless()) return here;
   return [
     here[0],
     saver(
@@ -60,12 +60,12 @@ function entries(getState) {
     ),
     saver(
       "Live laboratory",
-      ".html, evolution runs in it",
+      ".html, simulates evolution in the browser",
       "share-laboratory",
       made("laboratory", () => ({})),
     ),
     here[1],
-    saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", movie("mp4", getState)),
+    saver("Movie", ".mp4, the complete lifetime in 20 s", "share-mp4", movie("mp4", getState)),
     saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),
   ];
 }
@@ -77,7 +77,7 @@ function sources({ panels }) {
 function linkRow() {
   const link = el("input", {
     readonly: true,
-    "aria-label": "Link to what is shown",
+    "aria-label": "Link to this view",
     "data-testid": "share-link",
     value: address(),
     onfocus: () => link.select(),
@@ -87,7 +87,7 @@ function linkRow() {
     try {
       await navigator.clipboard.writeText(link.value);
       message(
-        `The link is copied. It opens exactly this${serverless() ? "" : ", on this machine"}.`,
+        `The link is copied. It opens this view${isServerless() ? "" : " on this machine"}.`,
         "done",
       );
     } catch {
@@ -111,10 +111,10 @@ function saver(title, what, testid, make) {
   const hint = el("span", { class: "soft" }, what);
   const save = async () => {
     button.disabled = true;
-    hint.textContent = "making it …";
+    hint.textContent = "creating …";
     try {
       const { blob, name } = await make(
-        (share) => (hint.textContent = `making it … ${Math.round(100 * share)} %`),
+        (share) => (hint.textContent = `creating … ${Math.round(100 * share)} %`),
       );
       download(blob, name);
       message(`Saved as ${name}.`, "done");

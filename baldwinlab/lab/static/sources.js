@@ -18,25 +18,25 @@ export function lifeAddress(life) {
 }
 
 /** Whether the World tab has something to show of a condition: a world or, where its lives have none, alleles of genomes or views. */
-export function canBeShown({ steps, alleles, views }) {
+export function isViewable({ steps, alleles, views }) {
   return Boolean(steps || alleles?.length || views?.length);
 }
 
 /** Whether the life nearest to what is wanted has a world. */
 export function hasWorld(studies, wanted) {
-  const { study, condition } = nearest(studies, wanted);
+  const { study, condition } = nearestLifetime(studies, wanted);
   return Boolean(
     studies.find(({ id }) => id === study).conditions.find(({ name }) => name === condition).steps,
   );
 }
 
 /** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
-export function nearest(studies, { study, condition, run, generation }, strict = false) {
+export function nearestLifetime(studies, { study, condition, run, generation }, strict = false) {
   const found =
     studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
   if (!found)
     throw new Error(
-      `There is no study ${study} here. There are: ${studies.map(({ id }) => id).join(", ")}.`,
+      `There is no study ${study} in this folder. Available: ${studies.map(({ id }) => id).join(", ")}.`,
     );
   const inside = found.conditions.find(({ name }) => name === condition);
   if (strict && condition !== undefined && !inside)
@@ -58,9 +58,9 @@ export function nearest(studies, { study, condition, run, generation }, strict =
 }
 
 /** What an address asks for; where it names no run, the typical one of its condition. */
-export async function withTypicalRun(studies, state) {
+export async function addTypicalRun(studies, state) {
   if (state.run !== undefined) return state;
-  const { study, condition } = nearest(studies, state);
+  const { study, condition } = nearestLifetime(studies, state);
   if (study === PRESETS) return state;
   try {
     return {
@@ -73,7 +73,7 @@ export async function withTypicalRun(studies, state) {
 }
 
 /** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
-export function rival({ source, conditions }) {
+export function comparisonSource({ source, conditions }) {
   const own = conditions.find(({ name }) => name === source.condition);
   const there = conditions.filter(
     ({ map, variant, steps }) => steps && map === own?.map && variant === own?.variant,
@@ -94,36 +94,36 @@ export function rival({ source, conditions }) {
  * The studies with the conditions that can be shown, or in place of all, those that come with baldwinlab; which stored conditions
  * cannot; and what is wrong with studies, a sentence each.
  */
-export async function watchable() {
+export async function loadStudies() {
   const { studies } = await getJSON("api/studies");
   const problems = studies.flatMap(({ problem }) => problem ?? []);
   const worldless = studies.flatMap(({ id, conditions }) =>
     conditions
-      .filter((one) => !canBeShown(one))
+      .filter((one) => !isViewable(one))
       .map(({ name }) => ({ study: id, condition: name })),
   );
   const stored = studies
     .map((study) => ({
       ...study,
-      conditions: study.conditions.filter((one) => one.runs.length && canBeShown(one)),
+      conditions: study.conditions.filter((one) => one.runs.length && isViewable(one)),
     }))
     .filter(({ conditions }) => conditions.length);
   return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
 }
 
 /** Raises an Error with a sentence where what an address names cannot be shown. */
-export function requireShown({ studies, worldless }, state) {
+export function requireViewable({ studies, worldless }, state) {
   const found = worldless.find(
     ({ study, condition }) => study === state.study && condition === (state.condition ?? condition),
   );
   if (found && (state.condition || studies.every(({ id }) => id !== state.study)))
     throw new Error(
-      `${found.condition} of ${state.study} is of a model whose lives have no world to watch.`,
+      `The model of ${found.condition} in ${state.study} has no world to show.`,
     );
 }
 
 /** A life by its whole name. @param {Source} source */
-export function titled({ study, condition, run, generation }) {
+export function lifetimeTitle({ study, condition, run, generation }) {
   const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;
   return `${condition}, run ${run}, generation ${generation}${of}`;
 }

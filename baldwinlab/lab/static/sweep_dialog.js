@@ -1,7 +1,7 @@
 /** A sweep of what the form says: which fields, with which values, how large that is, and where it goes. */
 
 import { el, format, postJSON } from "./common.js";
-import { saveButton } from "./saving.js";
+import { downloadButton } from "./downloads.js";
 
 const CHECK_AFTER = 300; // ms after the last change
 const FIELDS = 2;
@@ -33,13 +33,13 @@ export function sweepDialog(order, swept, changed, started) {
     "Start the sweep",
   );
   let [toml, waiting, turn] = [undefined, 0, 0];
-  const save = saveButton("sweep.toml", () => toml);
+  const save = downloadButton("sweep.toml", () => toml);
   const elsewhere = el(
     "p",
     { class: "soft" },
-    "Saved as a file, ",
+    "To run this sweep on another machine, save this file and run ",
     el("code", {}, "baldwinlab sweep sweep.toml"),
-    " does the same elsewhere.",
+    ".",
   );
 
   const fields = () =>
@@ -75,13 +75,13 @@ export function sweepDialog(order, swept, changed, started) {
     el(
       "p",
       { class: "soft" },
-      "The experiment of the form at each of these values, or at each pair of them, with as many runs each. It becomes a study.",
+      "A sweep runs the experiment once for each value of a field, or for each pair of values of two fields. The number of runs applies to each of them. The results become a study.",
     ),
     ...rows.map(({ element }) => element),
     el(
       "label",
       { class: "field" },
-      el("span", {}, "Name, below the folder that this lab shows"),
+      el("span", {}, "Name of the study in the folder of this lab"),
       name,
     ),
     size,
@@ -132,7 +132,7 @@ export function sweepDialog(order, swept, changed, started) {
 
 /** A field to choose, and its values. */
 function fieldRow(known, number, given) {
-  const title = number ? "and, if you like, another field" : "field";
+  const title = number ? "second field (optional)" : "field";
   const field = el(
     "select",
     { "data-testid": `sweep-field-${number}` },
@@ -148,7 +148,7 @@ function fieldRow(known, number, given) {
   const beside = el(
     "label",
     { class: "field", hidden: !field.value },
-    el("span", {}, "values, with commas between"),
+    el("span", {}, "values, separated by commas"),
     values,
   );
   field.addEventListener("change", () => {
@@ -218,11 +218,11 @@ function listed(text) {
 
 function inWords({ points, runs, seconds, workers, disk, note }) {
   const sentence = note ? ` ${note}` : "";
-  return `${format(points)} points, ${format(runs)} runs in all: ${duration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB on the disk.${sentence}`;
+  return `${format(points)} points, ${format(runs)} runs in total: ${formatDuration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB of disk space.${sentence}`;
 }
 
 /** So many seconds in words: "about 40 s". */
-export function duration(seconds) {
+export function formatDuration(seconds) {
   if (seconds < 1) return "less than a second";
   const [size, unit] = seconds < 100 ? [1, "s"] : seconds < 6000 ? [60, "min"] : [3600, "hours"];
   return `about ${Math.round(seconds / size)} ${unit}`;

@@ -1,11 +1,11 @@
 /** A sweep as it lives: how far it is, Stop, and the way to its results. */
 
 import { el, getJSON, message, postJSON } from "./common.js";
-import { duration } from "./sweep_dialog.js";
+import { formatDuration } from "./sweep_dialog.js";
 
 const EVERY = 500; // ms
 const WORDS = {
-  preparing: ["Getting ready", ""],
+  preparing: ["Preparing", ""],
   running: ["Running", "good"],
   done: ["Done", "good"],
   stopped: ["Stopped", ""],
@@ -32,14 +32,14 @@ export function sweepPanel(root, name, over) {
     "Open in Results",
   );
   const [progress, count] = [
-    el("progress", { "aria-label": "How much of the sweep has lived", max: 1 }),
+    el("progress", { "aria-label": "Progress of the sweep", max: 1 }),
     el("span", { class: "number", "data-testid": "sweep-count" }),
   ];
   const fault = el("p", { class: "fault", role: "status" });
   const words = el(
     "p",
     { class: "soft" },
-    "It goes on while this page shows something else, or is closed. What is stored can be looked at meanwhile; stopped, it keeps the runs that have ended.",
+    "The sweep continues if you leave or close this page. You can open finished runs at any time. If you stop the sweep, finished runs stay stored.",
   );
   root.replaceChildren(
     el(
@@ -73,7 +73,7 @@ export function sweepPanel(root, name, over) {
     ];
     title.textContent = `Sweep of ${sweep.fields.join(" and ")}`;
     progress.value = sweep.share;
-    const left = sweep.seconds_left === null ? "" : `, ${duration(sweep.seconds_left)} left`;
+    const left = sweep.seconds_left === null ? "" : `, ${formatDuration(sweep.seconds_left)} left`;
     count.textContent = `${sweep.stored} of ${sweep.runs} runs${left}`;
     stop.hidden = words.hidden = !["preparing", "running"].includes(sweep.state);
     open.hidden = !sweep.stored;

@@ -47,7 +47,7 @@ export class TimeBar {
       ...options,
     );
     const back = button("back", "One step back", BACK, () => player.step(-1));
-    const on = button("on", "One step on", ON, () => player.step(1));
+    const on = button("on", "One step forward", ON, () => player.step(1));
     this.root = el(
       "div",
       { class: "time-bar", role: "group", "aria-label": "Time" },

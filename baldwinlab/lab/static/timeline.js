@@ -32,7 +32,7 @@ export class Timeline extends ChartSlider {
       first === last
         ? `step ${first.toLocaleString("en")}`
         : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
-    return `${when}: ${eaten.join(" and ")} eaten`;
+    return `${when}: ${eaten.join(" and ")} items eaten`;
   }
 
   /** Draw the meals, one row a track; nothing is done where nothing has changed. */

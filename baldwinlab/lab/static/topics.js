@@ -1,61 +1,87 @@
-/** What views say of themselves before anything is shown, for "What is this?". */
+/** Texts of the guide ("What is this?") for each view. */
 
 /** @typedef {import("./guide.js").Topic} Topic */
 
 /** @type {Topic[]} */
 export const LIVE = [
   {
-    title: "Evolution, live",
-    text: "Every generation lives its life, and who does best has children. Choose a preset, change any parameter, and start: the generations follow each other while you watch.",
+    title: "Live run",
+    text:
+      "This tab simulates evolution while you watch. In each generation, all agents live one" +
+      " life, and the fittest agents have children. Choose a preset, change parameters if you" +
+      " like, and press Start.",
   },
   {
     title: "The curves",
-    text: "How well the best and the average agent do, a point a generation, as mean of all runs; the shaded band is where the true mean lies with 95 % confidence. A click on a curve shows that generation's life.",
+    text:
+      "The curves show the fitness of the best and of the average agent in each generation." +
+      " With several runs, a curve is their mean, and the band is the 95 % confidence interval" +
+      " of the mean. Click a curve to watch that generation.",
   },
   {
     title: "What to look for",
-    text: "Do the curves rise, and how soon? Start the same once more without learning, or with another seed, and compare.",
+    text:
+      "Check whether the curves rise, and how early. Then start the same experiment without" +
+      " learning, or with another seed, and compare. A difference that appears with one seed" +
+      " only can be due to chance.",
   },
 ];
 
-/** Where there is a server. @type {Topic} */
-export const KEEPING = {
-  title: "To go on",
-  text: "Sweep a field, and see what it does. What is worth keeping can be kept as a study.",
+/** For a lab with a server. @type {Topic} */
+export const SAVING = {
+  title: "Next steps",
+  text:
+    "Sweep a field runs the experiment with several values of one parameter. Save as a study" +
+    " stores a live run. The Results tab shows both.",
 };
 
-/** Of the slider of the generations of a stored run. */
+/** The generation slider of a stored run. */
 export const CURVE =
-  "The curve of the generations is this run's: its line is the best agent, its area the average one.";
+  "The curve at the generation slider shows this run: the line is the best agent, the area is" +
+  " the average agent.";
 
-/** Of lives without a world, by the kind of what is shown. @type {Object<string, Topic[]>} */
-export const LOOKS = {
+/** Models without a world, by the kind of view. @type {Object<string, Topic[]>} */
+export const VIEWS = {
   alleles: [
     {
       title: "The bars",
-      text: "Each bar is a locus of the genomes with which a generation is born, and each part of it the share of agents that have this allele there. Lives have no world to watch here; what selection makes of genomes can be watched.",
+      text:
+        "Each bar is one locus of the genome. The parts of a bar show the share of agents that" +
+        " are born with each allele. This model has no world, so the view shows genomes" +
+        " instead of lifetimes.",
     },
     {
       title: "What to look for",
-      text: "Play the generations. Where does one allele take over, and when? What happens to the curve at that time? Where a bar no longer changes, all agents have the same allele.",
+      text:
+        "Play the generations and compare the bars with the fitness curve. A part that grows" +
+        " is an allele that spreads. If a bar has only one part, all agents have the same" +
+        " allele.",
     },
   ],
-  walk: [
+  path: [
     {
       title: "The lines",
-      text: "From birth, at 0, to death. A name below the chart hides its line and shows it again. Go through the generations: what is learned in life at first, and what is there from birth on at last?",
+      text:
+        "Each line shows one value from birth (0) to death. A line that changes during life" +
+        " shows learning. If the value at birth changes over the generations, the behavior" +
+        " becomes innate.",
     },
   ],
   matrix: [
     {
       title: "The table",
-      text: "The more colour a cell has, the larger its number. Go through the generations, and see which rows come and go.",
+      text:
+        "Each cell contains one number. A stronger color means a larger number. Compare" +
+        " generations to see which rows change.",
     },
   ],
-  cells: [
+  grid: [
     {
-      title: "The cells",
-      text: "The agent is the blue dart, or a disc where it has no heading; its line is the way that it went. Space plays and pauses, the arrow keys go a step. The agent of this number in another generation is somebody else, with a genome of its own.",
+      title: "The grid",
+      text:
+        "The blue dart is the agent, and the line is its path. Press Space to play or pause," +
+        " and the arrow keys to move one step. The same number in another generation is a" +
+        " different agent with its own genome.",
     },
   ],
 };
@@ -63,12 +89,25 @@ export const LOOKS = {
 /** @type {Topic[]} */
 export const PAPERS = [
   {
-    title: "The papers",
-    text: "Each card is a publication that can be reproduced here: what it is about, how much is run for it, and, where this folder holds a study of it, what came of its claims.",
+    title: "The Baldwin effect",
+    text:
+      "Learning can change the course of evolution, although learned behavior is not inherited." +
+      " In the first phase, agents that learn a useful behavior have more children. In the" +
+      " second phase, the behavior becomes innate.",
   },
   {
-    title: "To run one",
-    text: "Run live shows one of its conditions while it evolves. The command runs the whole paper, with statistics and a report, into the folder results; in a lab that shows it, the study stands on the card.",
+    title: "The papers",
+    text:
+      "Each card describes a publication that you can reproduce here. It shows the topic and" +
+      " the number of conditions, runs and claims. If this folder contains a study of the" +
+      " paper, the card also shows the verdicts.",
+  },
+  {
+    title: "Run a paper",
+    text:
+      "Run live starts one condition of the paper in this lab. The command runs the complete" +
+      " paper and writes statistics and a report into the folder results. A lab that serves" +
+      " this folder shows the study on the card.",
   },
 ];
 
@@ -76,14 +115,21 @@ export const PAPERS = [
 export const RESULTS = [
   {
     title: "The curves",
-    text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. Each run can be shown as a thin line beside it. A click on a line shows the life behind it.",
+    text:
+      "Each curve is the mean of one condition over its runs. The band is the 95 % confidence" +
+      " interval of the mean. Click a curve to watch that generation.",
   },
   {
     title: "The boxes",
-    text: "Each run is a point: its mean over the last generations. The line in a box is the median, half of the runs lie in the box.",
+    text:
+      "Each point is one run, averaged over its last generations. The line in a box is the" +
+      " median, and the box contains half of the runs. If the points scatter widely, a single" +
+      " run says little.",
   },
   {
     title: "What to look for",
-    text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The comparison says which differences the runs establish.",
+    text:
+      "Bands that do not overlap suggest a difference between conditions. The comparison table" +
+      " tests each difference. Its verdict says whether the runs establish it.",
   },
 ];

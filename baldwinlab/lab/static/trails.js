@@ -29,7 +29,7 @@ export function drawRecent(pen, recording, step, colour, width) {
 }
 
 /** The path of one agent, from the beginning of the recording to a step. */
-export function drawOwn(pen, recording, step, agent, colour, width) {
+export function drawAgentTrail(pen, recording, step, agent, colour, width) {
   pen.strokeStyle = colour;
   pen.lineWidth = width;
   pen.globalAlpha = 0.75;

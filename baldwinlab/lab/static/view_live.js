@@ -1,7 +1,7 @@
 /** The Live run tab: what is to run on one side, what runs on the other. */
 
 import { el, getJSON, message } from "./common.js";
-import { feedOf } from "./live_feed.js";
+import { openFeed } from "./live_feed.js";
 import { livePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
 import { sweepPanel } from "./sweep_panel.js";
@@ -37,7 +37,7 @@ export function mount(root, state, navigate, guide) {
     else if (feed.about)
       panel = livePanel(stage, feed, state, navigate, (about) => setup.again(about));
     else if (feed.state === "gone")
-      empty(stage, "This live run is over", feed.message, aborted.signal);
+      empty(stage, "This live run has ended", feed.message, aborted.signal);
   };
   const update = (next) => {
     state = next;
@@ -48,7 +48,7 @@ export function mount(root, state, navigate, guide) {
     leave();
     if (sweep)
       return void (panel = sweepPanel(stage, sweep, () =>
-        empty(stage, "This sweep is over", "What it has stored is in Results.", aborted.signal),
+        empty(stage, "This sweep has ended", "Its runs are stored. Open them in Results.", aborted.signal),
       ));
     if (!id)
       return empty(
@@ -57,7 +57,7 @@ export function mount(root, state, navigate, guide) {
         "Choose a preset, change parameters if you like, and press Start.",
         aborted.signal,
       );
-    feed = feedOf(id);
+    feed = openFeed(id);
     [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
     hear();
   };
@@ -92,7 +92,7 @@ async function empty(stage, title, sentence, signal) {
     class: "live-preview",
     hidden: true,
     role: "img",
-    "aria-label": "The map: where agents are born, and what lies in it",
+    "aria-label": "Map with the start area and the items",
   });
   stage.replaceChildren(
     el(

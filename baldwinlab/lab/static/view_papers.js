@@ -64,7 +64,7 @@ function card(paper) {
 
 function size({ conditions, claims, runs }) {
   const counted = (count, what) => `${format(count)} ${what}${count === 1 ? "" : "s"}`;
-  return `${counted(conditions, "condition")}, ${counted(runs, "run")} of each, ${claims ? counted(claims, "claim") : "no claims"}`;
+  return `${counted(conditions, "condition")}, ${counted(runs, "run")} each, ${claims ? counted(claims, "claim") : "no claims"}`;
 }
 
 /** A study of a paper that is here: what came of its claims, and the ways into it. */
@@ -103,7 +103,7 @@ function made({ study, changes, verdicts, problem, watch }) {
           el(
             "span",
             { class: "soft", title: problem ?? "" },
-            problem ? "its report is not valid: run baldwinlab report again" : "no report yet",
+            problem ? "The report is not valid. Run baldwinlab report again." : "no report yet",
           ),
         ]),
     el(
@@ -134,7 +134,7 @@ function ways({ name, title, preset }) {
       await navigator.clipboard.writeText(command);
       message(`Copied: ${command}`, "done");
     } catch {
-      message(`The browser copies nothing here; the command is ${command}`, "error");
+      message(`The browser does not allow copying. The command is: ${command}`, "error");
     }
   };
   return [
@@ -144,7 +144,7 @@ function ways({ name, title, preset }) {
       {
         type: "button",
         class: "quiet",
-        title: "Copy the command that runs the whole paper",
+        title: "Copy the command that runs the complete paper",
         onclick: copy,
         "data-testid": `copy-${name}`,
       },

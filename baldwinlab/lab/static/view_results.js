@@ -1,14 +1,14 @@
 /** The Results tab: a stored study's curves, boxes and claims, each of which leads to the lifetimes behind it. */
 
-import { boxChart, lineChart, look, runSwitch } from "./charts.js";
+import { boxChart, lineChart, seriesStyle, runSwitch } from "./charts.js";
 import { claimList } from "./claims.js";
 import { comparisonTable } from "./comparison.js";
 import { el, getJSON, message } from "./common.js";
 import { reactionNorms } from "./reaction_norms.js";
-import { arranged, factorChoices, forgotten, together } from "./results_factors.js";
+import { groupConditions, factorChoices, clearedState, combineCurves } from "./results_factors.js";
 import { runTable } from "./results_runs.js";
-import { chartSaves, csv, saveButton } from "./saving.js";
-import { canBeShown, lifeAddress } from "./sources.js";
+import { chartDownloads, csv, downloadButton } from "./downloads.js";
+import { isViewable, lifeAddress } from "./sources.js";
 
 const WITHOUT_FOOD = {
   best: { name: "Best agent", axis: "fitness", title: "Fitness of the best agent" },
@@ -16,7 +16,7 @@ const WITHOUT_FOOD = {
   share: {
     name: "Share above 0",
     axis: "share of the agents",
-    title: "How many agents have fitness above 0",
+    title: "Share of agents with fitness above 0",
   },
 };
 const MEASURES = {
@@ -24,9 +24,9 @@ const MEASURES = {
   best: { ...WITHOUT_FOOD.best, axis: "fitness (energy)" },
   mean: { ...WITHOUT_FOOD.mean, axis: "fitness (energy)" },
   share: {
-    name: "Share that ate",
+    name: "Share that eats",
     axis: "share of the agents",
-    title: "How many agents ate at all",
+    title: "Share of agents that eat",
   },
 };
 const FEW = 8; // curves beside which the lines of their runs can still be told apart
@@ -51,8 +51,8 @@ export function mount(root, state, navigate) {
     if (!listed.length)
       return nothing(
         page,
-        "There is no study here yet",
-        "Make one with `baldwinlab reproduce`, or keep a live run.",
+        "This folder contains no study yet",
+        "Create one with `baldwinlab reproduce`, or save a live run.",
       );
     const study = wanted.study
       ? listed.find((one) => one.id === wanted.study)
@@ -60,7 +60,7 @@ export function mount(root, state, navigate) {
     if (!study)
       return nothing(
         page,
-        "There is no such study",
+        "Study not found",
         `${wanted.study} is not in this folder.`,
         picker(listed, null, choose),
       );
@@ -85,7 +85,7 @@ export function mount(root, state, navigate) {
       listed,
       ask,
       norm: wanted.norm,
-      ...arranged(results, wanted),
+      ...groupConditions(results, wanted),
     };
     given.alone = given.groups.every(({ conditions }) => conditions.length === 1); // each curve is that of one condition
     given.lines = given.alone && given.groups.length <= FEW && wanted.runs === "each";
@@ -104,7 +104,7 @@ export function mount(root, state, navigate) {
       page.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   };
   const choose = (patch) =>
-    navigate("study" in patch ? { ...forgotten(shown?.results), ...patch } : patch, false);
+    navigate("study" in patch ? { ...clearedState(shown?.results), ...patch } : patch, false);
   const update = (next) =>
     show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
@@ -156,8 +156,8 @@ function draw(page, given, remember) {
   const { study, results, measure, choose, by, groups } = given;
   if (!groups.length) {
     const sentence = results.conditions.length
-      ? "Choose another value of one of them."
-      : "Its first run is not finished yet.";
+      ? "Change one of the filters."
+      : "The first run is not finished yet.";
     nothing(
       page,
       "No condition to show",
@@ -174,6 +174,7 @@ function draw(page, given, remember) {
   const last = lastGeneration(results);
   const norms = reactionNorms(
     given.ask(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`),
+    study.id,
     groups,
     given.norm,
     choose,
@@ -222,13 +223,13 @@ function draw(page, given, remember) {
 
 function explained(given) {
   if (!given.alone)
-    return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
+    return `Each curve is the mean of the conditions with one value of ${given.by}. Its band goes from the lowest to the highest condition. Click a curve to see its conditions.`;
   const click = !watched(given)
     ? ""
     : given.lines
       ? "Click a line to see that generation of its run. "
       : "Click a curve to see that generation of its typical run. ";
-  return `${click}Shaded: 95 % bands over runs.`;
+  return `${click}The bands are 95 % confidence intervals over runs.`;
 }
 
 function runsOf(study, name) {
@@ -261,7 +262,7 @@ function runRows(generations, series) {
 /** Whether lives of a condition, or of any, lead to the World tab. */
 function watched({ study }, label) {
   return study.conditions.some(
-    (condition) => canBeShown(condition) && (label === undefined || condition.name === label),
+    (condition) => isViewable(condition) && (label === undefined || condition.name === label),
   );
 }
 
@@ -272,7 +273,7 @@ function heading({ study, listed, choose }) {
   const counted = el(
     "span",
     { class: "badge" },
-    `${least === most ? most : `${least} to ${most}`} runs a condition`,
+    `${least === most ? most : `${least} to ${most}`} runs per condition`,
   );
   const report =
     study.report &&
@@ -331,8 +332,8 @@ function drawCurves(
 ) {
   const plot = el("div");
   let series = groups.map(({ label, conditions }, number) => {
-    const { mean, low, high } = together(conditions.map((name) => results.curves[name][measure]));
-    return { label, values: mean, low, high, ...look(number) };
+    const { mean, low, high } = combineCurves(conditions.map((name) => results.curves[name][measure]));
+    return { label, values: mean, low, high, ...seriesStyle(number) };
   });
   const chart = lineChart(plot, {
     title: `${measures(results)[measure].title}, generation by generation`,
@@ -351,7 +352,7 @@ function drawCurves(
       if (conditions.length > 1)
         return choose({ [`only.${by}`]: label, group: null, hidden: null });
       if (!watched({ study }, conditions[0]))
-        return message("Lives of this model have no world to watch.");
+        return message("This model has no world to show.");
       location.hash = lifeAddress({
         study: study.id,
         condition: conditions[0],
@@ -360,7 +361,7 @@ function drawCurves(
       });
     },
   });
-  const saves = chartSaves(
+  const saves = chartDownloads(
     "curves",
     ["curve", "generation", "mean", "low", "high"],
     () => meanRows(results.generation, series),
@@ -386,7 +387,7 @@ function drawCurves(
     }));
     chart.update(results.generation, series);
     reading.replaceWith(
-      saveButton("run-curves.csv", () =>
+      downloadButton("run-curves.csv", () =>
         csv(["curve", "run", "generation", "value"], runRows(results.generation, series)),
       ),
     );
@@ -415,11 +416,11 @@ function drawBoxes(root, { study, results, groups }, kind) {
       label,
       points,
       values: points.map(({ value }) => value),
-      color: look(number).color,
+      color: seriesStyle(number).color,
       describe: (index) =>
         `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
       ...(seen && {
-        leads: "See its last generation.",
+        leads: "Open the last generation.",
         href: (index) =>
           lifeAddress({
             study: study.id,
@@ -432,7 +433,7 @@ function drawBoxes(root, { study, results, groups }, kind) {
   });
   const plot = el("div");
   const chart = boxChart(plot, {
-    title: `${measures(results)[kind].name} at the end, each run a point, ${measures(results)[kind].axis}`,
+    title: `${measures(results)[kind].name} at the end of each run, ${measures(results)[kind].axis}`,
     groups: drawn,
     height: 320,
   });
@@ -442,7 +443,7 @@ function drawBoxes(root, { study, results, groups }, kind) {
     );
   root.append(
     plot,
-    chartSaves(`final-${kind}`, ["box", "condition", "run", "value"], rows, chart.svg),
+    chartDownloads(`final-${kind}`, ["box", "condition", "run", "value"], rows, chart.svg),
   );
   return chart;
 }

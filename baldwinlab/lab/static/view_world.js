@@ -1,317 +1,45 @@
-/** The World tab of worlds: one or two in step, the controls of time, and the inspector. */
+/** The World tab: worlds or, of a model whose lives have none, its alleles and views. */
 
-import { el, message } from "./common.js";
-import { Inspector } from "./inside.js";
-import { steer } from "./keys.js";
-import { Legend } from "./legend.js";
-import { Panel } from "./panel.js";
-import { Player, usualSpeed } from "./player.js";
-import { Population } from "./population.js";
-import { mountShare } from "./share.js";
-import { PRESETS, nearest, query, requireShown, rival, titled, withTypicalRun } from "./sources.js";
-import { Timeline } from "./timeline.js";
-import { CURVE } from "./topics.js";
-import { Tour } from "./tour.js";
-import { Transport } from "./transport.js";
-import { WHOLE, besides, optionsIn, written } from "./world_address.js";
+import { message } from "./common.js";
+import { PRESETS, hasWorld, loadStudies } from "./sources.js";
+import { ModelTab } from "./model_tab.js";
+import { WorldTab } from "./world_tab.js";
 
-export class WorldTab {
-  /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
-  constructor(root, navigate, guide, { studies, worldless }) {
-    Object.assign(this, {
-      root,
-      navigate,
-      guide,
-      studies,
-      worldless,
-      panels: [],
-      agent: null,
-      side: "a",
-      turn: 0,
-      closed: false,
-    });
-    Object.assign(this, { trails: "recent", sight: true, listing: false });
-    this.player = new Player((time) => this.draw(time));
-    this.player.changed = () => this.showTime();
-    this.tour = new Tour({
-      now: () => ({
-        generation: this.panels[0].source.generation,
-        last: this.panels[0].condition.generations - 1,
-      }),
-      visit: (generation) => this.visit(generation),
-      changed: (on) => this.toured(on),
-    });
-    this.player.ended = () => this.tour.next();
-    const { signal } = (this.leaving = new AbortController());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener(
-      "change",
-      () => this.player.invalidate(),
-      { signal },
-    );
-    addEventListener("keydown", (event) => steer(event, this), { signal });
-    this.timeline = new Timeline((step) => this.player.seek(step));
-    this.population = new Population((agent) => this.pick("a", agent));
-    this.inspector = new Inspector({
-      open: (source, agent) => this.openKin(source, agent),
-      close: () => this.pick(this.side, null),
-      seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
-      turned: () => this.remember(),
-    });
-  }
-
-  async start(state) {
-    this.build();
-    await this.come(state);
-    if (state.step === undefined && !this.closed) this.player.begin();
-  }
-
-  /** Show what an address says, in the run to look at first where it names none. */
-  async come(state) {
-    const mine = ++this.turn;
-    const whole = await withTypicalRun(this.studies, state);
-    if (mine === this.turn && !this.closed) this.apply(whole);
-  }
-
-  build() {
-    this.worlds = el("div", { class: "worlds" });
-    const tell = {
-      set: (change) => this.set(change),
-      toggleBeside: () => this.toggleBeside(),
-      fit: () => this.fit(),
-      meal: (way) => this.toMeal(way),
-    };
-    this.transport = new Transport(this.player, this.timeline, tell);
-    const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
-    this.root.append(
-      el("h1", { class: "visually-hidden" }, "World"),
-      el("div", { class: "scene" }, this.worlds, side),
-      this.transport.root,
-    );
-    this.share = mountShare(document.getElementById("actions"), () => ({
-      panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })),
-      step: Math.floor(this.player.time),
-    }));
-  }
-
-  /** Show what an address says; what it leaves out is as at the beginning. */
-  apply(state) {
-    try {
-      requireShown(this, state);
-      const first = nearest(this.studies, state, true);
-      this.ensurePanel(0).choose(first);
-      const second = besides(state, first);
-      if (second) this.ensurePanel(1).choose(nearest(this.studies, second, true));
-      else this.dropBeside();
-    } catch (fault) {
-      message(fault.message, "error");
-      if (!this.panels[0]?.source)
-        this.ensurePanel(0).choose(
-          nearest(this.studies, { study: state.study, condition: state.condition }),
-        );
-    }
-    this.usual = usualSpeed(this.panels[0].condition.steps);
-    const { speed, camera, step, descent, ...options } = optionsIn(state, this.usual);
-    Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
-    this.player.speed = speed;
-    this.inspector.turn(descent);
-    if (step !== undefined) this.startAt = step;
-    if (this.panels.every(({ coming }) => !coming)) this.loaded();
-    this.look(camera);
-    this.showOptions();
-    this.showTime();
-    this.inspect();
-  }
-
-  ensurePanel(number) {
-    if (this.panels[number]) return this.panels[number];
-    const name = "ab"[number];
-    const panel = new Panel(name, this.studies, {
-      invalidate: () => this.player.invalidate(),
-      chosen: () => this.sourceChosen(),
-      loaded: () => this.loaded(),
-      failed: (fault) => message(fault.message, "error"),
-      picked: (agent) => this.pick(name, agent),
-      moved: () => this.look(panel.view.camera),
-      fitted: () => this.fit(),
-      toured: () => this.tour.toggle(),
-    });
-    this.panels[number] = panel;
-    this.worlds.append(panel.root);
-    this.root.classList.toggle("beside", this.panels.length > 1);
-    return panel;
-  }
-
-  dropBeside() {
-    this.panels.splice(1).forEach((panel) => panel.close());
-    this.root.classList.remove("beside");
-    if (this.side === "b") Object.assign(this, { side: "a", agent: null });
-  }
-
-  toggleBeside() {
-    if (this.panels.length > 1) this.dropBeside();
-    else this.ensurePanel(1).choose(rival(this.panels[0]));
-    this.loaded();
-    this.sourceChosen();
-  }
-
-  sourceChosen() {
-    this.inspect();
-    this.showOptions();
-    this.remember(false);
-  }
-
-  /** A life has come: time reaches to the end of the longest. */
-  loaded() {
-    const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
-    if (!lengths.length) return;
-    this.explain();
-    this.player.last = Math.max(...lengths) - 1;
-    const usual = usualSpeed(this.player.last + 1);
-    if (this.player.speed === this.usual) this.player.speed = usual; // the reader has chosen none
-    this.usual = usual;
-    this.timeline.setLast(this.player.last);
-    if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
-    else if (this.player.time > this.player.last) this.player.seek(this.player.last);
-    this.startAt = undefined;
-    if (this.tour.on && this.panels.every(({ coming }) => !coming)) this.player.play();
-    this.showTime();
-  }
-
-  /** A generation's life from its beginning. */
-  visit(generation) {
-    this.startAt = 0;
-    this.panels.forEach((panel) => panel.goTo(generation));
-    if (this.panels.every(({ coming }) => !coming)) this.loaded();
-  }
-
-  toured(on) {
-    if (!on) this.player.pause();
-    for (const { tour } of this.panels) tour.setAttribute("aria-pressed", on);
-  }
-
-  /** To the nearest meal of the open agent or, where none is open, of anybody. */
-  toMeal(way) {
-    const { life } = this.panels.find(({ name }) => name === this.side);
-    const step = life?.meal(Math.floor(this.player.time), way, this.agent);
-    if (step == null)
-      return message(
-        way > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.",
-      );
-    this.player.pause();
-    this.player.seek(step);
-  }
-
-  /** What is seen, in words: those of the first world's recording. */
-  explain() {
-    const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
-    const names = this.panels.map(({ source }) => el("p", {}, titled(source)));
-    if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
-    const legend = new Legend();
-    for (const each of [legend, this.transport.legend]) each.show(headers.map(({ look }) => look));
-    this.guide.tell([
-      { title: "Shown here", text: el("div", {}, names, legend.root) },
-      ...headers[0].about,
-    ]);
-  }
-
-  draw(time) {
-    let there = true;
-    for (const panel of this.panels) {
-      const chosen = panel.name === this.side ? this.agent : null;
-      const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, chosen });
-      there &&= drawn.there;
-      if (!drawn.ready) this.player.invalidate();
-    }
-    const step = Math.floor(time);
-    const tracks = this.panels
-      .filter(({ life }) => life)
-      .map(({ life, name }) => ({ life, chosen: name === this.side ? this.agent : null }));
-    if (tracks.length) this.timeline.draw(tracks);
-    this.timeline.show(step);
-    this.transport.showStep(step);
-    const recording = this.panels[0]?.life?.at(step);
-    if (recording && this.agent === null)
-      this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
-    this.inspector.draw(step);
-    if (this.player.playing) this.remember();
-    return there && tracks.length > 0;
-  }
-
-  showTime() {
-    if (!this.transport) return;
-    this.transport.showTime();
-    this.remember();
-  }
-
-  showOptions() {
-    const { trails, sight, listing } = this;
-    this.transport.showOptions({ trails, sight, listing, beside: this.panels.length > 1 });
-    this.root.classList.toggle("listing", listing);
-  }
-
-  set(change) {
-    Object.assign(this, change);
-    this.showOptions();
-    this.remember();
-    this.player.invalidate();
-  }
-
-  /** The address follows what is shown; another life is a new place in the history. */
-  remember(replace = true) {
-    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.held))
-      this.navigate(written(this), replace);
-  }
-
-  /** Both worlds are looked at from the same place. */
-  look({ x, y, zoom }) {
-    for (const { view } of this.panels) view.look(x, y, zoom);
-    this.remember();
-    this.player.invalidate();
-  }
-
-  fit() {
-    this.look(WHOLE);
-  }
-
-  /** Look inside an agent, or no longer: the focus goes there, and back to where it came from. */
-  pick(side, agent) {
-    const [before, now] = [this.agent !== null, agent !== null];
-    if (now && !before) this.opener = document.activeElement;
-    Object.assign(this, { side, agent });
-    this.inspect();
-    if (now) this.inspector.root.focus();
-    else if (before) (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
-    this.remember();
-    this.player.invalidate();
-  }
-
-  inspect() {
-    const panel = this.panels.find(({ name }) => name === this.side);
-    this.root.classList.toggle("inspecting", this.agent !== null);
-    if (this.agent === null || !panel?.source) this.inspector.hide();
-    else this.inspector.show(panel.source, this.agent);
-  }
-
-  /** The life of a parent or a child, in the generation before or after. */
-  openKin(source, agent) {
-    this.agent = agent;
-    this.inspector.root.focus(); // the link to it will be gone
-    this.panels.find(({ name }) => name === this.side).choose(source);
-    this.player.seek(0);
-    this.sourceChosen();
-  }
-
-  /** So many generations on or, below 0, back. */
-  goOn(by) {
-    this.panels.forEach((panel) => panel.goTo(panel.source.generation + by));
-  }
-
-  close() {
-    this.closed = true;
-    this.leaving.abort();
-    this.share?.close();
-    this.player.close();
-    this.panels.forEach((panel) => panel.close());
-    this.inspector.hide();
-  }
+export function mount(root, state, navigate, guide) {
+  let [asked, there, shown, closed] = [state, null, null, false];
+  const update = (state) => {
+    asked = state;
+    if (!there) return;
+    const Tab = hasWorld(there.studies, state) ? WorldTab : ModelTab;
+    if (shown instanceof Tab) return shown.come(state);
+    if (shown) leave();
+    shown = new Tab(root, navigate, guide, there);
+    shown.start(state);
+  };
+  const leave = () => {
+    shown.close();
+    guide.tell([]);
+    root.className = "view-world";
+    root.replaceChildren(guide.root);
+  };
+  const begin = async () => {
+    const { studies, worldless, problems } = await loadStudies();
+    for (const problem of problems) message(problem, "error");
+    if (closed) return;
+    const why = worldless.length
+      ? "The models of the stored studies have no world to show."
+      : "This folder contains no study yet.";
+    if (studies[0].id === PRESETS)
+      message(`${why} The lab simulates built-in presets instead.`);
+    there = { studies, worldless };
+    update(asked);
+  };
+  begin();
+  return {
+    update,
+    unmount() {
+      closed = true;
+      shown?.close();
+    },
+  };
 }

@@ -1,9 +1,9 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
-import { drawAgents, shortest } from "./agents.js";
-import { palette, shade } from "./palette.js";
-import { drawSight } from "./sight.js";
-import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
+import { drawAgents, shortestDistance } from "./agents.js";
+import { palette, resolveColor } from "./palette.js";
+import { drawSensors } from "./sensors.js";
+import { LifeTrails, drawAgentTrail, drawRecent } from "./trails.js";
 
 /**
  * @typedef {object} Look
@@ -127,7 +127,7 @@ export class WorldView {
     const step = Math.min(Math.floor(time), recording.last - 1);
     this.place(recording, step, time - step);
     const ready = this.drawTrails(transform, recording, step, look, scale);
-    if (look.sight !== false) drawSight(this, recording, step, look.chosen);
+    if (look.sight !== false) drawSensors(this, recording, step, look.chosen);
     this.drawItems(recording.itemsAt(step), recording.header.look.item_kinds, scale);
     drawAgents(this, recording, step, look.chosen);
     pen.restore();
@@ -195,7 +195,7 @@ export class WorldView {
       );
     else if (trails === "recent") drawRecent(this.pen, recording, step, palette.trail, width);
     if (trails !== "off" && chosen != null && chosen < this.count)
-      drawOwn(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
+      drawAgentTrail(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
     return ready;
   }
 
@@ -205,7 +205,7 @@ export class WorldView {
     const radius = Math.max(3.4, 2.2 / scale);
     let item = 0;
     for (const { colour, number } of kinds) {
-      pen.fillStyle = shade(colour);
+      pen.fillStyle = resolveColor(colour);
       for (const end = item + number; item < end; item++) {
         pen.beginPath(); // one by one, which takes half the time of one path of all
         pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
@@ -221,7 +221,7 @@ function drawMark(pen, { kind, x, y, width, height, colour, solid }, scale) {
   if (kind === "disc")
     pen.ellipse(x + width / 2, y + height / 2, width / 2, height / 2, 0, 0, 2 * Math.PI);
   else pen.rect(x, y, width, height);
-  pen.fillStyle = pen.strokeStyle = shade(colour);
+  pen.fillStyle = pen.strokeStyle = resolveColor(colour);
   pen.lineWidth = 1 / scale;
   if (solid) pen.fill();
   else if (kind === "disc") {
@@ -245,6 +245,6 @@ function rounded(value) {
 
 /** From one number to another the shorter way round a circle of that size. */
 function along(from, to, share, size) {
-  const found = from + shortest(to - from, size) * share;
+  const found = from + shortestDistance(to - from, size) * share;
   return found < 0 ? found + size : found >= size ? found - size : found;
 }

@@ -6,31 +6,31 @@ const LIFE = ["study", "condition", "run", "generation"];
 const TRAILS = ["off", "recent", "life"];
 
 /** Where the whole map is seen: the middle, as shares of it, and how many times it is enlarged. */
-export const WHOLE = { x: 0.5, y: 0.5, zoom: 1 };
+export const WHOLE_MAP = { x: 0.5, y: 0.5, zoom: 1 };
 
 /** The life beside the first one, as far as the address names it; null: none. */
-export function besides(state, first) {
+export function secondLifetime(state, first) {
   if (state["b.condition"] === undefined && state["b.generation"] === undefined) return null;
   return Object.fromEntries(LIFE.map((key) => [key, state[`b.${key}`] ?? first[key]]));
 }
 
 /** Everything but the lives; what an address leaves out is as at the beginning. `usual` is the speed that is not written. */
-export function optionsIn(state, usual) {
+export function readOptions(state, usual) {
   const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
   return {
     trails: TRAILS.includes(state.trails) ? state.trails : "recent",
     sight: state.sight !== "off",
     listing: state.agents === "listed",
     speed: SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : usual,
-    camera: zoom ? { x, y, zoom } : WHOLE,
+    camera: zoom ? { x, y, zoom } : WHOLE_MAP,
     step: state.step === undefined ? undefined : Math.max(0, Number(state.step) || 0),
     agent: state.agent === undefined || !(Number(state.agent) >= 0) ? null : Number(state.agent),
     descent: state.inside === "ancestors",
   };
 }
 
-/** What the address says of a tab as it stands now. @param {import("./view_world.js").WorldTab} tab */
-export function written({ panels: [a, b], player, inspector, ...tab }) {
+/** What the address says of a tab as it stands now. @param {import("./world_tab.js").WorldTab} tab */
+export function writeOptions({ panels: [a, b], player, inspector, ...tab }) {
   const { x, y, zoom } = a.view.camera;
   return {
     ...a.source,

@@ -1,18 +1,18 @@
 /** A world to watch where there is no World tab: it can be zoomed and moved, says what was eaten, and follows an agent. */
 
 import { el, icon } from "./common.js";
-import { listen } from "./gestures.js";
+import { bindGestures } from "./gestures.js";
 import { WorldView } from "./world.js";
 
 const BUTTONS = {
-  closer: ["Closer", "M10 4v12M4 10h12"],
-  farther: ["Farther away", "M4 10h12"],
-  whole: ["The whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
+  closer: ["Zoom in", "M10 4v12M4 10h12"],
+  farther: ["Zoom out", "M4 10h12"],
+  whole: ["Show the whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
 };
 const CLOSER = 1.5; // times, at a press
 
 /** A recording as a whole life, which others have in parts. */
-export function whole(recording) {
+export function completeLifetime(recording) {
   const { header, steps } = recording;
   return { header, steps, parts: new Map([[0, recording]]), at: () => recording };
 }
@@ -36,7 +36,7 @@ export class WorldFigure {
     this.count = el("span", { class: "soft number", "data-testid": `${testid}-count` });
     const choose = () => this.pick(this.picker.value === "" ? null : Number(this.picker.value));
     this.picker = el("select", {
-      "aria-label": "Agent to look at",
+      "aria-label": "Agent to follow",
       "data-testid": `${testid}-agent`,
       onchange: choose,
     });
@@ -55,7 +55,7 @@ export class WorldFigure {
         press("whole", () => this.fit()),
       ),
     );
-    listen(this.canvas, this.view, {
+    bindGestures(this.canvas, this.view, {
       changed: () => this.moved(),
       picked: (agent) => this.pick(agent),
       fitted: () => this.fit(),
@@ -126,7 +126,7 @@ export class WorldFigure {
     const eaten = recording.eatenBefore(step + 1, agent);
     write(
       this.facts,
-      `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · does: ${action}`,
+      `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · action: ${action}`,
     );
   }
 

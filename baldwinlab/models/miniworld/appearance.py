@@ -101,7 +101,7 @@ def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, 
     does = " and ".join(answers) or "teaches"
     words = {
         "action": "action module",
-        "reinforcement": f"reinforcement module: {does}, fixed for life",
+        "reinforcement": f"reinforcement module: {does}, does not learn",
     }
     return tuple(words[module] for module in modules if module in words)
 

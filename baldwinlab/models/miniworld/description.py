@@ -1,4 +1,4 @@
-"""What one sees of a world of foragers, in words: from the experiment, and from what its parts say of themselves."""
+"""Describe a miniworld experiment in short sentences, from its settings and parts."""
 
 from __future__ import annotations
 
@@ -10,78 +10,87 @@ from baldwinlab.models.miniworld.appearance import Look, look
 
 
 class Topic(NamedTuple):
+    """A heading and its sentences."""
+
     title: str
     text: str
 
 
 def about(experiment: Experiment) -> tuple[Topic, ...]:
-    """The map, what agents sense and do, how they learn, and what is worth a look."""
-    seen = look(experiment)
+    """Return the topics that the lab shows for an experiment under "What is this?"."""
+    appearance = look(experiment)
     return (
-        Topic("The map", _map(experiment, seen)),
-        Topic("Senses", _senses(experiment, seen)),
-        Topic("Network", _network(experiment, seen)),
-        Topic("Learning", _learning(experiment, seen)),
+        Topic("The map", _map(experiment, appearance)),
+        Topic("Senses", _senses(experiment, appearance)),
+        Topic("Network", _network(experiment, appearance)),
+        Topic("Learning", _learning(experiment, appearance)),
         Topic("What to look for", _what_to_look_for(experiment)),
     )
 
 
-def _map(experiment: Experiment, seen: Look) -> str:
+def _map(experiment: Experiment, appearance: Look) -> str:
     counts: dict[str, int] = {}
-    for kind in seen.item_kinds:
+    for kind in appearance.item_kinds:
         counts[kind.name] = counts.get(kind.name, 0) + kind.number
-    lying = " and ".join(f"{number:,} items of {name}" for name, number in counts.items())
+    items = " and ".join(f"{number:,} items of {name}" for name, number in counts.items())
+    agents = experiment.population.size
+    steps = experiment.lifetime.steps
     return _joined(
-        f"{experiment.population.size:,} agents are born in the dashed circle and live {experiment.lifetime.steps:,} steps.",
-        f"In the tinted regions lie {lying}; what is eaten lies elsewhere in its region at once."
-        if lying
-        else "",
-        *(_words(feature) for feature in experiment.parts("world.features")),
-        "Who leaves the map on one side comes back on the other.",
+        f"{agents:,} agents are born in the dashed circle and live {steps:,} steps.",
+        f"The tinted regions contain {items}." if items else "",
+        "An eaten item reappears at a random position in its region." if items else "",
+        *(_description(feature) for feature in experiment.parts("world.features")),
+        "An agent that leaves the map on one side enters it on the opposite side.",
     )
 
 
-def _senses(experiment: Experiment, seen: Look) -> str:
+def _senses(experiment: Experiment, appearance: Look) -> str:
     radius = experiment.senses.visual_radius
-    sees = f"The pale disc is what an agent sees, {radius:g} units far; a sector lights up while its sensor fires"
-    sees += ", the brighter, the more." if experiment.real_valued else "."
-    looks = any(sector is not None for sector in seen.sectors)
+    visual_range = f"The pale disc is the visual range of an agent, {radius:g} map units."
+    brightness = ", more brightly for larger values" if experiment.real_valued else ""
+    sectors = f"A sector lights up while its sensor is active{brightness}."
+    has_sectors = any(sector is not None for sector in appearance.sectors)
     return _joined(
-        *(_words(sense) for sense in experiment.parts("senses.kinds")), sees if looks else ""
+        *(_description(sense) for sense in experiment.parts("senses.kinds")),
+        visual_range if has_sectors else "",
+        sectors if has_sectors else "",
     )
 
 
-def _network(experiment: Experiment, seen: Look) -> str:
+def _network(experiment: Experiment, appearance: Look) -> str:
+    actions = appearance.actions
+    body = experiment.part("motor.body")
     return _joined(
-        f"An agent's network goes from {len(seen.inputs)} sensors to {len(seen.actions)} actions: {', '.join(seen.actions)}.",
-        "The largest output is what it does." if experiment.part("motor.body").chooses else "",
-        _words(experiment.part("network.kind")),
-        _words(experiment.part("motor.body")),
+        f"The network has {len(appearance.inputs)} inputs and {len(actions)} outputs:"
+        f" {', '.join(actions)}.",
+        "The agent performs the action with the largest output." if body.chooses else "",
+        _description(experiment.part("network.kind")),
+        _description(body),
     )
 
 
-def _learning(experiment: Experiment, seen: Look) -> str:
-    modules = (
-        f"A genome holds {len(seen.modules)} networks: the {'; the '.join(seen.modules)}."
-        if len(seen.modules) > 1
-        else ""
-    )
-    elders = _words(experiment.part("evolution.inheritance")) if elders_teach(experiment) else ""
+def _learning(experiment: Experiment, appearance: Look) -> str:
+    networks = appearance.modules
+    genome = f"The genome encodes {len(networks)} networks: {' and '.join(networks)}."
+    inheritance = experiment.part("evolution.inheritance")
     return _joined(
-        "What happens in life:", _words(experiment.part("learning.rule")), modules, elders
+        _description(experiment.part("learning.rule")),
+        genome if len(networks) > 1 else "",
+        _description(inheritance) if elders_teach(experiment) else "",
     )
 
 
 def _what_to_look_for(experiment: Experiment) -> str:
-    other = "one that does not learn" if experiment.learns else "one that learns"
+    contrast = "without learning" if experiment.learns else "with learning"
     return _joined(
-        "Filled agents have eaten, and the bars under the map show when. Do they find what they eat, and stay there?",
-        f"Compare an early generation with a late one, or this condition with {other}.",
+        "Filled agents have eaten. The bars under the map show when agents eat.",
+        "Compare an early generation with a late one,"
+        f" or this condition with a condition {contrast}.",
     )
 
 
-def _words(part: Any) -> str:
-    """The first sentences of what a part says of itself."""
+def _description(part: Any) -> str:
+    """Return the first paragraph of a part's docstring."""
     return " ".join((type(part).__doc__ or "").split("\n\n")[0].split())
 
 

@@ -58,7 +58,7 @@ def six_traces() -> list[xr.Dataset]:
 
 
 def kind(name: str, modules: int) -> figures.AgentKind:
-    named = ("action module", "reinforcement module: teaches, fixed for life")[:modules]
+    named = ("action module", "reinforcement module: teaches, does not learn")[:modules]
     return figures.AgentKind(
         name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named
     )
@@ -144,7 +144,7 @@ def test_a_second_network_is_drawn_as_a_teacher() -> None:
     assert texts.count("action module, 3 - 10 - 3 units") == 2
     assert (
         texts.count("reinforcement module, 3 - 10 - 3 units")
-        == texts.count("teaches,\nfixed for life")
+        == texts.count("teaches,\ndoes not learn")
         == 1
     )
 

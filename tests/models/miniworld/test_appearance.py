@@ -73,7 +73,7 @@ def test_what_parts_of_one_s_own_declare_is_in_the_look(swamp: None) -> None:
 def test_a_module_that_does_not_say_how_to_act_is_named_by_what_it_says() -> None:
     found = look(load("evo/A").replace(learning={"rule": "modulated"}))
     assert found.answers == ("gate",)
-    assert found.modules[1] == "reinforcement module: gate, fixed for life"
+    assert found.modules[1] == "reinforcement module: gate, does not learn"
     assert look(load("evo+self-taught/A")).answers == ()
 
 

@@ -1,21 +1,21 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
-import { curvesFile } from "./chart_svg.js";
+import { curvesSvg } from "./chart_svg.js";
 import { el, format } from "./common.js";
-import { FONT, cssShade, palette } from "./palette.js";
-import { chartSaves } from "./saving.js";
+import { FONT, cssColor, palette } from "./palette.js";
+import { chartDownloads } from "./downloads.js";
 
 const MOST_SAVED = 1000; // places of a line in a picture that is saved
 const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
 /** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number, label?: string}} Line */
 
-export class Trace {
+export class LifetimeChart {
   /** @param {string} title @param {(step: number) => void} seek */
   constructor(title, seek, height = 84) {
     this.value = el("span", { class: "number" });
     this.canvas = el("canvas", { style: `height:${height}px`, role: "img", "aria-label": title });
-    const saves = chartSaves(
+    const saves = chartDownloads(
       title.split(",")[0].replaceAll(" ", "-"),
       ["line", "step", "value"],
       () => this.rows(),
@@ -63,11 +63,11 @@ export class Trace {
       const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
       return { label: own[0].label ?? title, color: palette[colour], ...lines };
     });
-    return curvesFile({
+    return curvesSvg({
       title,
       x: thinned(this.lines[0]).map(([step]) => step),
       series,
-      xLabel: "step of life",
+      xLabel: "step of the lifetime",
       yLabel: title,
     });
   }
@@ -146,9 +146,9 @@ export class Trace {
 }
 
 /** What colours mean: each with its words. */
-export function hint(...colours) {
+export function colorKey(...colours) {
   const entries = colours.map(([colour, text]) => [
-    el("i", { style: `background: ${cssShade(colour)}` }),
+    el("i", { style: `background: ${cssColor(colour)}` }),
     text,
   ]);
   return el("p", { class: "soft hint" }, entries.flat());

@@ -1,9 +1,9 @@
 /** What the lab's server answers, in a page that has none: experiments, their faults, and live runs on workers of the page. */
 
-import { faultsOf } from "./faults.js";
+import { validateTree } from "./validation.js";
 import { lookUp } from "./engine.js";
-import { HereFeed, Workers } from "./here_runs.js";
-import { changesOf, withChanges } from "./live_setup.js";
+import { BrowserFeed, WorkerPool } from "./browser_runs.js";
+import { changesOf, applyChanges } from "./live_setup.js";
 
 /**
  * @typedef {object} Laboratory what Python writes into the page
@@ -13,11 +13,11 @@ import { changesOf, withChanges } from "./live_setup.js";
  * @property {object[]} rules
  * @property {number[]} quantiles of Student's t, for so many runs
  */
-export class Here {
+export class BrowserLab {
   /** @param {Laboratory} laboratory @param {string} code of a worker */
   constructor(laboratory, code) {
     this.laboratory = laboratory;
-    this.workers = new Workers(code, laboratory.programs);
+    this.workers = new WorkerPool(code, laboratory.programs);
     this.feeds = new Map();
     const { experiment } = laboratory.presets[0];
     this.workers.warm(this.program(experiment), experiment).catch(() => {}); // whoever starts a run hears of it
@@ -52,7 +52,7 @@ export class Here {
     if (path === "/api/schema")
       return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
     if (path === "/api/validate")
-      return { errors: [...this.faults(experiment), ...faultsOf(ORDER, order, [])] };
+      return { errors: [...this.faults(experiment), ...validateTree(ORDER, order, [])] };
     if (path === "/api/look")
       return { world: experiment.world, look: this.look(experiment), about: [] };
     const preset = this.preset(experiment.name);
@@ -69,7 +69,7 @@ export class Here {
 
   /** The feed of a live run, whose id says what it is. */
   feed(id) {
-    const feed = new HereFeed(id, this, this.order(read(id)));
+    const feed = new BrowserFeed(id, this, this.order(read(id)));
     this.feeds.set(id, feed);
     return feed;
   }
@@ -79,10 +79,10 @@ export class Here {
     const preset = this.laboratory.presets.find(({ name }) => name === given?.preset);
     if (
       !preset ||
-      faultsOf(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length
+      validateTree(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length
     )
       return null;
-    return { ...given, experiment: withChanges(preset.experiment, given.changes ?? {}) };
+    return { ...given, experiment: applyChanges(preset.experiment, given.changes ?? {}) };
   }
 
   preset(name) {
@@ -95,7 +95,7 @@ export class Here {
   }
 
   faults(experiment) {
-    return faultsOf(this.schema(experiment), experiment, this.laboratory.rules);
+    return validateTree(this.schema(experiment), experiment, this.laboratory.rules);
   }
 
   /** The program that lives an experiment. Raises an Error with a sentence where the page has none. */
@@ -105,7 +105,7 @@ export class Here {
     );
     if (!found)
       throw new Error(
-        "This page has no module for the parts that the experiment chooses; export it with them.",
+        "This page has no compiled module for the parts of this experiment. Export the page again with these parts.",
       );
     return found;
   }
@@ -125,7 +125,7 @@ export class Here {
     const base = this.preset(experiment.name).experiment;
     const length = generations === undefined ? {} : { evolution: { generations } };
     const whole = laid(laid(base, experiment), length);
-    const faults = [...faultsOf(ORDER, { seed, run }, []), ...this.faults(whole)];
+    const faults = [...validateTree(ORDER, { seed, run }, []), ...this.faults(whole)];
     if (faults.length) throw new Error(faults.map(({ message }) => message).join("\n"));
     return this.workers.simulate(this.program(whole), whole, seed, run);
   }

@@ -5,7 +5,7 @@
  * @param {number} agent
  * @returns {import("./ancestors.js").Line}
  */
-export function lineOfAncestors(lived, agent) {
+export function ancestorLine(lived, agent) {
   const [agents, others, everybody] = [[agent], [], [new Set([agent])]];
   let first = lived.length - 1;
   for (; lived[first].parents[2 * agents[0]] >= 0; first -= 1) {

@@ -1,17 +1,17 @@
 /** One world on the World tab: which life is shown, and the canvas it is drawn on. */
 
-import { Chooser } from "./chooser.js";
+import { LifetimeSelector } from "./lifetime_selector.js";
 import { el, getBinary } from "./common.js";
-import { listen } from "./gestures.js";
-import { named } from "./population.js";
+import { bindGestures } from "./gestures.js";
+import { agentLabel } from "./population.js";
 import { Lifetime, Recording } from "./recording.js";
 import { query } from "./sources.js";
-import { Tip } from "./tip.js";
+import { Tooltip } from "./tooltip.js";
 import { WorldView } from "./world.js";
 
 const PART = 1_300_000; // agent-steps fetched at once, about 17 MB
 
-export class Panel extends Chooser {
+export class WorldPanel extends LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
@@ -27,21 +27,21 @@ export class Panel extends Chooser {
       "data-testid": `world-${name}`,
       "aria-label": "The world",
     });
-    this.busy = el("div", { class: "busy", hidden: true }, "Living it again …");
+    this.busy = el("div", { class: "busy", hidden: true }, "Simulating …");
     this.note = el("div", { class: "count number", "data-testid": `eaten-${name}` });
     this.pickers.append(this.note);
     this.stage = el("div", { class: "stage" }, this.canvas, this.busy);
     this.root = el(
       "section",
-      { class: "panel", "aria-label": name === "a" ? "World" : "World beside it" },
+      { class: "panel", "aria-label": name === "a" ? "World" : "Second world" },
       this.pickers,
       this.stage,
     );
     this.view = new WorldView(this.canvas);
-    this.tip = new Tip(this.stage);
+    this.tip = new Tooltip(this.stage);
     const hovered = (agent, x, y) =>
       this.tip.show(agent === null || !this.seen ? null : this.seen(agent), x, y);
-    listen(this.canvas, this.view, {
+    bindGestures(this.canvas, this.view, {
       changed: tell.moved,
       picked: tell.picked,
       fitted: tell.fitted,
@@ -107,7 +107,7 @@ export class Panel extends Chooser {
   }
 
   showCount(recording, step) {
-    this.seen = (agent) => named(agent, recording.eatenBefore(step + 1, agent));
+    this.seen = (agent) => agentLabel(agent, recording.eatenBefore(step + 1, agent));
     const text = recording.eaten(step + 1);
     if (this.note.textContent !== text) this.note.textContent = text;
   }

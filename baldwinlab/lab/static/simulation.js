@@ -114,12 +114,12 @@ export function simulate(program, experiment, seed, run) {
   const made = new Run(program, experiment, seed, run);
   const all = Array.from({ length: made.generations }, () => made.next());
   return Object.fromEntries(
-    Object.keys(all[0]).map((name) => [name, joined(all.map((one) => one[name]))]),
+    Object.keys(all[0]).map((name) => [name, concatenate(all.map((one) => one[name]))]),
   );
 }
 
 /** Arrays of a kind, one after the other. */
-export function joined(arrays) {
+export function concatenate(arrays) {
   const whole = new arrays[0].constructor(arrays.reduce((length, one) => length + one.length, 0));
   let at = 0;
   for (const one of arrays) {

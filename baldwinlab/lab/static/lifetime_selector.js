@@ -2,11 +2,11 @@
 
 import { el, icon } from "./common.js";
 import { RunCurve } from "./run_curve.js";
-import { PRESETS, hasWorld, lifeAddress, nearest, query } from "./sources.js";
+import { PRESETS, hasWorld, lifeAddress, nearestLifetime, query } from "./sources.js";
 
-const TOUR = "Play one generation after the other (g)";
+const TOUR = "Play the generations one after another (g)";
 
-export class Chooser {
+export class LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
@@ -33,7 +33,7 @@ export class Chooser {
       el(
         "option",
         { value: id },
-        id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id,
+        id === PRESETS ? "built-in presets" : id === "." ? "this study" : id,
       ),
     );
     this.lists.study.append(...titled);
@@ -85,7 +85,7 @@ export class Chooser {
         el(
           "span",
           { class: "generation-steps" },
-          by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
+          by(-1, "M12 5l-5 5 5 5", "Previous generation ( [ )"),
           this.number,
           by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
           this.tour,
@@ -108,7 +108,7 @@ export class Chooser {
     const wanted = { ...this.source, study: this.lists.study.value };
     if (changed !== "study") wanted.condition = this.lists.condition.value;
     if (changed === "run") wanted.run = Number(this.lists.run.value);
-    const source = nearest(this.studies, wanted);
+    const source = nearestLifetime(this.studies, wanted);
     if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source))
       return void (location.hash = lifeAddress(source));
     this.choose(source);

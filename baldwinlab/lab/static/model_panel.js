@@ -1,11 +1,11 @@
 /** One run on the World tab whose lives have no world: which generation, and what can be looked at of it. */
 
 import { AlleleBars } from "./allele_bars.js";
-import { CellsView } from "./cells_view.js";
-import { Chooser } from "./chooser.js";
+import { GridView } from "./grid_view.js";
+import { LifetimeSelector } from "./lifetime_selector.js";
 import { el, getBinary } from "./common.js";
 import { MatrixView } from "./matrix_view.js";
-import { WalkView } from "./walk_view.js";
+import { PathView } from "./path_view.js";
 
 /**
  * @typedef {object} Drawer draws the answers of one kind
@@ -16,10 +16,10 @@ import { WalkView } from "./walk_view.js";
  * @property {() => void} [close]
  * @property {import("./player.js").Player} [player] where it has a time of its own
  */
-const DRAWERS = { alleles: AlleleBars, matrix: MatrixView, walk: WalkView, cells: CellsView };
+const DRAWERS = { alleles: AlleleBars, matrix: MatrixView, path: PathView, grid: GridView };
 const ALLELES = "alleles";
 
-export class LookPanel extends Chooser {
+export class ModelPanel extends LifetimeSelector {
   /**
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
    * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error) => void, toured: () => void, moved: () => void}} tell
@@ -36,7 +36,7 @@ export class LookPanel extends Chooser {
       this.tell.chosen();
     };
     this.looks = el("select", {
-      "aria-label": "What to look at",
+      "aria-label": "View",
       "data-testid": "look-a",
       onchange: () => change({}),
     });
@@ -49,7 +49,7 @@ export class LookPanel extends Chooser {
     this.body = el("div", { class: "looked-at" });
     this.root = el(
       "section",
-      { class: "panel", "aria-label": "Genomes and lives" },
+      { class: "panel", "aria-label": "Genomes and lifetimes" },
       this.pickers,
       this.body,
     );
@@ -67,7 +67,7 @@ export class LookPanel extends Chooser {
   lacking({ look, agent }) {
     const { name, agents } = this.condition;
     if (look && look !== this.look.name)
-      return `${name} has no view ${look}. There are: ${this.ways.map((way) => way.name).join(", ")}.`;
+      return `${name} has no view ${look}. Available: ${this.ways.map((way) => way.name).join(", ")}.`;
     return agent && this.look.of_an_agent && agent !== this.agent
       ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.`
       : "";
@@ -130,7 +130,7 @@ export class LookPanel extends Chooser {
   title() {
     const { agent } = this.header;
     const of =
-      agent === null ? "" : `, agent ${agent}${this.agent === null ? ", the fittest" : ""}`;
+      agent === null ? "" : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
     return `${this.look.name[0].toUpperCase()}${this.look.name.slice(1)}${of}`;
   }
 
@@ -145,7 +145,7 @@ export class LookPanel extends Chooser {
       this.ways.map(({ name }) => [name, name]),
     );
     options(this.agents, [
-      ["", "the fittest"],
+      ["", "fittest agent"],
       ...Array.from({ length: this.condition.agents }, (_, agent) => [
         String(agent),
         `agent ${agent}`,

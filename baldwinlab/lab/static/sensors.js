@@ -1,13 +1,13 @@
 /** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something: the brighter, the more. */
 
-import { palette, shade } from "./palette.js";
+import { palette, resolveColor } from "./palette.js";
 
 const DEGREE = Math.PI / 180;
 const LEVELS = 4; // of brightness, each of them one shape
 const MANY = 60; // agents beyond which only the chosen one's is drawn, unless discs are large on the canvas
 
 /** Overlapping discs do not add up: all of them are one shape. @param {import("./world.js").WorldView} view */
-export function drawSight(view, recording, step, chosen) {
+export function drawSensors(view, recording, step, chosen) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
   const looking = inputs
@@ -34,7 +34,7 @@ export function drawSight(view, recording, step, chosen) {
   pen.stroke();
   for (const colour of new Set(looking.map((sector) => sector.colour))) {
     const mine = looking.filter((sector) => sector.colour === colour);
-    pen.fillStyle = shade(colour);
+    pen.fillStyle = resolveColor(colour);
     for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
       const bright = (agent, { input }) =>
         Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;

@@ -1,19 +1,19 @@
 /** The World tab of lives without a world: the alleles of a generation and the views of its model, and the way through the generations. */
 
 import { el, message } from "./common.js";
-import { steerGenerations } from "./keys.js";
-import { LookPanel } from "./look_panel.js";
-import { nearest, requireShown, titled, withTypicalRun } from "./sources.js";
-import { CURVE, LOOKS } from "./topics.js";
-import { Tour } from "./tour.js";
+import { handleGenerationKey } from "./keys.js";
+import { ModelPanel } from "./model_panel.js";
+import { nearestLifetime, requireViewable, lifetimeTitle, addTypicalRun } from "./sources.js";
+import { CURVE, VIEWS } from "./topics.js";
+import { GenerationPlayer } from "./generation_player.js";
 
 const EVERY = 200; // ms that a generation is seen while they play
 
-export class LooksTab {
+export class ModelTab {
   /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
   constructor(root, navigate, guide, { studies, worldless }) {
     Object.assign(this, { root, navigate, guide, studies, worldless, turn: 0, timer: 0 });
-    this.panel = new LookPanel(studies, {
+    this.panel = new ModelPanel(studies, {
       invalidate: () => requestAnimationFrame(() => this.panel.curve.draw()),
       chosen: () => this.remember(this.tour.on),
       shown: () => this.shown(),
@@ -26,7 +26,7 @@ export class LooksTab {
       last: this.panel.condition.generations - 1,
     });
     const everyOne = (last) => Array.from({ length: last + 1 }, (_, generation) => generation);
-    this.tour = new Tour(
+    this.tour = new GenerationPlayer(
       { now, visit: (generation) => this.visit(generation), changed: (on) => this.toured(on) },
       everyOne,
     );
@@ -34,7 +34,7 @@ export class LooksTab {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), {
       signal,
     });
-    addEventListener("keydown", (event) => this.panel.source && steerGenerations(event, this), {
+    addEventListener("keydown", (event) => this.panel.source && handleGenerationKey(event, this), {
       signal,
     });
   }
@@ -51,12 +51,12 @@ export class LooksTab {
   /** Show what an address says, in the run to look at first where it names none. */
   async come(state) {
     const mine = ++this.turn;
-    const whole = await withTypicalRun(this.studies, state);
+    const whole = await addTypicalRun(this.studies, state);
     if (mine !== this.turn || this.leaving.signal.aborted) return;
     this.startAt = state.step; // undefined: a life plays from its beginning
     try {
-      requireShown(this, whole);
-      this.panel.choose(nearest(this.studies, whole, true), {
+      requireViewable(this, whole);
+      this.panel.choose(nearestLifetime(this.studies, whole, true), {
         look: state.look,
         agent: state.agent ?? null,
       });
@@ -66,7 +66,7 @@ export class LooksTab {
       message(fault.message, "error");
       if (!this.panel.source)
         this.panel.choose(
-          nearest(this.studies, { study: state.study, condition: state.condition }),
+          nearestLifetime(this.studies, { study: state.study, condition: state.condition }),
         );
     }
     this.remember();
@@ -92,7 +92,7 @@ export class LooksTab {
     const { source, header, look, drawer } = this.panel;
     if (drawer.player) this.begin(drawer.player);
     this.startAt = undefined;
-    const shown = el("div", {}, el("p", {}, titled(source)), el("p", {}, CURVE));
+    const shown = el("div", {}, el("p", {}, lifetimeTitle(source)), el("p", {}, CURVE));
     const named = header.meaning
       ? [{ title: look.name[0].toUpperCase() + look.name.slice(1), text: header.meaning }]
       : [];
@@ -100,7 +100,7 @@ export class LooksTab {
       { title: "Shown here", text: shown },
       { title: "The model", text: header.about },
       ...named,
-      ...LOOKS[header.kind],
+      ...VIEWS[header.kind],
     ]);
     if (this.tour.on) this.goOnLater();
   }

@@ -5,7 +5,7 @@ const MOST_INPUTS = 4; // of which every combination is a line of a table
 const MOST_BYTES = 64_000_000; // of one recording
 
 /** The part of a life that one recording holds from `first` on: all of it, where that is not too much. */
-export function partOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
+export function spanOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
   return {
     first,
     last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (20 * size))), steps),
@@ -13,7 +13,7 @@ export function partOf({ lifetime: { steps }, population: { size } }, first = 0,
 }
 
 /**
- * @param {import("./lives.js").Run} run prepared, with the genomes of a generation
+ * @param {import("./simulation.js").Run} run prepared, with the genomes of a generation
  * @param {{generation: number, first: number, last: number, look: Object<string, any>}} wanted
  * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
  */
@@ -99,7 +99,7 @@ export function record(run, { generation, first, last, look }) {
 }
 
 /** @returns {Object<string, ArrayLike<number>>} as in lab/agent_inspector.py, of one agent */
-export function lookInside(run, { generation, first, last, look, agent }) {
+export function inspectAgent(run, { generation, first, last, look, agent }) {
   const { engine, experiment } = run;
   const steps = experiment.lifetime.steps;
   const now = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);

@@ -3,10 +3,10 @@
 import { lineChart } from "./charts.js";
 import { el, format } from "./common.js";
 
-export class WalkView {
+export class PathView {
   constructor() {
     this.heading = el("h2", { "data-testid": "view-heading" });
-    this.plot = el("div", { "data-testid": "walk" });
+    this.plot = el("div", { "data-testid": "path" });
     this.root = el("div", { class: "view" }, this.heading, this.plot);
   }
 
@@ -49,7 +49,7 @@ export class WalkView {
 function atBirth(names, step, value, lines) {
   const numbers = names.map((name, line) => el("li", {}, `${name}: ${format(lines[line])}`));
   return [
-    el("p", {}, `These lives have no ${step}, so what is there at birth stays: ${value}.`),
+    el("p", {}, `These lifetimes have no ${step}, so all values stay as they are at birth: ${value}.`),
     el("ul", {}, ...numbers),
   ];
 }

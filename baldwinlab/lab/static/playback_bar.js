@@ -1,7 +1,7 @@
 /** The bar below the worlds: time, what is drawn, and help. */
 
 import { el, icon } from "./common.js";
-import { help } from "./keys.js";
+import { keyboardDialog } from "./keys.js";
 import { Legend } from "./legend.js";
 import { SPEEDS } from "./player.js";
 
@@ -17,9 +17,9 @@ const PATHS = {
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
   agents: "M7 5h10M7 10h10M7 15h10M3 5h.01M3 10h.01M3 15h.01",
 };
-const TRAILS = { off: "no trails", recent: "recent trails", life: "whole trails" };
+const TRAILS = { off: "no trails", recent: "recent trails", life: "full trails" };
 
-export class Transport {
+export class PlaybackBar {
   /**
    * @param {import("./player.js").Player} player
    * @param {import("./timeline.js").Timeline} timeline
@@ -43,7 +43,7 @@ export class Transport {
     const compare = {
       type: "button",
       "data-testid": "compare",
-      title: "Two lives in step, from the same start (c)",
+      title: "Compare two lifetimes step by step (c)",
     };
     this.beside = el(
       "button",
@@ -58,17 +58,17 @@ export class Transport {
       "quiet square lister",
     );
     this.legend = new Legend();
-    this.help = help();
+    this.help = keyboardDialog();
     this.root = el("div", { class: "transport" }, timeline.root, this.controls(tell), this.help);
   }
 
   controls({ fit, meal }) {
     const { player } = this;
-    const back = button("back", "A step back (←)", () => player.step(-1), "quiet square stepper");
-    const on = button("on", "A step on (→)", () => player.step(1), "quiet square stepper");
+    const back = button("back", "One step back (←)", () => player.step(-1), "quiet square stepper");
+    const on = button("on", "One step forward (→)", () => player.step(1), "quiet square stepper");
     const [before, after] = [
-      button("mealBefore", "The meal before (p)", () => meal(-1)),
-      button("mealAfter", "The next meal (n)", () => meal(1)),
+      button("mealBefore", "Previous meal (p)", () => meal(-1)),
+      button("mealAfter", "Next meal (n)", () => meal(1)),
     ];
     return el(
       "div",
@@ -82,8 +82,8 @@ export class Transport {
         el("label", { class: "inline" }, this.sight, "sight"),
         this.beside,
         this.agents,
-        button("fit", "The whole map (0)", fit),
-        button("keys", "Keys", () => this.help.showModal()),
+        button("fit", "Show the whole map (0)", fit),
+        button("keys", "Keyboard shortcuts", () => this.help.showModal()),
       ),
     );
   }

@@ -5,7 +5,7 @@ import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
 import { TimeBar } from "./time_bar.js";
-import { WorldFigure, whole } from "./world_figure.js";
+import { WorldFigure, completeLifetime } from "./world_figure.js";
 
 const LOOK = 500; // ms between two questions whether it is ready
 const SPEED = 10;
@@ -13,10 +13,10 @@ const SPEED = 10;
 let engine = { ready: false, seconds: 0 }; // as the server said last; once ready, it stays so
 
 /** Until lives can be lived here, or nobody wants it any longer. @param {HTMLElement} root is filled meanwhile */
-export async function untilReady(root, wanted) {
+export async function waitForEngine(root, wanted) {
   if (engine.ready) return;
   engine = await getJSON("api/engine");
-  const first = engine.ready || !wanted() ? null : new FirstLife(root);
+  const first = engine.ready || !wanted() ? null : new WaitingScreen(root);
   while (!engine.ready && wanted()) {
     first.tell(engine);
     await new Promise((resolve) => setTimeout(resolve, LOOK));
@@ -26,12 +26,12 @@ export async function untilReady(root, wanted) {
   if (first && wanted()) first.leave();
 }
 
-class FirstLife {
+class WaitingScreen {
   constructor(root) {
     Object.assign(this, { root, before: root.className });
     this.player = new Player((time) => this.draw(time));
     this.player.setSpeed(SPEED);
-    this.figure = new WorldFigure("A life that was recorded before", "first-canvas", {
+    this.figure = new WorldFigure("A recorded lifetime", "first-canvas", {
       invalidate: () => this.player.invalidate(),
     });
     this.bar = new TimeBar(this.player, "first");
@@ -50,7 +50,7 @@ class FirstLife {
       el(
         "span",
         {},
-        "The engine is being compiled for this machine. That is done once, and takes about as long as this life plays. ",
+        "The lab compiles its engine for this machine. This happens once and takes about as long as the recorded lifetime below. ",
         this.seconds,
       ),
     );
@@ -74,9 +74,9 @@ class FirstLife {
   }
 
   async load() {
-    const life = whole(new Recording(await getBinary("first_life.bald")));
+    const life = completeLifetime(new Recording(await getBinary("first_life.bald")));
     const { header } = life;
-    this.what.textContent = `Recorded before: ${header.condition}, run ${header.run}, generation ${header.generation}, its first ${header.last.toLocaleString("en")} steps.`;
+    this.what.textContent = `Recording: ${header.condition}, run ${header.run}, generation ${header.generation}, first ${header.last.toLocaleString("en")} steps.`;
     this.figure.show(life);
     this.legend.show([header.look]);
     this.player.last = header.last - 1;
@@ -93,7 +93,7 @@ class FirstLife {
   }
 
   tell({ seconds }) {
-    this.seconds.textContent = `So far: ${Math.round(seconds)} s.`;
+    this.seconds.textContent = `Elapsed: ${Math.round(seconds)} s.`;
   }
 
   close() {

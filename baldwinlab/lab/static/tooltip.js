@@ -2,7 +2,7 @@
 
 import { el } from "./common.js";
 
-export class Tip {
+export class Tooltip {
   /** @param {HTMLElement} root in which it is placed */
   constructor(root) {
     this.root = root;

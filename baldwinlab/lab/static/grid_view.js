@@ -1,14 +1,14 @@
 /** A life on a grid of cells: who stands where and what lies where, step by step, and the way it went. */
 
 import { el, format, icon } from "./common.js";
-import { cssShade, palette, shade } from "./palette.js";
-import { Player, usualSpeed } from "./player.js";
+import { cssColor, palette, resolveColor } from "./palette.js";
+import { Player, defaultSpeed } from "./player.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";
 const LOOKS = ["right", "down", "left", "up"]; // by heading
 
-export class CellsView {
+export class GridView {
   /** @param {() => void} moved another step is shown */
   constructor(moved) {
     this.moved = moved;
@@ -18,13 +18,13 @@ export class CellsView {
     this.legend = el("div", { class: "legend", role: "group", "aria-label": "Legend" });
     this.canvas = el("canvas", {
       role: "img",
-      "aria-label": "The life, as it is told below",
-      "data-testid": "cells",
+      "aria-label": "The lifetime, described below",
+      "data-testid": "grid",
     });
     this.toggle = el("button", {
       type: "button",
       class: "primary round",
-      "data-testid": "cells-play",
+      "data-testid": "grid-play",
       onclick: () => this.player.toggle(),
     });
     this.slider = el("input", {
@@ -35,9 +35,9 @@ export class CellsView {
       "aria-label": "Step",
       oninput: () => this.player.seek(this.slider.valueAsNumber),
     });
-    this.told = el("p", { class: "number", "data-testid": "cells-told" });
-    this.stage = el("div", { class: "cells-stage" }, this.canvas);
-    const time = el("div", { class: "cells-time" }, this.toggle, this.slider);
+    this.told = el("p", { class: "number", "data-testid": "grid-description" });
+    this.stage = el("div", { class: "grid-stage" }, this.canvas);
+    const time = el("div", { class: "grid-time" }, this.toggle, this.slider);
     this.root = el(
       "div",
       { class: "view" },
@@ -74,16 +74,16 @@ export class CellsView {
       el(
         "span",
         { class: "entry" },
-        el("i", { class: `cells-mark ${shape}`, style: `background: ${colour}` }),
+        el("i", { class: `grid-mark ${shape}`, style: `background: ${colour}` }),
         name,
       );
     this.legend.replaceChildren(
       mark("agent", "var(--agent)", "round"),
-      ...Object.entries(header.marks).map(([name, colour]) => mark(name, cssShade(colour))),
+      ...Object.entries(header.marks).map(([name, colour]) => mark(name, cssColor(colour))),
     );
     Object.assign(this.player, {
       last: steps - 1,
-      ...(first && { speed: Math.min(usualSpeed(steps), 2) }),
+      ...(first && { speed: Math.min(defaultSpeed(steps), 2) }),
     });
     this.slider.max = String(steps - 1);
     this.player.seek(this.player.time);
@@ -124,7 +124,7 @@ export class CellsView {
 
   drawGround(pen, step) {
     const { ground, rows, columns, marks } = this.life;
-    const colours = Object.values(marks).map(shade);
+    const colours = Object.values(marks).map(resolveColor);
     pen.fillStyle = palette.map;
     pen.fillRect(0, 0, columns, rows);
     for (let row = 0; row < rows; row++) {
@@ -176,7 +176,7 @@ export class CellsView {
     const { visit, visits, steps, place, heading, gained } = this.life;
     const first = visit.indexOf(visit[step]);
     const end = visit.lastIndexOf(visit[step]);
-    const looking = heading[step] < 0 ? "" : `, looks ${LOOKS[heading[step] % 4]}`;
+    const looking = heading[step] < 0 ? "" : `, facing ${LOOKS[heading[step] % 4]}`;
     return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${looking}; gained ${format(gained[step])} in this ${visits} so far`;
   }
 

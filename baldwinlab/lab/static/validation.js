@@ -27,7 +27,7 @@ const KINDS = {
  * @param {{path: string, than: string, share?: number, equal?: boolean, says: string}[]} rules that one number is smaller than another
  * @returns {{path: string, message: string}[]}
  */
-export function faultsOf(schema, tree, rules) {
+export function validateTree(schema, tree, rules) {
   const found = [...ofTable({ schema }, schema, tree, "")];
   return found.length ? found : rules.flatMap((rule) => broken(rule, tree));
 }

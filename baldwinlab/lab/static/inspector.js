@@ -2,10 +2,10 @@
 
 import { Ancestors } from "./ancestors.js";
 import { el, format, getBinary, icon, message } from "./common.js";
-import { drawGraph, drawNetwork, strongest } from "./network.js";
+import { drawGraph, drawNetwork, largestOutput } from "./network.js";
 import { Responses } from "./responses.js";
 import { query } from "./sources.js";
-import { Trace, hint } from "./trace.js";
+import { LifetimeChart, colorKey } from "./lifetime_chart.js";
 import { FONT, palette } from "./palette.js";
 
 const MOST_LINES = 200; // weights whose way is drawn
@@ -28,24 +28,24 @@ export class Inspector {
       "data-testid": "networks",
     });
     this.traces = {
-      error: new Trace("error between the modules", tell.seek),
-      weights: new Trace("weights, from birth on", tell.seek, 110),
-      eaten: new Trace("items eaten", tell.seek),
+      error: new LifetimeChart("error between the networks", tell.seek),
+      weights: new LifetimeChart("weight changes, since birth", tell.seek, 110),
+      eaten: new LifetimeChart("items eaten", tell.seek),
     };
     this.responses = new Responses();
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
     this.traces.weights.root.append(
-      hint(["lit", "of the first layer"], ["agent", "of those after it"]),
+      colorKey(["lit", "first layer"], ["agent", "later layers"]),
     );
     this.body = el(
       "div",
-      { class: "inside", tabindex: 0, role: "group", "aria-label": "Networks, weights and kin" },
+      { class: "inside", tabindex: 0, role: "group", "aria-label": "Networks, weights and relatives" },
       el("div", { class: "row" }, this.inputs, this.action),
       el(
         "figure",
         {},
         this.nets,
-        hint(["agent", "weight above 0"], ["chosen", "below 0; the wider, the larger"]),
+        colorKey(["agent", "positive weight"], ["chosen", "negative weight (wider: larger)"]),
       ),
       this.responses.root,
       ...Object.values(this.traces).map(({ root }) => root),
@@ -74,7 +74,7 @@ export class Inspector {
     );
     this.root = el(
       "section",
-      { class: "inspector", "aria-label": "Inside an agent", tabindex: -1, hidden: true },
+      { class: "inspector", "aria-label": "Agent inspector", tabindex: -1, hidden: true },
       el("header", { class: "row" }, el("div", {}, this.title, this.facts), this.turner, close),
       this.body,
       this.ancestors.root,
@@ -132,7 +132,7 @@ export class Inspector {
     this.inputs.replaceChildren(
       ...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)),
     );
-    this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank\u00a0${header.rank}`;
+    this.facts.textContent = `${header.food.toLocaleString("en")} items eaten · rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     const steps = arrays.sample_step.at(-1);
@@ -160,8 +160,8 @@ export class Inspector {
       stride: count,
       offset,
       ...(offset < firstLayer
-        ? { colour: "lit", label: "of the first layer" }
-        : { colour: "agent", label: "of those after it" }),
+        ? { colour: "lit", label: "first layer" }
+        : { colour: "agent", label: "later layers" }),
       alpha: 0.6,
     }));
     this.traces.weights.set(lines, steps, -most, most);
@@ -194,7 +194,7 @@ export class Inspector {
       line(
         both.length ? `parents, in generation ${source.generation - 1}` : "parents",
         both.map((agent) => link(agent, -1)),
-        "none: its weights were drawn afresh",
+        "none (random weights)",
       ),
       ...(elders
         ? [
@@ -231,14 +231,14 @@ export class Inspector {
     this.showAction(
       header.look.actions,
       arrays.action[row],
-      strongest(active, header.layer_sizes.at(-1)),
+      largestOutput(active, header.layer_sizes.at(-1)),
     );
     this.responses.draw(step, active.subarray(0, header.look.inputs.length));
     this.weightsAt(step);
     this.drawNets(active, row, units);
     const { error, weights, eaten } = this.traces;
     if (arrays.error) error.draw(step, format(arrays.error[row]));
-    weights.draw(step, `moved ${format(this.moved())}`);
+    weights.draw(step, `distance from birth ${format(this.moved())}`);
     eaten.draw(step, format(arrays.eaten_in_life[row]));
   }
 
@@ -251,7 +251,7 @@ export class Inspector {
   /** What it did; and where that was noise, not the largest output, says so. */
   showAction(actions, done, largest) {
     const noise = done !== largest;
-    const text = noise ? `${actions[done]}, by noise` : actions[done];
+    const text = noise ? `${actions[done]} (noise)` : actions[done];
     if (this.action.textContent === text) return;
     this.action.textContent = text;
     this.action.classList.toggle("noise", noise);
@@ -283,7 +283,7 @@ export class Inspector {
     const nets = [{ weights: this.live, activations: active, actions, action: arrays.action[row] }];
     if (arrays.teacher) {
       const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
-      const action = arrays.error ? strongest(activations, actions.length) : null; // where it says how to act
+      const action = arrays.error ? largestOutput(activations, actions.length) : null; // where it says how to act
       const says = answers.length ? actions.map((_, at) => answers[at] ?? "not used") : actions;
       nets.push({ weights: arrays.teacher, activations, actions: says, action });
     }

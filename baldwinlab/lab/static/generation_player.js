@@ -2,7 +2,7 @@
 
 const STOPS = [0, 5, 20]; // early on much changes, and then little; the last generation comes as well
 
-export class Tour {
+export class GenerationPlayer {
   /**
    * @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void, changed: (on: boolean) => void}} tell
    * @param {(last: number) => number[]} stops the generations that are shown, up to the last

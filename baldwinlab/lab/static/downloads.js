@@ -11,17 +11,17 @@ const TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" 
  * @param {() => Object<string, any>[]} rows
  * @param {() => string} picture the text of an SVG file
  */
-export function chartSaves(name, columns, rows, picture) {
+export function chartDownloads(name, columns, rows, picture) {
   return el(
     "div",
     { class: "row chart-saves" },
-    saveButton(`${name}.csv`, () => csv(columns, rows()), "Save as CSV"),
-    saveButton(`${name}.svg`, picture, "Save as SVG"),
+    downloadButton(`${name}.csv`, () => csv(columns, rows()), "Save as CSV"),
+    downloadButton(`${name}.svg`, picture, "Save as SVG"),
   );
 }
 
 /** A button that takes a text along as a file of that name; the text is asked for when it is pressed. */
-export function saveButton(name, text, label = `Save as ${name}`) {
+export function downloadButton(name, text, label = `Save as ${name}`) {
   const save = () => {
     const place = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
     el("a", { href: place, download: name }).click();

@@ -1,13 +1,13 @@
 /** Live runs of a page without a server: a pool of workers, and a feed of what lives on them. */
 
-import { inflated } from "./common.js";
-import { lineOfAncestors } from "./descent.js";
+import { inflate } from "./common.js";
+import { ancestorLine } from "./ancestry.js";
 import { Feed } from "./live_feed.js";
 
 const MOST_WORKERS = 16;
 
 /** Workers of the page, as many as there are cores, each with the programs that it has been asked for. */
-export class Workers {
+export class WorkerPool {
   constructor(code, programs) {
     this.address = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
     this.programs = programs;
@@ -22,9 +22,9 @@ export class Workers {
 
   /** One of them, by its number or name, that knows a program. */
   async ready(name, program) {
-    const worker = (this.pool[name] ??= new Asked(new Worker(this.address)));
+    const worker = (this.pool[name] ??= new WorkerClient(new Worker(this.address)));
     await (worker.programs[program.name] ??= (async () => {
-      program.bytes ??= new Uint8Array(await inflated(program.module));
+      program.bytes ??= new Uint8Array(await inflate(program.module));
       await worker.ask("program", { name: program.name, bytes: program.bytes, plan: program.plan });
     })());
     return worker;
@@ -44,7 +44,7 @@ export class Workers {
 }
 
 /** A worker that is asked things. */
-class Asked {
+class WorkerClient {
   constructor(worker) {
     Object.assign(this, { worker, waiting: new Map(), programs: {}, ticket: 0 });
     worker.onmessage = ({ data: { ticket, answer, fault } }) => {
@@ -56,7 +56,7 @@ class Asked {
     worker.onerror = (event) => {
       for (const { reject } of this.waiting.values())
         reject(
-          new Error(`The page's worker failed: ${event.message ?? "it does not start here"}.`),
+          new Error(`The page's worker failed: ${event.message ?? "it does not start"}.`),
         );
       this.waiting.clear();
     };
@@ -71,8 +71,8 @@ class Asked {
 }
 
 /** As the feed of a server's run; what is asked of it is `recording` and `inside`. */
-export class HereFeed extends Feed {
-  /** @param {import("./here.js").Here} here @param {Object<string, any>|null} order what is to run; null where its link is damaged */
+export class BrowserFeed extends Feed {
+  /** @param {import("./browser_lab.js").BrowserLab} here @param {Object<string, any>|null} order what is to run; null where its link is damaged */
   constructor(id, here, order) {
     super(id);
     Object.assign(this, { here, order, steps: 0, past: [], stirred: () => {} });
@@ -85,7 +85,7 @@ export class HereFeed extends Feed {
   async live() {
     const faults = this.order
       ? this.here.faults(this.order.experiment)
-      : [{ message: "This link is damaged, and says of no run that could be started here" }];
+      : [{ message: "This link is damaged and does not describe a run" }];
     if (faults.length) return this.turn("gone", `${faults[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
     this.about = { id: this.id, experiment, runs, seed, seconds, kept: "" };
@@ -241,7 +241,7 @@ export class HereFeed extends Feed {
 
   /** From whom an agent descends. */
   ancestors({ run, generation, agent }) {
-    return lineOfAncestors(
+    return ancestorLine(
       this.past.slice(0, generation + 1).map((lived) => lived[run]),
       agent,
     );
