@@ -24,8 +24,8 @@ from baldwinlab.lab.schema import schema_of
 from baldwinlab.papers import presets
 from baldwinlab.parts import View
 from baldwinlab.studies.claims_file import CLAIMS, claims_in
-from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import design as sweeps
 

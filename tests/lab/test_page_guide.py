@@ -26,11 +26,9 @@ def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_no
     words = guide_of(page)
     assert "evo/A, run 1, generation 1, of the study small" in words
     assert "20 agents are born in the dashed circle and live 300 steps." in words
-    assert (
-        "Three binary sensors: whether any food is at the left, in front, or at the right." in words
-    )
-    assert "Turns left or right by 9 degrees and moves 1, or goes straight on by 2." in words
-    assert "The weights stay as they were born." in words
+    assert "Three binary inputs: food in the left, front and right sector." in words
+    assert "Three actions: turn left, go forward, turn right." in words
+    assert "No learning: the weights do not change during life." in words
     page.get_by_test_id("close-guide").click()
     expect(page.get_by_test_id("guide")).to_be_hidden()
     expect(page.get_by_test_id("about")).to_be_focused()

@@ -28,7 +28,7 @@ def test_every_topic_describes_the_experiment() -> None:
 
 def test_an_experiment_without_learning_and_without_items_is_described_as_such() -> None:
     found = words(load("evo/A").replace(world={"food": []}))
-    assert found["Learning"] == "The weights stay as they were born."
+    assert found["Learning"] == "No learning: the weights do not change during life."
     assert "items" not in found["The map"]
 
 
@@ -36,7 +36,7 @@ def test_teaching_by_the_parents_is_described() -> None:
     told = words(load("evo+self-taught/A").replace(evolution={"inheritance": "social-heredity"}))[
         "Learning"
     ]
-    assert told.endswith("but what teaches a child is what its parents had learned.")
+    assert told.endswith("The genome at birth is inherited, and the parents teach.")
     assert (
         "parents"
         not in words(load("evo/A").replace(evolution={"inheritance": "social-heredity"}))[
@@ -51,4 +51,6 @@ def test_a_continuous_body_chooses_no_action_and_real_valued_sensors_have_bright
     assert wheels["Senses"].endswith(
         "A sector lights up while its sensor is active, more brightly for larger values."
     )
-    assert "The agent performs the action with the largest output." in words(load("evo/A"))["Network"]
+    assert (
+        "The agent performs the action with the largest output." in words(load("evo/A"))["Network"]
+    )
