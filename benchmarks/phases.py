@@ -17,7 +17,7 @@ import numpy as np
 from baldwinlab.engine.jit import entry, kept
 from baldwinlab.engine.reference import by_reference
 from baldwinlab.engine.simd import WIDTH, bundle, get, put
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import hooks_of
 from baldwinlab.models.miniworld.backends.choice import CPU
@@ -138,7 +138,8 @@ def lived(experiment: Experiment) -> Batch:
     """A batch some steps into its first life."""
     batch = Batch(experiment, 0, range(CPU.worlds))
     batch.begin(
-        0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)])
+        0,
+        np.stack([draw_genomes(experiment, GenerationKey(0, run, 0)) for run in range(CPU.worlds)]),
     )
     batch.simulate(0, 50)
     return batch

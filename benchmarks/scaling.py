@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from matplotlib import pyplot as plt
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import Batch
@@ -99,7 +99,10 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
     batches = [Batch(experiment, thread, range(worlds)) for thread in range(threads)]
     for batch in batches:
         batch.begin(
-            0, np.stack([draw_genome(experiment, Moment(0, world, 0)) for world in range(worlds)])
+            0,
+            np.stack(
+                [draw_genomes(experiment, GenerationKey(0, world, 0)) for world in range(worlds)]
+            ),
         )
         batch.simulate(0, step[0])
 

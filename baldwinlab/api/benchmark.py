@@ -21,7 +21,7 @@ import numpy as np
 
 from baldwinlab.api.checks.fixture import subjects
 from baldwinlab.core.resources import peak_memory
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.models.miniworld.backends.choice import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.papers.presets import load, paper
@@ -223,7 +223,7 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
     experiment = many_agent_experiment(agents, steps)
     n_lives = max(1, WORLD_SIZES[-1] // (agents * worlds))
     batch = backend.batch(experiment, 0, range(worlds))
-    genomes = np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)])
+    genomes = np.stack([draw_genomes(experiment, GenerationKey(0, run, 0)) for run in range(worlds)])
     fastest = math.inf
     for _ in range(REPETITIONS):
         seconds = 0.0

@@ -3,37 +3,37 @@
 Kernels allocate nothing and validate nothing; what is called from outside of this package does both.
 """
 
-from baldwinlab.evolution.breeding import breed, next_genome
-from baldwinlab.evolution.fitness import cost_of_learning, energy_of, fitness
-from baldwinlab.evolution.founders import draw_genome
+from baldwinlab.evolution.breeding import breed, make_generation
+from baldwinlab.evolution.fitness import compute_learning_cost, fitness, sum_energy
+from baldwinlab.evolution.founders import draw_genomes
 from baldwinlab.evolution.inheritance import (
-    bequeath,
-    deal_teachers,
-    elders_of,
-    elders_teach,
-    needs_lives,
-    trace_back,
+    apply_teacher_control,
+    find_teachers,
+    has_parent_teachers,
+    inherit_genomes,
+    needs_simulation,
+    remap_parents,
 )
-from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 
 __all__ = [
     "Fitness",
+    "GenerationKey",
     "Genome",
-    "Moment",
     "Parents",
     "Uniforms",
-    "bequeath",
+    "apply_teacher_control",
     "breed",
-    "cost_of_learning",
-    "deal_teachers",
-    "draw_genome",
-    "elders_of",
-    "elders_teach",
-    "energy_of",
+    "compute_learning_cost",
+    "draw_genomes",
+    "find_teachers",
     "fitness",
-    "needs_lives",
-    "next_genome",
+    "has_parent_teachers",
+    "inherit_genomes",
+    "make_generation",
+    "needs_simulation",
+    "remap_parents",
     "select",
-    "trace_back",
+    "sum_energy",
 ]

@@ -9,23 +9,23 @@ import numpy as np
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import kept
 from baldwinlab.evolution.finite import require_finite
-from baldwinlab.evolution.founders import draw_genome
-from baldwinlab.evolution.inheritance import deal_teachers
-from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.founders import draw_genomes
+from baldwinlab.evolution.inheritance import apply_teacher_control
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution_parts import ITSELF, breeding_part, vary_population
 
 
-def next_genome(
-    experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness
+def make_generation(
+    experiment: BaseExperiment, key: GenerationKey, genome: Genome, fitness: Fitness
 ) -> tuple[Genome, Parents]:
-    """Genomes and parents of the generation at `moment`, from the one before it, which has lived."""
+    """Genomes and parents of the generation at `key`, from the one before it, which has lived."""
     if not np.isfinite(genome).all():  # cheaper than to find out who may have changed them
-        require_finite(experiment, moment.before(), genome, *_makers_in_life(experiment))
+        require_finite(experiment, key.before(), genome, *_makers_in_life(experiment))
     if experiment.part("evolution.inheritance").resamples_genomes:
-        return draw_genome(experiment, moment), np.full((len(genome), 2), -1, np.int32)
-    return breed(experiment, genome, fitness, moment)
+        return draw_genomes(experiment, key), np.full((len(genome), 2), -1, np.int32)
+    return breed(experiment, genome, fitness, key)
 
 
 def _makers_in_life(experiment: BaseExperiment) -> list[str]:
@@ -38,26 +38,26 @@ def _makers_in_life(experiment: BaseExperiment) -> list[str]:
 
 
 def breed(
-    experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: Moment
+    experiment: BaseExperiment, genome: Genome, fitness: Fitness, key: GenerationKey
 ) -> tuple[Genome, Parents]:
     """The children of a generation that has lived, and their parents: of who lives on, that agent twice.
 
-    `moment` is the children's. Raises ValueError as `select` does, and RefusedError for children that are not finite.
+    `key` is the children's. Raises ValueError as `select` does, and RefusedError for children that are not finite.
     """
     agents, modules, weights = genome.shape
-    parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)), genome)
+    parents = select(experiment, fitness, key.uniforms(rng.SELECTION, (agents, 2)), genome)
     children = np.full_like(genome, np.nan)  # so that an unwritten gene is found
     variation, code = breeding_part(experiment, "variation")
     kept(breed_children, code)(
-        variation, moment, genome, fitness, parents, poison.empty((modules * weights, 4)), children
+        variation, key, genome, fitness, parents, poison.empty((modules * weights, 4)), children
     )
-    require_finite(experiment, moment, children, "evolution.variation")
-    return deal_teachers(experiment, children, moment), parents
+    require_finite(experiment, key, children, "evolution.variation")
+    return apply_teacher_control(experiment, children, key), parents
 
 
 def breed_children(
     variation: Any,
-    moment: Moment,
+    key: GenerationKey,
     genome: Genome,
     fitness: Fitness,
     parents: Parents,
@@ -65,7 +65,7 @@ def breed_children(
     children: Genome,
 ) -> None:
     """Fill `children` from the genomes of their `parents`; `draws` [module and weight, 4] is scratch."""
-    vary_population(variation, moment, genome, fitness, parents, draws, children)
+    vary_population(variation, key, genome, fitness, parents, draws, children)
     for child in range(parents.shape[0]):
         if parents[child, 1] == ITSELF:
             parents[child, 1] = parents[child, 0]

@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution.rng_key import Genome, Moment
+from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 
-def require_finite(experiment: BaseExperiment, moment: Moment, genome: Genome, *paths: str) -> None:
+def require_finite(
+    experiment: BaseExperiment, key: GenerationKey, genome: Genome, *paths: str
+) -> None:
     """Require that every gene of a generation is finite, but for those that its network or model declares.
 
     Parameters
     ----------
     experiment : BaseExperiment
         The experiment whose parts made the genomes.
-    moment : Moment
+    key : GenerationKey
         The run, and the generation of the agents.
     genome : Genome
         The genomes [agent, module, weight].
@@ -42,7 +44,7 @@ def require_finite(experiment: BaseExperiment, moment: Moment, genome: Genome, *
         parts = " and ".join(f"{path} = {_names(experiment, path)}" for path in paths)
         raise RefusedError(
             f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent {agent} unwritten or not finite "
-            f"({genome[agent, module, gene]:g}), in generation {moment.generation} of run {moment.run}; every gene must be a "
+            f"({genome[agent, module, gene]:g}), in generation {key.generation} of run {key.run}; every gene must be a "
             "finite number, so correct the part, or choose smaller rates"
         )
 

@@ -44,7 +44,7 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     """
     found = np.full(len(energy), np.nan)
     values, code = breeding_part(experiment, "fitness")
-    kept(evaluate_all, code)(values, energy, cost, found)
+    kept(evaluate_agents, code)(values, energy, cost, found)
     if np.isnan(found).any():
         raise ValueError(
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
@@ -52,19 +52,19 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     return found
 
 
-def evaluate_all(part: Any, energy: Fitness, cost: Fitness, found: Fitness) -> None:
+def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, found: Fitness) -> None:
     evaluate(part, energy, cost, found)
 
 
-def energy_of(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
+def sum_energy(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
     """Energy [agent] of the items `eaten` [agent, region], of which each gives `energies` [region]."""
     found = poison.empty(len(eaten))
-    balance(energies, np.ascontiguousarray(eaten), found)
+    sum_region_energy(energies, np.ascontiguousarray(eaten), found)
     return found
 
 
 @entry
-def balance(
+def sum_region_energy(
     of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], found: Fitness
 ) -> None:
     for agent in range(found.size):
@@ -74,7 +74,9 @@ def balance(
         found[agent] = gained
 
 
-def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | None) -> Fitness:
+def compute_learning_cost(
+    experiment: Experiment, genome: Genome, learned: Genome | None
+) -> Fitness:
     """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
 
     Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary Computation 4 (1996).
@@ -83,12 +85,12 @@ def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | N
     if experiment.learns:
         cost += experiment.learning.cost_per_step * experiment.learning_steps
         if learned is not None:
-            charge(float(experiment.learning.cost_per_change), genome, learned, cost)
+            add_change_cost(float(experiment.learning.cost_per_change), genome, learned, cost)
     return cost
 
 
 @entry
-def charge(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
+def add_change_cost(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
     """Add to `cost` for the distance between the action module at birth and as it was `learned` [agent, weight]."""
     for agent in range(cost.size):
         square = 0.0

@@ -13,7 +13,7 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.finite import require_finite
-from baldwinlab.evolution.rng_key import Genome, Moment
+from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution_parts import breeding_part
 
@@ -23,22 +23,22 @@ WEIGHTS_OF_MODULE: Final = {
 }
 
 
-def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
+def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     """The genomes of a generation that has no parents. Raises RefusedError for those that are not finite."""
     if not isinstance(experiment, Experiment):
         founders = np.ascontiguousarray(
-            experiment.of_model.founders(experiment.population.size, moment), np.float32
+            experiment.of_model.founders(experiment.population.size, key), np.float32
         )
-        require_finite(experiment, moment, founders, "model")
+        require_finite(experiment, key, founders, "model")
         return founders
     genome = poison.empty(
         (experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32
     )
     for module, purpose in enumerate(purposes(experiment)):
-        draw_normal(moment, purpose, genome, module)
+        draw_normal(key, purpose, genome, module)
     variation = breeding_part(experiment, "variation")[0]
     type(variation).part.init_founders(variation, genome)
-    require_finite(experiment, moment, genome, "evolution.variation")
+    require_finite(experiment, key, genome, "evolution.variation")
     return genome
 
 
@@ -51,13 +51,11 @@ def purposes(experiment: Experiment) -> list[int]:
 
 
 @entry
-def draw_normal(moment: Moment, purpose: int, genome: Genome, module: int) -> None:
+def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
     """Fill one module of `genome` from N(0, 1); of one draw of the generator come four weights."""
     for agent in range(genome.shape[0]):
         for first in range(0, genome.shape[2], 4):
-            words = rng.philox(
-                first // 4, agent, moment.generation, purpose, moment.seed, moment.run
-            )
+            words = rng.philox(first // 4, agent, key.generation, purpose, key.seed, key.run)
             for weight in range(first, min(first + 4, genome.shape[2])):
                 genome[agent, module, weight] = np.float32(
                     normal_quantile(rng.uniform(words[weight - first]))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import entry, kept
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
-from baldwinlab.evolution.rng_key import Genome, Moment, Parents
+from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution_parts import Inheritance, assign_teachers, breeding_part, inherit
@@ -58,7 +58,7 @@ class NoInheritance(Inheritance, name="none"):
         return False
 
 
-def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
+def inherit_genomes(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
     """The genomes that are inherited: as they were born, or as inheritance makes them of what was `learned` [agent, weight]."""
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
@@ -70,12 +70,12 @@ def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None)
     changed, inherited = born.copy(), genome.copy()
     poison.fill(changed[:, 0, : learned.shape[1]])
     values, code = breeding_part(experiment, "inheritance")
-    kept(pass_all_on, code)(values, born, learned, changed)
+    kept(inherit_all, code)(values, born, learned, changed)
     inherited[:, :modules] = changed
     return inherited
 
 
-def needs_lives(experiment: BaseExperiment) -> bool:
+def needs_simulation(experiment: BaseExperiment) -> bool:
     """Whether what is inherited cannot be known without living: what was learned, or by whom others were born in life."""
     return experiment.births_in_life or experiment.part("evolution.inheritance").wants_learned(
         experiment
@@ -83,7 +83,7 @@ def needs_lives(experiment: BaseExperiment) -> bool:
 
 
 @entry
-def trace_back(origin: Parents, parents: Parents) -> None:
+def remap_parents(origin: Parents, parents: Parents) -> None:
     """Put in the place of `parents` [child, 2] those of whom they descend by `origin` [agent, 2]: who was born when a life began.
 
     Of an agent that lives on, as both of its own parents, these are its own two.
@@ -97,7 +97,7 @@ def trace_back(origin: Parents, parents: Parents) -> None:
             )
 
 
-def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
+def inherit_all(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
     """Fill the action modules of `inherited`, agent by agent, and the reinforcement modules where there are any."""
     for agent in range(learned.shape[0]):
         inherit(part, genome[agent, 0], learned[agent], inherited[agent, 0])
@@ -105,42 +105,42 @@ def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -
             assign_teachers(part, genome[agent, 0], learned[agent], inherited[agent, 1])
 
 
-def deal_teachers(experiment: BaseExperiment, genome: Genome, moment: Moment) -> Genome:
+def apply_teacher_control(experiment: BaseExperiment, genome: Genome, key: GenerationKey) -> Genome:
     """Apply the control `learning.teacher` to the reinforcement modules of a new generation."""
     if not isinstance(experiment, Experiment) or "reinforcement" not in experiment.modules:
         return genome
-    return TEACHERS[experiment.learning.teacher](genome, moment)
+    return TEACHERS[experiment.learning.teacher](genome, key)
 
 
-def keep_teachers(genome: Genome, moment: Moment) -> Genome:
+def inherit_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Every child has the teacher that it was born with."""
     return genome
 
 
-def shuffle_teachers(genome: Genome, moment: Moment) -> Genome:
+def shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """The children's teachers are dealt anew among them."""
     dealt = poison.empty(genome.shape, genome.dtype)
-    deal(genome, _dealt(len(genome), moment), dealt)
+    permute_teachers(genome, _teacher_order(len(genome), key), dealt)
     return dealt
 
 
-def _dealt(children: int, moment: Moment) -> Order:
+def _teacher_order(children: int, key: GenerationKey) -> Order:
     """Which child's teacher each gets."""
     order = poison.empty(children, np.int64)
-    draws = moment.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
+    draws = key.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
     sort_by(draws, draws, order)
     return order
 
 
-def draw_teachers(genome: Genome, moment: Moment) -> Genome:
+def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Every child has a teacher from N(0, 1)."""
     dealt = genome.copy()
-    draw_normal(moment, WEIGHTS_OF_MODULE["reinforcement"], dealt, 1)
+    draw_normal(key, WEIGHTS_OF_MODULE["reinforcement"], dealt, 1)
     return dealt
 
 
 @entry
-def deal(genome: Genome, order: Order, dealt: Genome) -> None:
+def permute_teachers(genome: Genome, order: Order, dealt: Genome) -> None:
     """Fill `dealt` with everybody's own modules, but for the reinforcement module, the second, of whom `order` names."""
     for child in range(genome.shape[0]):
         for module in range(genome.shape[1]):
@@ -150,7 +150,7 @@ def deal(genome: Genome, order: Order, dealt: Genome) -> None:
                 ]
 
 
-def elders_teach(experiment: Experiment) -> bool:
+def has_parent_teachers(experiment: Experiment) -> bool:
     """Whether reinforcement modules are made of what the generation before had learned."""
     return (
         "reinforcement" in experiment.modules
@@ -159,22 +159,22 @@ def elders_teach(experiment: Experiment) -> bool:
     )
 
 
-def elders_of(experiment: Experiment, moment: Moment, parents: Parents) -> Parents | None:
+def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) -> Parents | None:
     """Whose learned weights the teachers of a generation's children were passed on from, as `parents` [child, 2] are given.
 
-    They are of the generation before. None where nobody's were. `moment` is the children's.
+    They are of the generation before. None where nobody's were. `key` is the children's.
     """
-    if not elders_teach(experiment) or experiment.learning.teacher == "fresh":
+    if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None
     return (
-        parents[_dealt(len(parents), moment)]
+        parents[_teacher_order(len(parents), key)]
         if experiment.learning.teacher == "shuffled"
         else parents
     )
 
 
-TEACHERS: Final[Mapping[str, Callable[[Genome, Moment], Genome]]] = {
-    "inherited": keep_teachers,
+TEACHERS: Final[Mapping[str, Callable[[Genome, GenerationKey], Genome]]] = {
+    "inherited": inherit_teachers,
     "shuffled": shuffle_teachers,
     "fresh": draw_teachers,
 }

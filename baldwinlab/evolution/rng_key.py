@@ -15,14 +15,14 @@ Uniforms = npt.NDArray[np.float64]  # [index, draw, 4], in (0, 1)
 Parents = npt.NDArray[np.int32]  # [child, 2], the fitter one first
 
 
-class Moment(NamedTuple):
+class GenerationKey(NamedTuple):
     """A generation of a run of a study; compiled functions take it as it is."""
 
     seed: int
     run: int
     generation: int
 
-    def before(self) -> Moment:
+    def before(self) -> GenerationKey:
         """Return the generation before, of the same run."""
         return self._replace(generation=self.generation - 1)
 

@@ -41,7 +41,7 @@ def select(
         type(scheme).part.least,
         f"evolution.selection = {experiment.evolution.selection!r}",
     )
-    if (agent := misfit(fitness, least)) >= 0:
+    if (agent := find_invalid_fitness(fitness, least)) >= 0:
         needed = (
             "0 or more: choose rank or tournament, or a fitness that is never negative"
             if least == 0
@@ -53,15 +53,15 @@ def select(
     agents, parents = fitness.size, np.full((len(uniforms), 2), -1, np.int32)
     looked_at = np.empty((agents, 0, 0), np.float32) if genome is None else genome
     scratch = poison.empty(agents), poison.empty(agents, np.int64)
-    kept(draw_parents, code)(
+    kept(select_parents, code)(
         scheme, experiment.evolution.elite, looked_at, fitness, uniforms, *scratch, parents
     )
-    if has_stranger(parents, agents):
+    if has_invalid_parent(parents, agents):
         raise ValueError(f"{where} chose a parent that is none of the {agents} agents")
     return parents
 
 
-def draw_parents(
+def select_parents(
     scheme: Any,
     elite: int,
     genome: Genome,
@@ -81,7 +81,7 @@ def draw_parents(
 
 
 @entry
-def has_stranger(parents: Parents, agents: int) -> bool:
+def has_invalid_parent(parents: Parents, agents: int) -> bool:
     """Whether a parent is none of the agents."""
     found = False
     for child in range(parents.shape[0]):
@@ -91,7 +91,7 @@ def has_stranger(parents: Parents, agents: int) -> bool:
 
 
 @entry
-def misfit(fitness: Fitness, least: float) -> int:
+def find_invalid_fitness(fitness: Fitness, least: float) -> int:
     """The first agent whose fitness is not finite, or is below `least`; -1 if there is none."""
     for agent in range(fitness.size):
         if not (least <= fitness[agent] < math.inf and fitness[agent] > -math.inf):
@@ -126,7 +126,7 @@ class Roulette(Selection, name="roulette"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        return _spun(fitness, uniforms)
+        return _spin_oracle(fitness, uniforms)
 
 
 class Tournament(Selection, name="tournament"):
@@ -219,7 +219,7 @@ class Rank(Selection, name="rank"):
         ranks = [
             0.5 + sum((other < own) + 0.5 * (other == own) for other in fitness) for own in fitness
         ]
-        return _spun(ranks, uniforms)
+        return _spin_oracle(ranks, uniforms)
 
 
 class Neutral(Selection, name="neutral"):
@@ -249,12 +249,12 @@ class Neutral(Selection, name="neutral"):
         return [[int(draw * len(fitness)) for draw in draws[0][:2]] for draws in uniforms]
 
 
-def is_neutral(part: Any, experiment: BaseExperiment) -> bool:
+def is_neutral_control(part: Any, experiment: BaseExperiment) -> bool:
     """For a part's `derived`: whether it is in a neutral twin, where nobody's fitness matters."""
     return experiment.evolution.selection == Neutral.name
 
 
-def _spun(shares: Any, uniforms: Any) -> Any:
+def _spin_oracle(shares: Any, uniforms: Any) -> Any:
     """The oracle's roulette wheel: whose slice, one after another, the draw falls in."""
     slices = list(accumulate(shares if any(shares) else [1.0 for _ in shares]))
     return [
@@ -284,11 +284,11 @@ def _spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
         shares[agent] = total
     for child in range(parents.shape[0]):
         for parent in range(2):
-            parents[child, parent] = first_above(shares, uniforms[child, 0, parent] * total)
+            parents[child, parent] = find_first_above(shares, uniforms[child, 0, parent] * total)
 
 
 @compiled
-def first_above(rising: Keys, value: float) -> Any:
+def find_first_above(rising: Keys, value: float) -> Any:
     """The first place where there is more than `value`, at most the last."""
     low, high = np.int64(0), np.int64(rising.size - 1)
     while low < high:

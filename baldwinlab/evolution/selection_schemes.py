@@ -21,7 +21,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
-from baldwinlab.evolution.selection import first_above
+from baldwinlab.evolution.selection import find_first_above
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection
 
@@ -149,12 +149,12 @@ class Outcrossing(Selection, name="outcrossing"):
     ) -> None:
         total, _ = _slices(fitness, shares)
         for child in range(parents.shape[0]):
-            first = first_above(shares, uniforms[child, 0, 0] * total)
+            first = find_first_above(shares, uniforms[child, 0, 0] * total)
             before = shares[first - 1] if first > 0 else 0.0
             others = before + (total - shares[first])
             if others > 0.0:
                 pointer = uniforms[child, 0, 1] * others
-                second = first_above(
+                second = find_first_above(
                     shares, pointer if pointer < before else shares[first] + (pointer - before)
                 )
             elif fitness.size > 1:  # nobody else has any fitness

@@ -24,20 +24,20 @@ import numpy as np
 from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
-from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
 from baldwinlab.parts import Variation
 from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
 
 
 @compiled
-def cut_at(draw: float, places: int) -> int:
+def draw_cut(draw: float, places: int) -> int:
     """The first place behind the cut of crossover at one point, uniform over the gaps between places; `draw` is in (0, 1)."""
     return 1 + int(draw * (places - 1))
 
 
 @compiled
-def is_of_fitter(place: int, cut: int, coin: float) -> bool:
+def is_from_fitter(place: int, cut: int, coin: float) -> bool:
     """Whether crossover at one point takes a place from the fitter parent; a coin in (0, 1) says whose places come first."""
     return (place < cut) == (coin < 0.5)
 
@@ -52,7 +52,9 @@ def split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
     return [genes[first : first + length] for first in range(0, len(genes), length)]
 
 
-def joined(fitter: Sequence[Any], other: Sequence[Any], draw: float, coin: float) -> list[Any]:
+def cross_at_point(
+    fitter: Sequence[Any], other: Sequence[Any], draw: float, coin: float
+) -> list[Any]:
     """For oracles: the same, of whole parents."""
     first, second = (fitter, other) if coin < 0.5 else (other, fitter)
     cut = 1 + int(draw * (len(fitter) - 1))
@@ -111,19 +113,19 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = cut_at(
+        cut = draw_cut(
             draws[0, 3], child.size
         )  # of the modules in a row; not the gate's number, which may be the child's
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                of_fitter = is_of_fitter(draw, cut, draws[0, 0])
+                of_fitter = is_from_fitter(draw, cut, draws[0, 0])
                 inherited = fitter[module, weight] if of_fitter else other[module, weight]
                 child[module, weight] = _mutated(part, inherited, draws, draw, gate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        inherited = joined(flatten(fitter), flatten(other), draws[0][3], draws[0][0])
+        inherited = cross_at_point(flatten(fitter), flatten(other), draws[0][3], draws[0][0])
         return _in_modules(part, inherited, draws, gate, len(fitter[0]))
 
 
@@ -174,7 +176,7 @@ class GenePool(Variation, name="gene-pool"):
     @staticmethod
     def vary_population(
         part: Any,
-        moment: Moment,
+        key: GenerationKey,
         genome: Genome,
         fitness: Fitness,
         parents: Parents,
@@ -186,9 +188,7 @@ class GenePool(Variation, name="gene-pool"):
             if parents[child, 1] == ITSELF:
                 copy_genome(genome[parents[child, 0]], children[child])
                 continue
-            rng.draw_uniforms(
-                moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, draws
-            )
+            rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, draws)
             for draw in range(children.shape[1] * length):
                 place = int(draws[draw, 0] * parents.size)
                 parent = parents[place // 2, place % 2]

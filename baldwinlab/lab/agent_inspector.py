@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.evolution import Parents, elders_of, next_genome
+from baldwinlab.evolution import Parents, find_teachers, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.life_query import (
@@ -217,12 +217,12 @@ def _relatives(
     if moment.generation > 0:
         assert past.energy is not None
         parent_energy = past.energy.values[moment.generation - 1]
-        pairs = next_genome(experiment, moment, past.genome, parent_energy)[1]
+        pairs = make_generation(experiment, moment, past.genome, parent_energy)[1]
         parents = _couple(pairs, agent)
-        teachers = _couple(elders_of(experiment, moment, pairs), agent)
+        teachers = _couple(find_teachers(experiment, moment, pairs), agent)
     if moment.generation + 1 < experiment.evolution.generations:
         next_moment = moment._replace(generation=moment.generation + 1)
-        pairs = next_genome(experiment, next_moment, past.genome, energy)[1]
+        pairs = make_generation(experiment, next_moment, past.genome, energy)[1]
         children = np.flatnonzero((pairs == agent).any(axis=1)).tolist()
     return {"parents": parents, "elders": teachers, "children": children}
 

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.evolution import Genome, Moment
+from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, binary_frames, studies
 from baldwinlab.lab.concurrency import QueuedResponse
@@ -73,7 +73,7 @@ def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
     if stored_generation != generation:
         genome = genome_at(
             experiment,
-            Moment(live.seed, run, generation),
+            GenerationKey(live.seed, run, generation),
             live.energy(run, generation),
             (stored_generation, genome),
         )

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from baldwinlab._version import __version__
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution import elders_teach
+from baldwinlab.evolution import has_parent_teachers
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.base import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
@@ -176,7 +176,7 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "description": description,
         "experiment": experiment.to_dict(),
         "look": _look(experiment),
-        "elders": elders_teach(experiment),
+        "elders": has_parent_teachers(experiment),
         "about": [topic._asdict() for topic in about(experiment)],
     }
 

@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 
-from baldwinlab.evolution import Genome, Moment
+from baldwinlab.evolution import Genome, GenerationKey
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.concurrency import QueuedResponse
@@ -54,7 +54,7 @@ class Life(NamedTuple):
     """
 
     experiment: Experiment
-    moment: Moment
+    moment: GenerationKey
     load_parents: Callable[[], ParentGeneration]
 
 
@@ -143,8 +143,8 @@ def _named_life(lab: Lab, query: Query) -> Life:
     if "live" in query:
         run = number(query, "run")
         experiment, seed, _, energy = lab.live.recording_source(query["live"], run, generation)
-        return _recomputed_life(experiment, Moment(seed, run, generation), lambda: energy)
-    moment = Moment(number(query, "seed", 0), number(query, "run", 0), generation)
+        return _recomputed_life(experiment, GenerationKey(seed, run, generation), lambda: energy)
+    moment = GenerationKey(number(query, "seed", 0), number(query, "run", 0), generation)
     check_seed(moment.seed, moment.run)
     experiment = studies.load_preset(text(query, "preset"))
     return _recomputed_life(experiment, moment, lambda: energy_before(experiment, moment))
@@ -163,11 +163,11 @@ def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
         return ParentGeneration(stored_genome(experiment, record, generation), record.energy)
 
     studies.require_run(lab, study, name, run)
-    return Life(experiment, Moment(study.seed, run, generation), load_parents)
+    return Life(experiment, GenerationKey(study.seed, run, generation), load_parents)
 
 
 def _recomputed_life(
-    experiment: Experiment, moment: Moment, load_energy: Callable[[], xr.DataArray | None]
+    experiment: Experiment, moment: GenerationKey, load_energy: Callable[[], xr.DataArray | None]
 ) -> Life:
     """Return a lifetime whose genomes are computed from the fitness of earlier generations."""
     require_generation(experiment, moment.generation)

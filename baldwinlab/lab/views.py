@@ -9,7 +9,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.core.suggestions import did_you_mean
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, binary_frames, life_query, studies
 from baldwinlab.lab.concurrency import QueuedResponse
@@ -54,7 +54,7 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         record = study.record(name, run)
         agent = int(record.energy.values[generation].argmax()) if chosen is None else chosen
         genomes = stored_genome(experiment, record, generation)
-        data = view.of(experiment.of_model, Moment(study.seed, run, generation), genomes, agent)
+        data = view.of(experiment.of_model, GenerationKey(study.seed, run, generation), genomes, agent)
         header = {
             "meaning": view.meaning,
             "agent": agent if view.of_an_agent else None,

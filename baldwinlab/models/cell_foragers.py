@@ -69,14 +69,12 @@ def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     )
 
 
-def _life(
-    model: CellForagers, moment: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> GridView:
+def _life(model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
     environments = min(model.environments, max(1, WATCHED // model.moves))
     lived = model.forage(
-        moment.seed,
-        [moment.run],
-        moment.generation,
+        key.seed,
+        [key.run],
+        key.generation,
         genomes[None, [agent]],
         agent,
         environments,
@@ -173,9 +171,9 @@ class CellForagers(Model, name="cell-foragers"):
     def weights(self) -> int:
         return (INPUTS + 1) * self.hidden + (self.hidden + 1) * self.outputs
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         modules = len(self.modules)
-        draws = moment.uniforms(FOUNDER, (agents, modules * self.weights()))[:, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, modules * self.weights()))[:, :, 0]
         drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
         return drawn.reshape(agents, modules, -1)
 

@@ -26,7 +26,7 @@ import xarray as xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.evolution.variation_operators import cut_at, is_of_fitter, joined
+from baldwinlab.evolution.variation_operators import cross_at_point, draw_cut, is_from_fitter
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -128,8 +128,8 @@ class CueLearners(Model, name="cue-learners"):
         """A type for each unit, then of each the strengths of its links from all, then whether these are Hebbian."""
         return self.units + 2 * self.units**2
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
         return np.array(
             [[[_allele(gene, self.units, draw) for gene, draw in enumerate(one)]] for one in draws],
             np.float32,
@@ -324,17 +324,17 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = cut_at(gate, child.shape[1])
+        cut = draw_cut(gate, child.shape[1])
         for gene in range(child.shape[1]):
             child[0, gene] = (
-                fitter[0, gene] if is_of_fitter(gene, cut, draws[0, 0]) else other[0, gene]
+                fitter[0, gene] if is_from_fitter(gene, cut, draws[0, 0]) else other[0, gene]
             )
             if draws[gene, 1] < part.rate:
                 child[0, gene] = _allele(gene, part.units, draws[gene, 2])
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        child = joined(fitter[0], other[0], gate, draws[0][0])
+        child = cross_at_point(fitter[0], other[0], gate, draws[0][0])
         types, links = part.units, part.units + part.units**2
         for gene, draw in enumerate(draws):
             if draw[1] < part.rate:

@@ -149,10 +149,10 @@ class DigitReaders(Model, name="digit-readers"):
     def weights(self) -> int:
         return (PIXELS + 1) * self.hidden + (self.hidden + 1) * DIGITS
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        levels = (
-            LEVELS * moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
-        ).astype(np.int64)
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        levels = (LEVELS * key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(
+            np.int64
+        )
         drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * BETWEEN - LARGEST
         return drawn
 

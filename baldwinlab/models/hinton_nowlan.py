@@ -21,10 +21,10 @@ import xarray as xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
-    cut_at,
+    cross_at_point,
+    draw_cut,
     flatten,
-    is_of_fitter,
-    joined,
+    is_from_fitter,
     split_modules,
 )
 from baldwinlab.parts import (
@@ -135,8 +135,8 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def weights(self) -> int:
         return self.loci
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        draws = moment.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
         half = (1 - self.unset) / 2
         return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(
             np.float32
@@ -225,11 +225,11 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = cut_at(gate, child.size)  # of the modules in a row
+        cut = draw_cut(gate, child.size)  # of the modules in a row
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
                 gene = module * child.shape[1] + locus
-                of_fitter = is_of_fitter(gene, cut, draws[0, 0])
+                of_fitter = is_from_fitter(gene, cut, draws[0, 0])
                 child[module, locus] = fitter[module, locus] if of_fitter else other[module, locus]
                 if draws[gene, 1] < part.rate:
                     draw = 3.0 * draws[gene, 2]
@@ -242,7 +242,7 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             zero = part.zero / 3
             return 0.0 if draw < zero else 1.0 if draw >= 1 - zero else 0.5
 
-        inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
+        inherited = cross_at_point(flatten(fitter), flatten(other), gate, draws[0][0])
         child = [
             mutant(draw[2]) if draw[1] < part.rate else old
             for old, draw in zip(inherited, draws, strict=True)

@@ -32,10 +32,10 @@ from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
-    cut_at,
+    cross_at_point,
+    draw_cut,
     flatten,
-    is_of_fitter,
-    joined,
+    is_from_fitter,
     split_modules,
 )
 from baldwinlab.models.miniworld.learning.hebbian import change
@@ -154,8 +154,8 @@ class LightSwitch(Model, name="light-switch"):
             INPUTS if self.coding == "neurons" and self.sign == "source" else 0
         )
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
         drawn: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
         return drawn
 
@@ -367,17 +367,17 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = cut_at(gate, child.size)  # of the modules in a row
+        cut = draw_cut(gate, child.size)  # of the modules in a row
         for module in range(child.shape[0]):
             for bit in range(child.shape[1]):
                 draw = module * child.shape[1] + bit
-                of_fitter = is_of_fitter(draw, cut, draws[0, 0])
+                of_fitter = is_from_fitter(draw, cut, draws[0, 0])
                 inherited = fitter[module, bit] if of_fitter else other[module, bit]
                 child[module, bit] = ONE - inherited if draws[draw, 1] < part.rate else inherited
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
+        inherited = cross_at_point(flatten(fitter), flatten(other), gate, draws[0][0])
         child = [
             1 - bit if draw[1] < part.rate else bit
             for bit, draw in zip(inherited, draws, strict=True)

@@ -68,12 +68,10 @@ def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     )
 
 
-def _climb(
-    model: NKClimbers, moment: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> PathView:
+def _climb(model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
     """The height of everybody's string after each trial, as `live` has it."""
-    height = landscape(moment.seed, moment.run, model.bits, model.others)
-    chosen = moment.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
+    height = landscape(key.seed, key.run, model.bits, model.others)
+    chosen = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
     strings = model.numbers(genomes)
     heights = [height[strings]]
     for trial in range(model.trials):
@@ -167,8 +165,8 @@ class NKClimbers(Model, name="nk-climbers"):
     def weights(self) -> int:
         return self.bits
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        first = uniforms(moment.seed, moment.run, BEFORE_LIFE - 1, LIFE, (1, self.bits))[0, :, 0]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        first = uniforms(key.seed, key.run, BEFORE_LIFE - 1, LIFE, (1, self.bits))[0, :, 0]
         return np.broadcast_to((first < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
     def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:

@@ -177,7 +177,7 @@ def _ahead(runs: xr.Dataset) -> xr.DataArray:
 
 
 def _against_each_other(
-    model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int
+    model: Any, key: Any, genomes: npt.NDArray[np.float32], agent: int
 ) -> MatrixView:
     """What the commonest genomes of a generation get from each other."""
     there = np.bincount(_numbers(genomes), minlength=GENOMES)
@@ -300,8 +300,8 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     def weights(self) -> int:
         return 2 * len(PAIRS)
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
         return np.asarray(draws < 0.5, np.float32)
 
     def simulate(

@@ -96,9 +96,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
     def weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_normal(moment, FOUNDER, genomes, 0)
+        draw_normal(key, FOUNDER, genomes, 0)
         return np.float32(self.start) + np.float32(self.spread) * genomes
 
     def simulate(

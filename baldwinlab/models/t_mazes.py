@@ -83,22 +83,20 @@ def gained(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
     return worth
 
 
-def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
+def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
     trips = min(model.trips, WATCHED)
-    lived = model.explore(
-        moment.seed, [moment.run], moment.generation, genomes[None, [agent]], trips, trips
-    )
-    maze = model.maze(moment.seed, moment.run, moment.generation)
+    lived = model.explore(key.seed, [key.run], key.generation, genomes[None, [agent]], trips, trips)
+    maze = model.maze(key.seed, key.run, key.generation)
     high = [where_high(maze, trip) for trip in range(trips)]
     counts = lived.counts[0, 0]
     return in_t_mazes(model.turns, high, lived.ways, gained(counts * [1, 1, 0, 0]), gained(counts))
 
 
-def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
+def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
     trips = min(model.trips, WATCHED)
-    counts = model.explore(
-        moment.seed, [moment.run], moment.generation, genomes[None], trips, trips
-    ).counts[0]
+    counts = model.explore(key.seed, [key.run], key.generation, genomes[None], trips, trips).counts[
+        0
+    ]
     returns = np.pad(gained(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
     lines = {
         f"agent {agent}": returns[agent],
@@ -177,8 +175,8 @@ class TMazes(Model, name="t-mazes"):
     def weights(self) -> int:
         return self.neurons * (INPUTS + self.neurons) + RULE
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
         drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
         return drawn
 

@@ -65,18 +65,18 @@ def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child:
 @hook
 def vary_population(
     part: Any,
-    moment: Any,
+    key: Any,
     genome: Any,
     fitness: Numbers,
     parents: Any,
     draws: Numbers,
     children: Any,
 ) -> None:
-    """Fill all `children` [child, module, weight], one after another, by `vary`; `draws` is scratch, and `moment` theirs.
+    """Fill all `children` [child, module, weight], one after another, by `vary`; `draws` is scratch, and `key` theirs.
 
     A variation has its own where children must know of each other. Who lives on is then left to it, too.
     """
-    seed, run, generation = moment.seed, moment.run, moment.generation
+    seed, run, generation = key.seed, key.run, key.generation
     for child in range(children.shape[0]):
         if parents[child, 1] == ITSELF:
             copy_genome(genome[parents[child, 0]], children[child])

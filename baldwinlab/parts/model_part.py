@@ -115,8 +115,8 @@ class Model(Part):
         """Entries of a module."""
         raise NotImplementedError
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        """The genomes [agent, module, weight] of a generation without parents; random numbers are `moment.uniforms(...)`."""
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        """The genomes [agent, module, weight] of a generation without parents; random numbers are `key.uniforms(...)`."""
         raise NotImplementedError
 
     def simulate(

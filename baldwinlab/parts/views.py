@@ -52,9 +52,9 @@ ViewData = MatrixView | PathView | GridView
 
 
 class View(NamedTuple):
-    """A way to look at a generation: `of(model, moment, genomes, agent)`, with genomes [agent, module, weight] at birth.
+    """A way to look at a generation: `of(model, key, genomes, agent)`, with genomes [agent, module, weight] at birth.
 
-    `moment` has seed, run, generation and `uniforms`, so that what is seen is what was lived. What is seen should fit into some
+    `key` has seed, run, generation and `uniforms`, so that what is seen is what was lived. What is seen should fit into some
     megabytes; of long lives, give the beginning.
     """
 

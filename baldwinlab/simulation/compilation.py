@@ -22,7 +22,7 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.engine.cache import place
-from baldwinlab.evolution import Moment, draw_genome, fitness, next_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
@@ -112,8 +112,13 @@ def _compile_together(experiments: list[Experiment], tell: Callable[[str], None]
 
 
 def _breed(experiment: Experiment) -> None:
-    genome, nothing = draw_genome(experiment, Moment(0, 0, 0)), np.zeros(experiment.population.size)
-    next_genome(experiment, Moment(0, 0, 1), genome, fitness(experiment, nothing, nothing))
+    genome, nothing = (
+        draw_genomes(experiment, GenerationKey(0, 0, 0)),
+        np.zeros(experiment.population.size),
+    )
+    make_generation(
+        experiment, GenerationKey(0, 0, 1), genome, fitness(experiment, nothing, nothing)
+    )
 
 
 def _compile_elsewhere(experiments: list[Experiment]) -> subprocess.Popen[bytes]:

@@ -1,6 +1,6 @@
 """Lives that are written down: one way through a batch of lives, from moment to moment, and whoever wants to know notes it there.
 
-Moment m is when m steps have been lived: what an agent finds in step s is there at moment s, what it sensed and did at s + 1.
+GenerationKey m is when m steps have been lived: what an agent finds in step s is there at moment s, what it sensed and did at s + 1.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core.variables import packed
-from baldwinlab.evolution import Genome, Moment, fitness, needs_lives, next_genome
+from baldwinlab.evolution import GenerationKey, Genome, fitness, make_generation, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.backends.cpu import Batch
@@ -78,7 +78,9 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     if last == generation:
         return genome
-    return genome_at(experiment, Moment(seed, run, generation), record.energy, (last, genome))
+    return genome_at(
+        experiment, GenerationKey(seed, run, generation), record.energy, (last, genome)
+    )
 
 
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
@@ -90,12 +92,12 @@ def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[G
         set(record["kept_generation"].values.tolist()),
     )
     for generation in range(record.sizes["generation"]):
-        if generation in kept or needs_lives(experiment):
+        if generation in kept or needs_simulation(experiment):
             genome = stored_genome(experiment, record, generation)
         else:
-            genome, _ = next_genome(
+            genome, _ = make_generation(
                 experiment,
-                Moment(seed, run, generation),
+                GenerationKey(seed, run, generation),
                 genome,
                 record.energy.values[generation - 1],
             )

@@ -11,7 +11,13 @@ import xarray as xr
 from baldwinlab.core import variables
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import Need, require
-from baldwinlab.evolution import Genome, Moment, draw_genome, needs_lives, next_genome
+from baldwinlab.evolution import (
+    GenerationKey,
+    Genome,
+    draw_genomes,
+    make_generation,
+    needs_simulation,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import as_text, look
 from baldwinlab.models.miniworld.backends.cpu import Batch
@@ -75,7 +81,7 @@ def replay(
         _need(experiment, 0 if energy is not None else generation),
         force=force,
     )
-    genome = genome_at(experiment, Moment(seed, run, generation), energy)
+    genome = genome_at(experiment, GenerationKey(seed, run, generation), energy)
     batch = Batch(experiment, seed, [run])
     batch.begin(generation, genome[None])
     arrays = _record(experiment, batch)
@@ -100,9 +106,9 @@ def _need(experiment: Experiment, before: int) -> Need:
     )
 
 
-def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | None:
-    """What the generations before `moment` ate, (generation, agent), lived for it; None before the first."""
-    seed, run, generation = moment
+def energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
+    """What the generations before `key` ate, (generation, agent), lived for it; None before the first."""
+    seed, run, generation = key
     if generation == 0:
         return None
     before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
@@ -111,7 +117,7 @@ def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | 
 
 def genome_at(
     experiment: BaseExperiment,
-    moment: Moment,
+    key: GenerationKey,
     energy: xr.DataArray | None,
     known: tuple[int, Genome] | None = None,
 ) -> Genome:
@@ -120,10 +126,10 @@ def genome_at(
     They are bred of the founders, or of an earlier generation whose genomes are `known`. Where who is born, or what is
     inherited, cannot be known without living, neither that nor `energy` is of use.
     """
-    seed, run, generation = moment
+    seed, run, generation = key
     if experiment.part("evolution.inheritance").resamples_genomes:
-        return draw_genome(experiment, moment)
-    if needs_lives(experiment) and generation > 0:
+        return draw_genomes(experiment, key)
+    if needs_simulation(experiment) and generation > 0:
         whole = {
             "evolution": {"generations": generation + 1},
             "record": {"genome_every": generation},
@@ -135,12 +141,12 @@ def genome_at(
             np.float32,
         )
     if energy is None:
-        energy = energy_before(experiment, moment)
-    first, genome = known or (0, draw_genome(experiment, Moment(seed, run, 0)))
+        energy = energy_before(experiment, key)
+    first, genome = known or (0, draw_genomes(experiment, GenerationKey(seed, run, 0)))
     for earlier in range(first, generation):
         assert energy is not None
-        genome, _ = next_genome(
-            experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier]
+        genome, _ = make_generation(
+            experiment, GenerationKey(seed, run, earlier + 1), genome, energy.values[earlier]
         )
     return genome
 

@@ -16,13 +16,13 @@ from baldwinlab.core import variables
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.resources import require
 from baldwinlab.evolution import (
+    GenerationKey,
     Genome,
-    Moment,
-    bequeath,
-    draw_genome,
+    draw_genomes,
     fitness,
-    next_genome,
-    trace_back,
+    inherit_genomes,
+    make_generation,
+    remap_parents,
 )
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
@@ -126,7 +126,7 @@ class History:
 
     def __init__(self, experiment: BaseExperiment, seed: int, run: int) -> None:
         self.experiment, self.seed, self.run = experiment, seed, run
-        self.genome = draw_genome(experiment, Moment(seed, run, 0))
+        self.genome = draw_genomes(experiment, GenerationKey(seed, run, 0))
         self.lived = 0  # generations
         generations, agents = experiment.evolution.generations, experiment.population.size
         self._energy = np.zeros((generations, agents))
@@ -153,13 +153,15 @@ class History:
             living = (
                 None if lives.final_population is None else lives.final_population.genome[number]
             )
-            born = bequeath(self.experiment, self.genome if living is None else living, learned)
-            moment = Moment(self.seed, self.run, generation + 1)
-            self.genome, self._parents[generation + 1] = next_genome(
-                self.experiment, moment, born, self._energy[generation]
+            born = inherit_genomes(
+                self.experiment, self.genome if living is None else living, learned
+            )
+            key = GenerationKey(self.seed, self.run, generation + 1)
+            self.genome, self._parents[generation + 1] = make_generation(
+                self.experiment, key, born, self._energy[generation]
             )
             if lives.final_population is not None:
-                trace_back(lives.final_population.origin[number], self._parents[generation + 1])
+                remap_parents(lives.final_population.origin[number], self._parents[generation + 1])
         self.lived = generation + 1
 
     def of_agents(self, name: str) -> npt.NDArray[Any]:

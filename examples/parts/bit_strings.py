@@ -38,8 +38,8 @@ class BitStrings(Model, name="bit-strings"):
     def weights(self):
         return self.loci
 
-    def founders(self, agents, moment):
-        draws = moment.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
+    def founders(self, agents, key):
+        draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
         return np.select([draws < 0.25, draws < 0.5], [0.0, 1.0], 0.5)[:, None].astype(np.float32)
 
     def simulate(self, seed, runs, generation, genomes):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.core.variables import TRACE, dataset
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from benchmarks.regression import verdict
@@ -32,7 +32,7 @@ def contender(name: str) -> Any:
 
 
 def genomes(experiment: Experiment, seed: int) -> Any:
-    return [draw_genome(experiment, Moment(seed, 0, 0)).tolist()]
+    return [draw_genomes(experiment, GenerationKey(seed, 0, 0)).tolist()]
 
 
 CASES = {

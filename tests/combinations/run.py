@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
-from baldwinlab.evolution import Moment, fitness
+from baldwinlab.evolution import GenerationKey, fitness
 from baldwinlab.models import living
 from baldwinlab.simulation.replay import genome_at
 from baldwinlab.simulation.simulate import simulate_batch
@@ -58,7 +58,7 @@ def live_again(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return what one generation of a record comes to, in memory that no generation has used before."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
-        genome = genome_at(experiment, Moment(SEED, 0, generation), record["energy"])
+        genome = genome_at(experiment, GenerationKey(SEED, 0, generation), record["energy"])
         lives = living(experiment, SEED, [0]).simulate(generation, genome[None])
         found = {name: values[0] for name, values in lives.records.items()}
         return found | {

@@ -13,52 +13,52 @@ from scipy.special import ndtri
 from scipy.stats import rankdata
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution import GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.experiment import Evolution, Experiment
 
 _WEIGHTS_OF_MODULE = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
 
 
-def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
+def draw_genomes(experiment: Experiment, key: GenerationKey) -> Genome:
     """Fresh genomes: every weight from N(0, 1). Paper, "The neural network controller"."""
     agents, weights = experiment.population.size, experiment.genome_length
     genome = np.empty((agents, len(experiment.modules), weights), np.float32)
     for module, name in enumerate(experiment.modules):
-        uniforms = moment.uniforms(_WEIGHTS_OF_MODULE[name], (agents, -(-weights // 4)))
+        uniforms = key.uniforms(_WEIGHTS_OF_MODULE[name], (agents, -(-weights // 4)))
         genome[:, module] = ndtri(uniforms.reshape(agents, -1)[:, :weights])
     return genome
 
 
 def breed(
-    experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], moment: Moment
+    experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], key: GenerationKey
 ) -> tuple[Genome, Parents]:
-    """The children of a generation that has lived, and their parents. `moment` is the children's."""
+    """The children of a generation that has lived, and their parents. `key` is the children's."""
     agents, modules, weights = genome.shape
     evolution = experiment.evolution
-    parents = select(evolution.selection, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
-    draws = moment.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(
+    parents = select(evolution.selection, fitness, key.uniforms(rng.SELECTION, (agents, 2)))
+    draws = key.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(
         agents, modules, weights, 4
     )
     children = cross_over(genome, parents, draws[..., 0])
-    of_child = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
+    of_child = key.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
     gates = draws[..., 1] if evolution.mutation_gate == "weight" else of_child
-    return deal_teachers(
-        experiment, mutate(children, evolution, gates, draws[..., 2]), moment
+    return apply_teacher_control(
+        experiment, mutate(children, evolution, gates, draws[..., 2]), key
     ), parents
 
 
-def deal_teachers(experiment: Experiment, genome: Genome, moment: Moment) -> Genome:
+def apply_teacher_control(experiment: Experiment, genome: Genome, key: GenerationKey) -> Genome:
     """Apply the control `learning.teacher` to the reinforcement modules of a new generation."""
     taught = len(experiment.modules) > 1
     if taught and experiment.learning.teacher == "shuffled":
-        order = np.argsort(moment.uniforms(rng.TEACHER, (len(genome), 1))[:, 0, 0], kind="stable")
+        order = np.argsort(key.uniforms(rng.TEACHER, (len(genome), 1))[:, 0, 0], kind="stable")
         return np.stack([genome[:, 0], genome[order, 1]], axis=1)
     if taught and experiment.learning.teacher == "fresh":
-        return np.stack([genome[:, 0], draw_genome(experiment, moment)[:, 1]], axis=1)
+        return np.stack([genome[:, 0], draw_genomes(experiment, key)[:, 1]], axis=1)
     return genome
 
 
-def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
+def inherit_genomes(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
     """The genomes that are inherited: as they were born, or nearer to what the action module [agent, weight] was at death.
 
     Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
@@ -79,10 +79,10 @@ def fitness(
     """Energy [agent] of the items `eaten` [agent, region], less the cost of learning, but at least 0."""
     of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
     gained: npt.NDArray[np.float64] = (eaten * of_region).sum(axis=1)
-    return np.maximum(0, gained - cost_of_learning(experiment, genome, learned))
+    return np.maximum(0, gained - compute_learning_cost(experiment, genome, learned))
 
 
-def cost_of_learning(
+def compute_learning_cost(
     experiment: Experiment, genome: Genome, learned: Genome | None
 ) -> npt.NDArray[np.float64]:
     """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.

@@ -7,7 +7,13 @@ import pytest
 from scipy.stats import kstest
 
 from baldwinlab import papers
-from baldwinlab.evolution import Moment, bequeath, breed, cost_of_learning, draw_genome
+from baldwinlab.evolution import (
+    GenerationKey,
+    breed,
+    compute_learning_cost,
+    draw_genomes,
+    inherit_genomes,
+)
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
@@ -74,9 +80,9 @@ def test_a_share_of_what_was_learned_is_inherited() -> None:
     experiment = load("evo+self-taught/A").replace(
         evolution={"lamarckian_share": 0.25}, population={"size": 3}
     )
-    born = draw_genome(experiment, Moment(1, 0, 0))
+    born = draw_genomes(experiment, GenerationKey(1, 0, 0))
     learned = born[:, 0] + 4
-    inherited = bequeath(experiment, born, learned)
+    inherited = inherit_genomes(experiment, born, learned)
     np.testing.assert_allclose(inherited[:, 0], born[:, 0] + 1, atol=1e-6)
     np.testing.assert_array_equal(inherited[:, 1], born[:, 1])
 
@@ -120,7 +126,9 @@ def test_learning_costs_energy_for_the_distance_that_weights_moved() -> None:
 def test_who_does_not_learn_pays_nothing() -> None:
     experiment = small("evo", learning={"cost_per_step": 5, "cost_per_change": 5})
     assert (
-        cost_of_learning(experiment, draw_genome(experiment, Moment(1, 0, 0)), None).tolist()
+        compute_learning_cost(
+            experiment, draw_genomes(experiment, GenerationKey(1, 0, 0)), None
+        ).tolist()
         == [0] * 6
     )
 
@@ -131,8 +139,8 @@ def children_with(
     experiment = load("evo+self-taught/A").replace(
         learning={"teacher": teacher}, population={"size": 200}
     )
-    genome = draw_genome(experiment, Moment(1, 0, 0))
-    return experiment, breed(experiment, genome, np.arange(200.0), Moment(1, 0, 1))[0]
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    return experiment, breed(experiment, genome, np.arange(200.0), GenerationKey(1, 0, 1))[0]
 
 
 def test_shuffled_teachers_are_those_of_the_generation_dealt_anew() -> None:
@@ -147,7 +155,9 @@ def test_fresh_teachers_are_normal_and_have_nothing_of_the_parents() -> None:
     np.testing.assert_array_equal(fresh[:, 0], inherited[:, 0])
     assert kstest(fresh[:, 1].ravel(), "norm").pvalue > 0.001
     assert np.intersect1d(fresh[:, 1], inherited[:, 1]).size < 5
-    assert np.intersect1d(fresh[:, 1], draw_genome(experiment, Moment(1, 0, 0))[:, 1]).size < 5
+    assert (
+        np.intersect1d(fresh[:, 1], draw_genomes(experiment, GenerationKey(1, 0, 0))[:, 1]).size < 5
+    )
 
 
 def test_the_gene_of_the_learning_rate_is_inherited_like_a_weight() -> None:
@@ -167,7 +177,9 @@ def test_weights_are_drawn_the_same_with_and_without_a_gene_of_the_learning_rate
         load("evo+self-taught/A").replace(learning={"evolved_rate": evolved})
         for evolved in (True, False)
     )
-    one, other = (draw_genome(experiment, Moment(1, 0, 0)) for experiment in (with_gene, without))
+    one, other = (
+        draw_genomes(experiment, GenerationKey(1, 0, 0)) for experiment in (with_gene, without)
+    )
     np.testing.assert_array_equal(one[..., :-1], other)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from scipy.stats import chisquare
 
-from baldwinlab.evolution import Genome, Moment, Parents, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.papers.presets import load
@@ -40,8 +40,8 @@ def bred(
 ) -> tuple[Genome, Genome, Parents]:
     """The genomes of a generation, of the next, and the parents."""
     experiment = experiment_of(elite, selection, **changes)
-    genome = draw_genome(experiment, Moment(1, 0, 0))
-    return genome, *breed(experiment, genome, fitness, Moment(1, 0, generation))
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    return genome, *breed(experiment, genome, fitness, GenerationKey(1, 0, generation))
 
 
 @pytest.mark.parametrize("selection", SCHEMES)

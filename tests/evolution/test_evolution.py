@@ -12,7 +12,15 @@ import pytest
 from scipy.stats import chisquare, kstest, rankdata
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Genome, Moment, Parents, Uniforms, breed, draw_genome, select
+from baldwinlab.evolution import (
+    GenerationKey,
+    Genome,
+    Parents,
+    Uniforms,
+    breed,
+    draw_genomes,
+    select,
+)
 from baldwinlab.evolution.variation import Crossover, OneGenome
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers.presets import load
@@ -21,7 +29,7 @@ from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
-MOMENT = Moment(seed=11, run=0, generation=1)
+MOMENT = GenerationKey(seed=11, run=0, generation=1)
 SCHEMES = ["roulette", "tournament", "truncation", "rank", "neutral"]
 
 
@@ -40,7 +48,7 @@ def drawn_parents(
     """Parents [round * child, 2] of many generations that all come from the same one."""
     agents = fitness.size
     uniforms = [
-        Moment(5, 0, generation).uniforms(rng.SELECTION, (agents, 2))
+        GenerationKey(5, 0, generation).uniforms(rng.SELECTION, (agents, 2))
         for generation in range(1, rounds + 1)
     ]
     return np.concatenate([selected(scheme, fitness, each) for each in uniforms])
@@ -231,7 +239,7 @@ def test_the_gate_opens_below_the_mutation_rate() -> None:
 
 def test_initial_weights_are_standard_normal_and_those_of_the_modules_independent() -> None:
     experiment = load("evo+self-taught/A").replace(population={"size": 300})
-    genome = draw_genome(experiment, Moment(1, 2, 0))
+    genome = draw_genomes(experiment, GenerationKey(1, 2, 0))
     assert genome.shape == (300, 2, 60)
     for module in range(2):
         assert kstest(genome[:, module].ravel(), "norm").pvalue > 0.001
@@ -244,7 +252,7 @@ def test_initial_weights_are_standard_normal_and_those_of_the_modules_independen
 
 def test_biases_are_standard_normal_too() -> None:
     experiment = load("evo/A", "biases").replace(population={"size": 300})
-    genome = draw_genome(experiment, Moment(1, 2, 0))
+    genome = draw_genomes(experiment, GenerationKey(1, 2, 0))
     assert genome.shape == (300, 1, 73)
     assert kstest(genome[:, 0, 30:40].ravel(), "norm").pvalue > 0.001
     assert kstest(genome[:, 0, 70:].ravel(), "norm").pvalue > 0.001
@@ -285,7 +293,10 @@ def test_a_generation_is_bred_from_the_genomes_and_the_energy_of_the_one_before(
     assert (energy == 2.5 * result["food_eaten"].values).all()
     for generation in (1, 2):
         children, parents = breed(
-            experiment, genome[generation - 1], energy[generation - 1], Moment(3, 4, generation)
+            experiment,
+            genome[generation - 1],
+            energy[generation - 1],
+            GenerationKey(3, 4, generation),
         )
         np.testing.assert_array_equal(children, genome[generation])
         np.testing.assert_array_equal(parents, result["parents"].values[generation])

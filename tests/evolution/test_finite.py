@@ -10,7 +10,13 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution import Moment, bequeath, breed, draw_genome, next_genome
+from baldwinlab.evolution import (
+    GenerationKey,
+    breed,
+    draw_genomes,
+    inherit_genomes,
+    make_generation,
+)
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import small
@@ -89,23 +95,23 @@ def test_what_is_learned_and_not_inherited_may_diverge(faulty_parts: None) -> No
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_each_gene_of_each_agent_is_looked_at(value: float) -> None:
     experiment = bl.load("evo+self-taught/A").replace(evolution={"lamarckian_share": 1.0})
-    born = draw_genome(experiment, Moment(1, 0, 0))
+    born = draw_genomes(experiment, GenerationKey(1, 0, 0))
     for agent, gene in ((0, 0), (7, 3), (len(born) - 1, born.shape[2] - 1)):
         learned = born[:, 0].copy()
         learned[agent, gene] = value
-        inherited = bequeath(experiment, born, learned)
+        inherited = inherit_genomes(experiment, born, learned)
         with pytest.raises(
             RefusedError,
             match=f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5",
         ):
-            next_genome(experiment, Moment(1, 5, 3), inherited, np.ones(len(born)))
+            make_generation(experiment, GenerationKey(1, 5, 3), inherited, np.ones(len(born)))
 
 
 def test_graphs_have_infinite_records_of_their_species_and_no_other_genes_that_are() -> None:
     experiment = bl.load("neat-xor")
-    genome = draw_genome(experiment, Moment(1, 0, 0))
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
     assert np.isneginf(genome).any()
-    breed(experiment, genome, np.ones(len(genome)), Moment(1, 0, 1))
+    breed(experiment, genome, np.ones(len(genome)), GenerationKey(1, 0, 1))
     genome[:, 0, 12] = np.inf
     with pytest.raises(RefusedError, match=r"^evolution\.variation = 'neat' left gene 12"):
-        breed(experiment, genome, np.ones(len(genome)), Moment(1, 0, 1))
+        breed(experiment, genome, np.ones(len(genome)), GenerationKey(1, 0, 1))

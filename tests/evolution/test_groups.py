@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import Moment, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
@@ -54,8 +54,8 @@ def experiment_with(tmp_path: Path, name: str, *, declared: bool, keep: str = ""
 def mixed_children(experiment: Experiment) -> int:
     """Children with a parent of the other half; the prey, in the upper half, are the fitter."""
     agents = experiment.population.size
-    genome = draw_genome(experiment, Moment(1, 0, 0))
-    parents = breed(experiment, genome, np.arange(float(agents)), Moment(1, 0, 1))[1]
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    parents = breed(experiment, genome, np.arange(float(agents)), GenerationKey(1, 0, 1))[1]
     half = np.arange(agents) // (agents // 2)
     return int((half[parents] != half[:, None]).any(axis=1).sum())
 

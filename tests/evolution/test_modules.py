@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.evolution import Moment, breed
+from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import registry
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import overridden_hooks
@@ -70,6 +70,8 @@ def test_compiled_children_of_two_modules_have_genes_of_their_own_modules_alone(
     )
     genome = np.empty((experiment.population.size, 2, experiment.genome_length), np.float32)
     genome[...] = np.arange(len(genome))[:, None, None] + np.array([0, 0.5])[None, :, None]
-    children, parents = breed(experiment, genome, np.arange(float(len(genome))), Moment(1, 0, 1))
+    children, parents = breed(
+        experiment, genome, np.arange(float(len(genome))), GenerationKey(1, 0, 1)
+    )
     from_parents = children[:, None] == genome[parents]  # [child, parent, module, gene]
     assert from_parents.any(axis=1).all()

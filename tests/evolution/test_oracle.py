@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from baldwinlab.evolution import (
-    Moment,
-    bequeath,
+    GenerationKey,
     breed,
-    cost_of_learning,
-    draw_genome,
-    energy_of,
+    compute_learning_cost,
+    draw_genomes,
     fitness,
-    next_genome,
+    inherit_genomes,
+    make_generation,
+    sum_energy,
 )
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.papers.presets import load
@@ -32,7 +32,7 @@ SCHEMES_AND_FITNESS = st.sampled_from(list(registry.BUILT_IN["selection"])).flat
         ),
     )
 )  # fmt: skip
-MOMENTS = st.builds(Moment, *[st.integers(0, 2**31 - 1)] * 3)
+MOMENTS = st.builds(GenerationKey, *[st.integers(0, 2**31 - 1)] * 3)
 
 
 def experiment_of(agents: int, **changes: Any) -> Experiment:
@@ -48,7 +48,7 @@ def experiment_of(agents: int, **changes: Any) -> Experiment:
 )  # fmt: skip
 def test_children_and_parents_are_the_oracles(
     drawn: tuple[str, list[float]],
-    moment: Moment,
+    key: GenerationKey,
     gate: str,
     teacher: str,
     rate: float,
@@ -62,11 +62,11 @@ def test_children_and_parents_are_the_oracles(
         "mutation_size": size,
     }
     experiment = experiment_of(len(values), evolution=evolution, learning={"teacher": teacher})
-    genome = draw_genome(experiment, moment)
+    genome = draw_genomes(experiment, key)
     of_agents = np.array(values)
     for found, expected in zip(
-        breed(experiment, genome, of_agents, moment),
-        oracle.breed(experiment, genome, of_agents, moment),
+        breed(experiment, genome, of_agents, key),
+        oracle.breed(experiment, genome, of_agents, key),
         strict=True,
     ):
         assert found.dtype == expected.dtype
@@ -75,13 +75,13 @@ def test_children_and_parents_are_the_oracles(
 
 @settings(max_examples=30, deadline=None)
 @given(MOMENTS, st.integers(1, 50), st.booleans())
-def test_founders_are_the_oracles(moment: Moment, agents: int, evolved_rate: bool) -> None:
+def test_founders_are_the_oracles(key: GenerationKey, agents: int, evolved_rate: bool) -> None:
     experiment = experiment_of(
         agents, learning={"evolved_rate": evolved_rate}, evolution={"inheritance": "none"}
     )
-    founders = oracle.draw_genome(experiment, moment)
-    np.testing.assert_array_equal(draw_genome(experiment, moment), founders)
-    found, parents = next_genome(experiment, moment, founders + 1, np.ones(agents))
+    founders = oracle.draw_genomes(experiment, key)
+    np.testing.assert_array_equal(draw_genomes(experiment, key), founders)
+    found, parents = make_generation(experiment, key, founders + 1, np.ones(agents))
     np.testing.assert_array_equal(found, founders)
     assert (parents == -1).all()
 
@@ -91,11 +91,11 @@ def test_what_is_bequeathed_is_the_oracles(share: float) -> None:
     experiment = experiment_of(
         30, evolution={"lamarckian_share": share}, learning={"evolved_rate": True}
     )
-    genome = draw_genome(experiment, Moment(1, 0, 0))
-    learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0, : experiment.weight_count]
-    inherited = bequeath(experiment, genome, learned)
-    assert inherited.tobytes() == oracle.bequeath(experiment, genome, learned).tobytes()
-    assert bequeath(experiment, genome, None) is genome
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    learned = draw_genomes(experiment, GenerationKey(2, 0, 0))[:, 0, : experiment.weight_count]
+    inherited = inherit_genomes(experiment, genome, learned)
+    assert inherited.tobytes() == oracle.inherit_genomes(experiment, genome, learned).tobytes()
+    assert inherit_genomes(experiment, genome, None) is genome
 
 
 @pytest.mark.parametrize("regions", [0, 1, 7])
@@ -104,11 +104,13 @@ def test_fitness_is_the_oracles(regions: int) -> None:
     eaten = np.random.default_rng(1).integers(0, 100, (30, max(1, regions))).astype(np.int32)
     for learning in ({}, {"cost_per_step": 0.001, "steps": 700}):
         experiment = experiment_of(30, world={"food": food}, learning=learning)
-        genome = draw_genome(experiment, Moment(1, 0, 0))
-        learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0]
+        genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+        learned = draw_genomes(experiment, GenerationKey(2, 0, 0))[:, 0]
         energies = np.array([region["energy"] for region in food] or [0.0])
         found = fitness(
-            experiment, energy_of(energies, eaten), cost_of_learning(experiment, genome, learned)
+            experiment,
+            sum_energy(energies, eaten),
+            compute_learning_cost(experiment, genome, learned),
         )
         expected = oracle.fitness(experiment, eaten, genome, learned)
         assert found.tobytes() == expected.tobytes()
@@ -116,9 +118,9 @@ def test_fitness_is_the_oracles(regions: int) -> None:
 
 def test_the_cost_of_change_is_the_oracles_though_it_is_added_up_in_another_order() -> None:
     experiment = experiment_of(30, learning={"cost_per_change": 0.3, "cost_per_step": 0.001})
-    genome, learned = (draw_genome(experiment, Moment(seed, 0, 0)) for seed in (1, 2))
+    genome, learned = (draw_genomes(experiment, GenerationKey(seed, 0, 0)) for seed in (1, 2))
     found, expected = (
         each(experiment, genome, learned[:, 0])
-        for each in (cost_of_learning, oracle.cost_of_learning)
+        for each in (compute_learning_cost, oracle.compute_learning_cost)
     )
     np.testing.assert_allclose(found, expected, rtol=1e-15)

@@ -13,7 +13,7 @@ from scipy.stats import chisquare, kstest
 
 import baldwinlab as bl
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Moment, Parents, breed, select
+from baldwinlab.evolution import GenerationKey, Parents, breed, select
 from baldwinlab.evolution.variation import OneGenome
 from baldwinlab.evolution.variation_operators import Copy, Gaussian, OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
@@ -42,7 +42,9 @@ def parents_of(scheme: str, fitness: Numbers, generation: int, **fields: Any) ->
         else breeding_by(selection=scheme)
     )
     return select(
-        experiment, fitness, Moment(3, 0, generation).uniforms(rng.SELECTION, (fitness.size, 2))
+        experiment,
+        fitness,
+        GenerationKey(3, 0, generation).uniforms(rng.SELECTION, (fitness.size, 2)),
     )
 
 
@@ -232,7 +234,7 @@ def test_a_normal_mutation_has_mean_0_and_the_mutation_size_as_its_standard_devi
         evolution={"variation": "gaussian", "mutation_rate": 0.3, "mutation_size": 0.25},
     )
     children, _ = breed(
-        experiment, np.zeros((500, 1, 60), np.float32), np.ones(500), Moment(2, 0, 1)
+        experiment, np.zeros((500, 1, 60), np.float32), np.ones(500), GenerationKey(2, 0, 1)
     )
     changes = children[children != 0]
     assert abs(changes.size / children.size - 0.3) < 4 * np.sqrt(0.3 * 0.7 / children.size)
@@ -296,7 +298,7 @@ def test_a_copy_has_all_of_one_parent_where_nothing_mutates() -> None:
     experiment = load("evo/A").replace(
         evolution={"variation": "copy", "selection": "best-copies", "mutation_rate": 0}
     )
-    children, parents = breed(experiment, genome, np.arange(20.0), Moment(1, 0, 1))
+    children, parents = breed(experiment, genome, np.arange(20.0), GenerationKey(1, 0, 1))
     assert (children == genome[parents[:, 0]]).all()
     assert set(parents.ravel().tolist()) == {16, 17, 18, 19}
 
@@ -321,7 +323,7 @@ def heterozygosity(variation: str, replicates: int, loci: int) -> Numbers:
                 experiment,
                 genome,
                 -genome[:, 0].mean(axis=1).astype(float),
-                Moment(9, run, generation + 1),
+                GenerationKey(9, run, generation + 1),
             )
     return found
 
@@ -356,7 +358,7 @@ def test_each_weight_comes_from_a_parent_of_its_own_in_the_gene_pool() -> None:
     )
     children = np.concatenate(
         [
-            breed(experiment, genome, np.arange(20.0), Moment(1, run, 1))[0].reshape(20, -1)
+            breed(experiment, genome, np.arange(20.0), GenerationKey(1, run, 1))[0].reshape(20, -1)
             for run in range(20)
         ]
     )
@@ -371,7 +373,7 @@ def test_agents_that_live_on_keep_their_genomes_beside_a_gene_pool() -> None:
     experiment = load("evo/A").replace(
         evolution={"variation": "gene-pool", "elite": 3, "mutation_rate": 1}
     )
-    children, parents = breed(experiment, genome, np.arange(20.0), Moment(1, 0, 1))
+    children, parents = breed(experiment, genome, np.arange(20.0), GenerationKey(1, 0, 1))
     assert parents[:3].tolist() == [[19, 19], [18, 18], [17, 17]]
     np.testing.assert_array_equal(children[:3], genome[[19, 18, 17]])
     assert not np.isin(children[3:], genome).any(), "all weights of the others have mutated"

@@ -17,7 +17,7 @@ import pytest
 
 from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
-from baldwinlab.evolution import Moment, elders_of
+from baldwinlab.evolution import GenerationKey, find_teachers
 from baldwinlab.experiment import assign
 from baldwinlab.lab import single_page
 from baldwinlab.lab.export import laboratory, live_page
@@ -122,7 +122,9 @@ def test_in_node_teachers_come_from_whom_they_do_in_python(tmp_path: Path, teach
     run = simulate(small().replace(learning={"teacher": teacher}), seed=5, run=1)
     assert len(there) == 3 and set(there["0"]) == {-1}
     for generation in (1, 2):
-        elders = elders_of(heirs, Moment(5, 1, generation), run.parents.values[generation])
+        elders = find_teachers(
+            heirs, GenerationKey(5, 1, generation), run.parents.values[generation]
+        )
         found = there[str(generation)]
         assert found is None if elders is None else found == elders.ravel().tolist()
         assert teacher != "shuffled" or found != run.parents.values[generation].ravel().tolist()

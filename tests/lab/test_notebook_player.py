@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser, expect
 
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import notebook_player
 from baldwinlab.lab.binary_frames import unpack
@@ -29,7 +29,7 @@ def trace() -> xr.Dataset:
 
 def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
     """The same life as the lab records it, which lives it again and looks at no trace."""
-    moment = Moment(5, 1, 0)
+    moment = GenerationKey(5, 1, 0)
     life = Life(
         experiment, moment, lambda: ParentGeneration(genome_at(experiment, moment, None), None)
     )

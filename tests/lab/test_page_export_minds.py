@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from baldwinlab.analysis.figures.palette import shade
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames
 from baldwinlab.lab.agent_inspector import inspect_agent
@@ -65,7 +65,7 @@ def opened(page: Page, experiment: Experiment, folder: Path) -> None:
 def last_life(experiment: Experiment) -> tuple[Life, Span]:
     run = simulate(experiment, seed=0)
     past = ParentGeneration(run.genome.values[LAST], run.energy)
-    return Life(experiment, Moment(0, 0, LAST), lambda: past), Span(0, experiment.lifetime.steps)
+    return Life(experiment, GenerationKey(0, 0, LAST), lambda: past), Span(0, experiment.lifetime.steps)
 
 
 def told(page: Page, name: str) -> npt.NDArray[Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.lab.recording import record_life
@@ -136,7 +136,7 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
     noisy = small("evo/A").replace(motor={"noise": 0.5})
     trace = replay(noisy, seed=5, run=1, generation=2)
     done, largest = trace.action.values[:, 3], trace.output.values[:, 3].argmax(axis=1)
-    moment, whole = Moment(5, 1, 2), Span(0, 300)
+    moment, whole = GenerationKey(5, 1, 2), Span(0, 300)
     life = Life(
         noisy,
         moment,
@@ -159,7 +159,7 @@ def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_
     page: Page,
 ) -> None:
     experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
-    moment, whole = Moment(5, 1, 2), Span(0, 300)
+    moment, whole = GenerationKey(5, 1, 2), Span(0, 300)
     life = Life(
         experiment,
         moment,

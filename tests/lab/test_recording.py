@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 import xarray as xr
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.lab import binary_frames, life_query, recording
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.models.miniworld.appearance import as_text
@@ -144,8 +144,8 @@ def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> N
 
 
 def life_of(experiment: Any) -> Life:
-    moment = Moment(0, 0, 0)
-    return Life(experiment, moment, lambda: ParentGeneration(draw_genome(experiment, moment), None))
+    moment = GenerationKey(0, 0, 0)
+    return Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
 
 
 def test_a_large_world_comes_in_parts_of_bounded_size(
@@ -251,8 +251,8 @@ def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> Non
     experiment = small("evo/A").replace(
         learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}}
     )
-    moment = Moment(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genome(experiment, moment), None))
+    moment = GenerationKey(1, 0, 0)
+    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
     _, found = binary_frames.unpack(recording.record_life(life, Span(0, 300), {}))
     themselves, eaten = np.arange(20), np.vstack([np.zeros(20), found["eaten_in_life"]])
     assert eaten[-1].any(), "nobody ever ate"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.lab import life_query
 from baldwinlab.models.cell_foragers import CellForagers
 from baldwinlab.parts.views import arrays_of
@@ -32,7 +32,7 @@ def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_a
     )
     header, other = arrays(looks_server.address, "view", **LIFE, agent=3)
     of = CellForagers(environments=6, moves=20)
-    wanted = arrays_of(of.views["life"].of(of, Moment(5, 1, 2), record.genome.values[2], 3))
+    wanted = arrays_of(of.views["life"].of(of, GenerationKey(5, 1, 2), record.genome.values[2], 3))
     assert header["agent"] == 3 and all((other[name] == wanted[name]).all() for name in wanted)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign, registry, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import idle_settings
@@ -85,8 +85,8 @@ def test_lives_are_those_of_the_plain_oracle() -> None:
 
     learner = model(loci=6, guesses=40)
     for guesser in (learner, learner.without_learning()):
-        genomes = learner.founders(200, Moment(3, 5, 0))
-        luck = Moment(3, 5, 9).uniforms(LIFE, (200, 1))[:, 0, 0]
+        genomes = learner.founders(200, GenerationKey(3, 5, 0))
+        luck = GenerationKey(3, 5, 9).uniforms(LIFE, (200, 1))[:, 0, 0]
         plain = [
             guesser.oracle(genome[0].tolist(), chance)
             for genome, chance in zip(genomes, luck, strict=True)
@@ -95,7 +95,7 @@ def test_lives_are_those_of_the_plain_oracle() -> None:
 
 
 def test_founders_hold_each_allele_as_often_as_in_the_paper() -> None:
-    genomes = model(loci=20).founders(2000, Moment(1, 0, 0))
+    genomes = model(loci=20).founders(2000, GenerationKey(1, 0, 0))
     shares = [(genomes == allele).mean() for allele in (WRONG, RIGHT, UNKNOWN)]
     assert np.allclose(shares, [0.25, 0.25, 0.5], atol=0.01)
 

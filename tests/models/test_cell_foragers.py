@@ -12,7 +12,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment, breed
+from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import assign
 from baldwinlab.models import cell_foragers
 from baldwinlab.models.cell_foragers import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
@@ -134,7 +134,7 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
     of = model(learning)
     born = genomes(of, 12)
     for agent in range(12):
-        seen = of.views["life"].of(of, Moment(7, 0, 3), born[0], agent)
+        seen = of.views["life"].of(of, GenerationKey(7, 0, 3), born[0], agent)
         assert isinstance(seen, GridView) and seen.ground.shape == (of.steps, SIDE, SIDE)
         gained, food = (
             values.reshape(of.environments, of.moves, -1) for values in (seen.gained, seen.ground)
@@ -153,7 +153,7 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
 
 def test_of_a_long_life_the_view_has_the_beginning() -> None:
     of = model("none", environments=1000, moves=50)
-    seen = of.views["life"].of(of, Moment(7, 0, 3), genomes(of, 1)[0], 0)
+    seen = of.views["life"].of(of, GenerationKey(7, 0, 3), genomes(of, 1)[0], 0)
     assert isinstance(seen, GridView) and len(seen.ground) == cell_foragers.WATCHED
 
 
@@ -256,7 +256,7 @@ def test_a_child_differs_from_its_parent_in_few_weights_however_long_its_genome(
             .uniform(-1, 1, (100, len(of.modules), of.weights()))
             .astype(np.float32)
         )
-        children, parents = breed(experiment, parents_of, np.arange(100.0), Moment(0, 0, 1))
+        children, parents = breed(experiment, parents_of, np.arange(100.0), GenerationKey(0, 0, 1))
         changed = (children != parents_of[parents[:, 0]]).sum(axis=(1, 2))
         assert changed.max() == 5 and changed.mean() > 4.5, "two mutations may fall on one weight"
         assert sorted(set(parents.ravel().tolist())) == list(range(80, 100)), "the best fifth"

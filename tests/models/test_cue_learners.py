@@ -16,7 +16,7 @@ from scipy.stats import binom
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
-from baldwinlab.evolution import Moment, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.cue_learners import (
     GREEN,
@@ -127,7 +127,7 @@ def naive(of: CueLearners, genome: list[float], agent: int) -> tuple[int, list[f
 )
 def test_a_life_is_as_in_plain_python(fields: dict[str, Any]) -> None:
     of = CueLearners(**({"items": 40} | fields))
-    genomes = of.founders(120, Moment(8, 0, 0))[None]
+    genomes = of.founders(120, GenerationKey(8, 0, 0))[None]
     genomes[0, :40, 0, 0], genomes[0, :40, 0, 1] = MOTOR, SWEET  # so that many have something to do
     given = genomes.copy()
     found = of.simulate(3, [0], 2, genomes)
@@ -170,7 +170,7 @@ def test_who_does_not_learn_gains_no_more_than_by_smell(accuracy: float) -> None
     of = CueLearners(accuracy=accuracy, learning=False)
     sniffer = gained(of, many(hand_built(), 20_000))
     assert abs(sniffer.mean() - 50 * (2 * accuracy - 1)) < 4 * sniffer.std() / np.sqrt(sniffer.size)
-    for founder in of.founders(60, Moment(1, 0, 0)):
+    for founder in of.founders(60, GenerationKey(1, 0, 0)):
         found = gained(of, many(founder, 1000))
         assert (
             found.mean() <= 50 * (2 * accuracy - 1) + 4 * found.std() / np.sqrt(found.size) + 1e-9
@@ -200,8 +200,8 @@ def test_genes_are_alleles_also_where_all_are_drawn_anew() -> None:
     experiment = assign(
         bl.load("hebbian/smell-75"), ["evolution.mutation_rate=1", "population.size=3000"]
     )
-    founders = draw_genome(experiment, Moment(0, 0, 0))
-    children, _ = breed(experiment, founders, np.ones(3000), Moment(0, 0, 1))
+    founders = draw_genomes(experiment, GenerationKey(0, 0, 0))
+    children, _ = breed(experiment, founders, np.ones(3000), GenerationKey(0, 0, 1))
     for genomes in (founders, children):
         for genes, alleles in (
             (genomes[:, 0, :3], range(6)),

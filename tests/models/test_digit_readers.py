@@ -11,7 +11,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
-from baldwinlab.evolution import Moment, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.digit_readers import (
     DIGITS,
@@ -152,10 +152,10 @@ def test_weights_are_four_bits_and_a_bit_flips_as_often_as_it_should() -> None:
     experiment = assign(
         bl.load("trials-0"), ["evolution.mutation_rate=0.1", "evolution.four_bit_weights.crossed=0"]
     )
-    founders = draw_genome(experiment, Moment(0, 0, 0))
+    founders = draw_genomes(experiment, GenerationKey(0, 0, 0))
     levels = np.arange(16, dtype=np.float32) * np.float32(4 / 15) - 2
     assert np.isin(founders, levels).all() and len(np.unique(founders)) == 16
-    children, parents = breed(experiment, founders, np.ones(100), Moment(0, 0, 1))
+    children, parents = breed(experiment, founders, np.ones(100), GenerationKey(0, 0, 1))
     assert np.allclose(np.min(np.abs(children[..., None] - levels), axis=-1), 0, atol=1e-6)
     same = np.maximum(
         *(np.isclose(children, founders[parents[:, side]]).mean(axis=(1, 2)) for side in (0, 1))
@@ -166,7 +166,7 @@ def test_weights_are_four_bits_and_a_bit_flips_as_often_as_it_should() -> None:
 def test_as_many_children_have_weights_of_both_parents_as_are_crossed() -> None:
     experiment = assign(bl.load("trials-0"), ["evolution.mutation_rate=0", "population.size=1000"])
     numbers = np.arange(1000, dtype=np.float32)[:, None, None] * np.ones((1, 1, 470), np.float32)
-    children, _ = breed(experiment, numbers, np.ones(1000), Moment(0, 0, 1))
+    children, _ = breed(experiment, numbers, np.ones(1000), GenerationKey(0, 0, 1))
     changes = (np.diff(children[:, 0], axis=1) != 0).sum(axis=1)
     assert set(np.unique(changes)) == {0, 1}, "one cut, or none"
     assert (changes == 1).mean() == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(1000))

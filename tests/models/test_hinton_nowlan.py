@@ -16,7 +16,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
@@ -104,7 +104,7 @@ def test_what_is_learned_is_what_was_guessed_and_alleles_add_up_to_all() -> None
 
 def test_founders_have_a_half_of_question_marks_and_the_rest_alike() -> None:
     genomes = np.concatenate(
-        [draw_genome(bl.load("guessing"), Moment(0, run, 0)) for run in range(40)]
+        [draw_genomes(bl.load("guessing"), GenerationKey(0, run, 0)) for run in range(40)]
     )
     shares = [float((genomes == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx([0.25, 0.5, 0.25], abs=4 * 0.5 / np.sqrt(genomes.size))
@@ -148,7 +148,7 @@ def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.flo
     genome = generator.choice(np.array([1, 0, 0.5], np.float32), (AGENTS, 1, LOCI), p=PAYING)
     for generation in range(1, generations + 1):
         energy = HintonNowlan().simulate(seed, [0], generation - 1, genome[None]).energy[0]
-        genome, _ = breed(experiment, genome, energy, Moment(seed, 0, generation))
+        genome, _ = breed(experiment, genome, energy, GenerationKey(seed, 0, generation))
         expected = exact_step(expected)
         found.append([(genome == allele).mean() for allele in (1, 0, 0.5)] - expected)
     return np.array(found)
@@ -230,7 +230,7 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
     experiment = assign(
         bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"]
     )
-    children, _ = breed(experiment, strings(0, 2000)[0], np.ones(2000), Moment(0, 0, 1))
+    children, _ = breed(experiment, strings(0, 2000)[0], np.ones(2000), GenerationKey(0, 0, 1))
     shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
 

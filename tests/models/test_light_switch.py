@@ -12,7 +12,7 @@ from scipy.stats import chisquare
 
 from baldwinlab import papers
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment, breed
+from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.models.light_switch import CHANGED, INPUTS, WORLD, LightSwitch, OnePointOfBits
 from baldwinlab.models.miniworld.learning.hebbian import change
 from baldwinlab.parts import LIFE, uniforms
@@ -197,7 +197,7 @@ def test_a_fifth_of_the_children_have_bits_of_two_parents_to_either_side_of_one_
     experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
     bits = experiment.of_model.weights()
     genome = np.repeat(np.arange(4000) % 2, bits).reshape(4000, 1, bits).astype(np.float32)
-    children, parents = breed(experiment, genome, np.arange(4000.0), Moment(0, 0, 1))
+    children, parents = breed(experiment, genome, np.arange(4000.0), GenerationKey(0, 0, 1))
     changes = (np.diff(children[:, 0]) != 0).sum(axis=1)
     assert (changes == (parents[:, 0] % 2 != parents[:, 1] % 2)).all()
     assert abs(changes.mean() - 0.2 / 2) < 4 * np.sqrt(0.1 * 0.9 / 4000)
@@ -217,7 +217,7 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
         .astype(np.float32)
     )
     flipped = [
-        breed(one, genome, np.arange(100.0), Moment(0, 0, 1))[0]
+        breed(one, genome, np.arange(100.0), GenerationKey(0, 0, 1))[0]
         for one in (without, without.replace(evolution={"variation": "bit-flips"}))
     ]
     assert (flipped[0] == flipped[1]).all()

@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.evolution.selection_schemes import LargerTournament
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.nk_climbers import BitFlips, NKClimbers, landscape
@@ -104,7 +104,7 @@ def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
     born = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     lived = of.simulate(7, [0], 3, born)
     for agent in range(40):
-        seen = of.views["climb"].of(of, Moment(7, 0, 3), born[0], agent)
+        seen = of.views["climb"].of(of, GenerationKey(7, 0, 3), born[0], agent)
         assert isinstance(seen, PathView)
         line, average, best = seen.lines.values()
         assert (line[0], line[-1]) == (
@@ -116,9 +116,11 @@ def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
 
 
 def test_a_generation_begins_with_one_string_which_is_the_run_s() -> None:
-    one, other = (draw_genome(bl.load("climbing/rugged"), Moment(0, run, 0)) for run in (0, 1))
+    one, other = (
+        draw_genomes(bl.load("climbing/rugged"), GenerationKey(0, run, 0)) for run in (0, 1)
+    )
     assert (one == one[0]).all() and (one[0] != other[0]).any() and set(np.unique(one)) <= {0, 1}
-    assert (one == draw_genome(bl.load("not-climbing/smooth"), Moment(0, 0, 0))).all(), (
+    assert (one == draw_genomes(bl.load("not-climbing/smooth"), GenerationKey(0, 0, 0))).all(), (
         "in every condition"
     )
 
@@ -128,7 +130,7 @@ def test_a_bit_flips_as_often_as_it_should() -> None:
         bl.load("climbing/smooth"), ["evolution.mutation_rate=0.1", "population.size=5000"]
     )
     parents_of = np.random.default_rng(0).integers(0, 2, (5000, 1, 16)).astype(np.float32)
-    children, parents = breed(experiment, parents_of, np.zeros(5000), Moment(0, 0, 1))
+    children, parents = breed(experiment, parents_of, np.zeros(5000), GenerationKey(0, 0, 1))
     fitter, other = (parents_of[parents[:, side]] for side in (0, 1))
     flips = np.minimum((children != fitter).sum(axis=(1, 2)), (children != other).sum(axis=(1, 2)))
     assert flips.mean() == pytest.approx(1.6, abs=0.1) and set(np.unique(children)) == {0, 1}
@@ -138,7 +140,7 @@ def test_a_larger_tournament_is_won_by_the_better_half_as_often_as_theory_says()
     """The best of three is among the best half with the chance 1 - 1/8."""
     experiment = assign(bl.load("climbing/smooth"), ["population.size=4000"])
     strings = np.zeros((4000, 1, 16), np.float32)
-    _, parents = breed(experiment, strings, np.arange(4000.0), Moment(0, 0, 1))
+    _, parents = breed(experiment, strings, np.arange(4000.0), GenerationKey(0, 0, 1))
     share = (parents >= 2000).mean()
     assert abs(share - 0.875) < 4 * np.sqrt(0.875 * 0.125 / parents.size)
 

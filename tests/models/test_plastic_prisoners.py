@@ -13,7 +13,7 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.analysis.report import content
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.plastic_prisoners import (
     FIRST,
@@ -188,7 +188,7 @@ def test_fitness_is_the_mean_payoff_against_all_others() -> None:
 
 def test_founders_are_bits_of_a_coin() -> None:
     genomes = np.concatenate(
-        [draw_genome(bl.load("meta-pavlov"), Moment(0, run, 0)) for run in range(5)]
+        [draw_genomes(bl.load("meta-pavlov"), GenerationKey(0, run, 0)) for run in range(5)]
     )
     assert set(np.unique(genomes)) == {0, 1} and genomes.shape[1:] == (1, 8)
     assert genomes.mean(axis=0)[0] == pytest.approx([0.5] * 8, abs=4 * 0.5 / np.sqrt(len(genomes)))

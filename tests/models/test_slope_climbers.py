@@ -15,7 +15,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Moment, breed, draw_genome, select
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes, select
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.models.slope_climbers import SlopeClimbers, exponential
@@ -31,7 +31,7 @@ def mean_of_parents(
     experiment: Any, x: Numbers, fitness: Numbers, places: float, generation: int = 0
 ) -> float:
     """The mean x of so many parents, chosen by the laboratory's selection."""
-    uniforms = Moment(5, 0, generation).uniforms(rng.SELECTION, (int(places) // 2, 2))
+    uniforms = GenerationKey(5, 0, generation).uniforms(rng.SELECTION, (int(places) // 2, 2))
     return float(x[select(experiment, fitness, uniforms)].mean())
 
 
@@ -118,9 +118,9 @@ def test_a_normal_population_moves_as_exact_theory_says(
         "slope_climbers.spread=0.3",
     ]
     experiment = assign(bl.load(f"{condition}/{name}"), changes)
-    slope, genomes = experiment.of_model, draw_genome(experiment, Moment(1, 0, 0))
+    slope, genomes = experiment.of_model, draw_genomes(experiment, GenerationKey(1, 0, 0))
     energy = slope.simulate(1, [0], 0, genomes[None]).energy[0]
-    children, _ = breed(experiment, genomes, energy, Moment(1, 0, 1))
+    children, _ = breed(experiment, genomes, energy, GenerationKey(1, 0, 1))
     mean, variance = gaussian_step(slope.start, 0.3**2, slope, experiment.evolution.mutation_size)
     error = np.sqrt(2 * variance / agents)  # of parents that are drawn from agents that were drawn
     assert abs(children.mean(dtype=np.float64) - mean) < 4 * error

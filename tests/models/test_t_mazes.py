@@ -12,7 +12,7 @@ from scipy.stats import mannwhitneyu
 
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.grid_frames import HIGH, LOW, WALL
 from baldwinlab.models.t_mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, WATCHED, TMazes
@@ -168,7 +168,7 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
     for agent in range(0, 200, 4):
         life = Life(of, born[agent, 0], of.maze(7, 5, 3))
         life.lived()
-        seen = of.views["trips"].of(of, Moment(7, 5, 3), born, agent)
+        seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), born, agent)
         assert isinstance(seen, GridView) and seen.visit[-1] == 11
         for trip, (acts, worth) in enumerate(life.trips):
             place, heading, gained, ground = (
@@ -197,7 +197,7 @@ def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
 ) -> None:
     of = TMazes(turns=turns)
     first, moves, after = of.maze(7, 5, 3)
-    seen = of.views["trips"].of(of, Moment(7, 5, 3), genomes(of)[0], 0)
+    seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), genomes(of)[0], 0)
     assert isinstance(seen, GridView) and list(seen.marks) == ["wall", "high reward", "low reward"]
     for ground, trip in zip(seen.ground, seen.visit, strict=True):
         high = first if trip < moves else after
@@ -218,7 +218,7 @@ def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) ->
     born = np.concatenate([weights.ravel() / 10, np.zeros(RULE)]).astype(np.float32)[None, None]
     first, moves, after = of.maze(7, 5, 3)
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
-    seen = of.views["trips"].of(of, Moment(7, 5, 3), born, 0)
+    seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), born, 0)
     assert isinstance(seen, GridView)
     places = seen.place.reshape(20, -1, 2)
     assert (places[:, 0] == places[:, -1]).all() and (
@@ -235,7 +235,7 @@ def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
     born = genomes(of)
     lived = of.simulate(7, [5], 3, born).energy[0]
     for agent in range(0, 200, 20):
-        seen = of.views["returns"].of(of, Moment(7, 5, 3), born[0], agent)
+        seen = of.views["returns"].of(of, GenerationKey(7, 5, 3), born[0], agent)
         assert isinstance(seen, PathView)
         line, average, best = seen.lines.values()
         life = Life(of, born[0, agent, 0], of.maze(7, 5, 3))
@@ -249,7 +249,7 @@ def test_of_a_long_life_the_views_have_the_beginning() -> None:
     of = TMazes(trips=WATCHED + 1)
     born = genomes(of, 2)[0]
     trips, returns = (
-        of.views[name].of(of, Moment(7, 5, 3), born, 1) for name in ("trips", "returns")
+        of.views[name].of(of, GenerationKey(7, 5, 3), born, 1) for name in ("trips", "returns")
     )
     assert isinstance(trips, GridView) and isinstance(returns, PathView)
     assert trips.visit[-1] == WATCHED - 1 and len(returns.lines["agent 1"]) == WATCHED + 1

@@ -53,11 +53,11 @@ def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
     }
 
 
-def _drawn(model: Any, moment: Any, genomes: Any, agent: int) -> PathView:
+def _drawn(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
     return PathView({"a": np.random.default_rng().random(3)}, "step", "chance")
 
 
-def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> PathView:
+def _changing(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
     genomes[agent] = 7
     return PathView({"a": np.zeros(3)}, "step", "nothing")
 

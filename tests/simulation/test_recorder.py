@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.simulation.recorder import First, Moves, Series, follow
 from baldwinlab.simulation.reevaluation import born
@@ -22,7 +22,7 @@ def newborns(runs: int = 1) -> Batch:
         1,
         range(runs),
         0,
-        np.stack([draw_genome(experiment, Moment(1, run, 0)) for run in range(runs)]),
+        np.stack([draw_genomes(experiment, GenerationKey(1, run, 0)) for run in range(runs)]),
     )
 
 

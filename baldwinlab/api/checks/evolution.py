@@ -12,10 +12,10 @@ from baldwinlab.api.checks.fixture import Subject, breeding_arguments, values_of
 from baldwinlab.api.checks.signatures import oracle_key
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import kept
-from baldwinlab.evolution import Fitness, Genome, Moment, breed, draw_genome, select
-from baldwinlab.evolution.fitness import evaluate_all
-from baldwinlab.evolution.inheritance import pass_all_on
-from baldwinlab.evolution.selection import draw_parents
+from baldwinlab.evolution import Fitness, GenerationKey, Genome, breed, draw_genomes, select
+from baldwinlab.evolution.fitness import evaluate_agents
+from baldwinlab.evolution.inheritance import inherit_all
+from baldwinlab.evolution.selection import select_parents
 from baldwinlab.parts.agent_parts import overridden_hooks
 from baldwinlab.parts.evolution_parts import ITSELF, breeding_part
 
@@ -39,49 +39,51 @@ def _rounds(
         )
 
 
-def _generations(subject: Subject, part: Any) -> Iterator[tuple[Any, Any, Genome, Fitness, Moment]]:
+def _generations(
+    subject: Subject, part: Any
+) -> Iterator[tuple[Any, Any, Genome, Fitness, GenerationKey]]:
     """Populations that breed as the experiment says, whatever their fitness: for parts that look at whole ones.
 
     Gives the experiment, the part's values, genomes and fitness, and when the next generation is.
     """
     experiment = subject.experiment.replace(population={"size": AGENTS})
     random, values = np.random.default_rng(subject.seed), values_of(experiment, part)
-    genome = draw_genome(experiment, Moment(subject.seed, 0, 0))
+    genome = draw_genomes(experiment, GenerationKey(subject.seed, 0, 0))
     for generation in range(1, GENERATIONS + 1):
-        fitness, moment = (
+        fitness, key = (
             np.round(random.uniform(0, 4, AGENTS), 1),
-            Moment(subject.seed, 0, generation),
+            GenerationKey(subject.seed, 0, generation),
         )
-        yield experiment, values, genome, fitness, moment
-        genome, _ = breed(experiment, genome, fitness, moment)
+        yield experiment, values, genome, fitness, key
+        genome, _ = breed(experiment, genome, fitness, key)
 
 
 def compare_pairs(subject: Subject, part: Any) -> None:
     """oracle(part, genome, fitness, uniforms) -> two parents for each child; the second is `ITSELF` where the first lives on."""
-    for experiment, values, genome, fitness, moment in _generations(subject, part):
-        uniforms = moment.uniforms(rng.SELECTION, (AGENTS, 2))
+    for experiment, values, genome, fitness, key in _generations(subject, part):
+        uniforms = key.uniforms(rng.SELECTION, (AGENTS, 2))
         found = select(experiment, fitness, uniforms, genome).tolist()
         expected = _fitter_first(
             part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist()), fitness
         )
         if found != expected:
             raise FailsError(
-                f"in generation {moment.generation}, parents are {found}, and by the oracle {expected}"
+                f"in generation {key.generation}, parents are {found}, and by the oracle {expected}"
             )
 
 
 def compare_children(subject: Subject, part: Any) -> None:
     """oracle(part, genome, fitness, parents, draws) -> all children, [child][module][entry]; `draws` is [child][draw][4]."""
-    for experiment, values, genome, fitness, moment in _generations(subject, part):
+    for experiment, values, genome, fitness, key in _generations(subject, part):
         parents = select(
-            experiment, fitness, moment.uniforms(rng.SELECTION, (AGENTS, 2)), genome
+            experiment, fitness, key.uniforms(rng.SELECTION, (AGENTS, 2)), genome
         ).tolist()
-        draws = moment.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
+        draws = key.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
         expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
         _require_close(
-            breed(experiment, genome, fitness, moment)[0],
+            breed(experiment, genome, fitness, key)[0],
             expected,
-            f"what lives in generation {moment.generation}",
+            f"what lives in generation {key.generation}",
         )
 
 
@@ -97,7 +99,7 @@ def compare_selection(subject: Subject, part: Any) -> None:
     _, code = breeding_part(subject.experiment, "selection")
     for number, values, of, plain in _rounds(subject, part):
         scratch = of["shares"], of["order"]
-        kept(draw_parents, code)(
+        kept(select_parents, code)(
             values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"]
         )
         fitness = plain["fitness"]
@@ -123,7 +125,7 @@ def compare_inheritance(subject: Subject, part: Any) -> None:
     for number, values, of, plain in _rounds(subject, part):
         genome = np.stack([of["born"], of["taught"]])[None]
         inherited = genome.copy()
-        kept(pass_all_on, code)(values, genome, of["learned"][None].copy(), inherited)
+        kept(inherit_all, code)(values, genome, of["learned"][None].copy(), inherited)
         expected = part.oracle(values, plain["born"], plain["learned"])
         if "assign_teachers" not in overridden_hooks(part):
             expected = (expected, plain["taught"])
@@ -134,7 +136,7 @@ def compare_fitness(subject: Subject, part: Any) -> None:
     """oracle(part, energy, cost) -> the fitness of each agent."""
     _, code = breeding_part(subject.experiment, "fitness")
     for number, values, of, plain in _rounds(subject, part):
-        kept(evaluate_all, code)(values, of["energy"], of["cost"], of["fitness"])
+        kept(evaluate_agents, code)(values, of["energy"], of["cost"], of["fitness"])
         _require_close(
             of["fitness"],
             part.oracle(values, plain["energy"], plain["cost"]),

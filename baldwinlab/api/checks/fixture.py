@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import key_of
@@ -120,7 +120,7 @@ def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, A
         "order": np.zeros(agents, np.int64), "parents": np.full((agents, 2), -1, np.int32),
         "energy": random.uniform(-2, 8, agents), "cost": random.random(agents),
         "fitter": genome[0], "other": genome[1], "child": genome[2], "draws": random.random((modules * weights, 4)),
-        "genome": genome, "children": genome.copy(), "moment": Moment(0, 0, 1), "count": 1,
+        "genome": genome, "children": genome.copy(), "key": GenerationKey(0, 0, 1), "count": 1,
         "gate": float(random.random()), "born": genome[3, 0],
         "learned": random.normal(size=weights).astype(np.float32), "inherited": np.zeros(weights, np.float32),
         "taught": genome[3, -1].copy(),

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import Subject, is_of_miniworld, values_of
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.agent_parts import overridden_hooks
@@ -33,7 +33,7 @@ def nobody_looks_at_others(subject: Subject) -> str:
         return "it has no hook per agent"
     experiment = subject.experiment
     batch = Batch(experiment, subject.seed, [0])
-    batch.begin(0, draw_genome(experiment, Moment(subject.seed, 0, 0))[None])
+    batch.begin(0, draw_genomes(experiment, GenerationKey(subject.seed, 0, 0))[None])
     batch.simulate(0, STEPS)
     for part, name in hooks:
         for garbage in (np.nan, None):

@@ -17,7 +17,7 @@ from baldwinlab.api.checks.findings import FailsError, NotCheckedError
 from baldwinlab.api.checks.fixture import BREEDS, Subject, label, values_of
 from baldwinlab.api.checks.reference import Agent, Item, Naive
 from baldwinlab.api.checks.signatures import require_signature, verified_hooks
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.allocation import item_kinds, item_regions
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
@@ -79,7 +79,7 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
     """A life, step by step, as oracles see it. `part` is the one whose arrays the agents begin with."""
     experiment, seed = subject.experiment, subject.seed
     naive, batch = naive_of(experiment), Batch(experiment, seed, [0])
-    genome = draw_genome(experiment, Moment(seed, 0, 0))
+    genome = draw_genomes(experiment, GenerationKey(seed, 0, 0))
     batch.begin(0, genome[None])
     agents, values = range(experiment.population.size), values_of(experiment, part, batch.state)
     arrays = {

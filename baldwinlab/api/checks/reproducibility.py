@@ -14,7 +14,7 @@ from baldwinlab.api.checks.findings import FailsError, NotCheckedError
 from baldwinlab.api.checks.fixture import Subject, is_of_miniworld
 from baldwinlab.api.checks.processes import PLAIN, SIMULATOR, Process
 from baldwinlab.engine import poison
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backends.choice import CPU, choose
 from baldwinlab.simulation.compilation import warm_up
@@ -36,7 +36,9 @@ def lived(
             digest.update(name.encode() + record[name].values.tobytes())
     if is_of_miniworld(experiment):
         batch = backend.batch(experiment, seed, runs)
-        batch.begin(0, np.stack([draw_genome(experiment, Moment(seed, run, 0)) for run in runs]))
+        batch.begin(
+            0, np.stack([draw_genomes(experiment, GenerationKey(seed, run, 0)) for run in runs])
+        )
         pieces = [0, *cuts, experiment.lifetime.steps]
         for first, last in pairwise(pieces):
             batch.simulate(first, last)

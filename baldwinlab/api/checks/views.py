@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import Subject, is_of_miniworld
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.parts.views import arrays_of
 
 
@@ -12,13 +12,13 @@ def views_are_sound(subject: Subject) -> str:
     """Of newborns, the first agent and the last."""
     if is_of_miniworld(subject.experiment) or not subject.experiment.of_model.views:
         return "it declares none"
-    model, moment = subject.experiment.of_model, Moment(subject.seed, 0, 0)
-    genomes = draw_genome(subject.experiment, moment)
+    model, key = subject.experiment.of_model, GenerationKey(subject.seed, 0, 0)
+    genomes = draw_genomes(subject.experiment, key)
     for name, view in model.views.items():
         for agent in (0, len(genomes) - 1):
             given = genomes.copy()
             try:
-                once, again = (arrays_of(view.of(model, moment, given, agent)) for _ in range(2))
+                once, again = (arrays_of(view.of(model, key, given, agent)) for _ in range(2))
             except ValueError as error:
                 raise FailsError(f"the view {name!r} of agent {agent}: {error}") from None
             if (given != genomes).any():

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.evolution import Moment, draw_genome, fitness
+from baldwinlab.evolution import GenerationKey, draw_genomes, fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.backends.choice import CPU
@@ -111,7 +111,9 @@ class Problem:
             Array [genome, weight].
         """
         worlds = -(-count // self.experiment.population.size)
-        drawn = [draw_genome(self.experiment, Moment(self.seed, run, 0)) for run in range(worlds)]
+        drawn = [
+            draw_genomes(self.experiment, GenerationKey(self.seed, run, 0)) for run in range(worlds)
+        ]
         return np.concatenate(drawn)[:count].reshape(count, self.length)
 
     def evaluate(self, genomes: npt.ArrayLike, generation: int = 0) -> Evaluation:

@@ -20,7 +20,7 @@ from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import LEDGER, SPECIES, ZERO, begin, room
 from baldwinlab.evolution.neat.mutation import OF_LINKS, add_link, add_node, cross, mutate_weights
 from baldwinlab.evolution.neat.species import may_breed, next_species, settle, standing
-from baldwinlab.evolution.rng_key import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection, Variation
 from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
@@ -235,7 +235,7 @@ class Neat(Variation, name="neat"):
     @staticmethod
     def vary_population(
         part: Any,
-        moment: Moment,
+        key: GenerationKey,
         genome: Genome,
         fitness: Fitness,
         parents: Parents,
@@ -250,9 +250,7 @@ class Neat(Variation, name="neat"):
             copy_genome(genome[one], children[child])
             if other == ITSELF:
                 continue
-            rng.draw_uniforms(
-                moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, used
-            )
+            rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, used)
             if one != other:
                 if (part.blind or fitness[one] == fitness[other]) and used[1, 2] < 0.5:
                     one, other = other, one
@@ -263,7 +261,7 @@ class Neat(Variation, name="neat"):
             last = add_link(part, used, children, child, first, last, marks)
         for child in range(children.shape[0]):
             children[child, 0, LEDGER] = last
-        settle(part, moment, genome, fitness, children)
+        settle(part, key, genome, fitness, children)
 
     @staticmethod
     def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:

@@ -31,7 +31,7 @@ from baldwinlab.evolution.neat.genome import (
     gene_at,
     links_of,
 )
-from baldwinlab.evolution.rng_key import Fitness, Genome, Moment
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome
 
 SMALL: Final = 20  # networks with fewer links are compared without regard to their size
 
@@ -119,7 +119,9 @@ def _ahead(genome: Genome, fitness: Fitness, species: Any) -> int:
 
 
 @compiled
-def settle(part: Any, moment: Moment, genome: Genome, fitness: Fitness, children: Genome) -> None:
+def settle(
+    part: Any, key: GenerationKey, genome: Genome, fitness: Fitness, children: Genome
+) -> None:
     """Say of every child which species it is of, and how that stands, in the heads of their genomes."""
     best_of_all, stale_of_all = standing_of_all(genome, fitness)
     for child in range(children.shape[0]):
@@ -132,7 +134,7 @@ def settle(part: Any, moment: Moment, genome: Genome, fitness: Fitness, children
     while species > ZERO:
         size, _, _, best, stale = standing(genome, fitness, species)
         draw = rng.uniform(
-            rng.philox(1, count, moment.generation, rng.INHERITANCE, moment.seed, moment.run)[3]
+            rng.philox(1, count, key.generation, rng.INHERITANCE, key.seed, key.run)[3]
         )
         representative = genome[_member(genome, species, int(draw * size)), 0]
         _take(part, representative, species, np.float32(best), stale, children)

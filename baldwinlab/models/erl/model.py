@@ -211,10 +211,10 @@ class ErlPopulations(Model, name="erl-populations"):
     def weights(self) -> int:
         return self.founders_of * BITS
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """The bits of all founders of each population, one after another."""
         bits: npt.NDArray[np.float32] = (
-            moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5
+            key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5
         ).astype(np.float32)
         return bits
 

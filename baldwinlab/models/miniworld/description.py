@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from baldwinlab.evolution import elders_teach
+from baldwinlab.evolution import has_parent_teachers
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.appearance import Look, look
 
@@ -76,7 +76,7 @@ def _learning(experiment: Experiment, appearance: Look) -> str:
     return _joined(
         _description(experiment.part("learning.rule")),
         genome if len(networks) > 1 else "",
-        _description(inheritance) if elders_teach(experiment) else "",
+        _description(inheritance) if has_parent_teachers(experiment) else "",
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.evolution.fitness import cost_of_learning, energy_of
+from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import item_kinds, item_regions
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch
@@ -45,8 +45,10 @@ def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float
     learned = batch.weights() if experiment.learns else None
     each = zip(genomes, learned if learned is not None else [None] * len(genomes), strict=True)
     return LifeResults(
-        energy=np.stack([energy_of(energies, one) for one in eaten]),
-        cost=np.stack([cost_of_learning(experiment, genome, of_run) for genome, of_run in each]),
+        energy=np.stack([sum_energy(energies, one) for one in eaten]),
+        cost=np.stack(
+            [compute_learning_cost(experiment, genome, of_run) for genome, of_run in each]
+        ),
         learned=learned,
         records=eaten_by_kind(experiment, eaten) | births,
         final_population=final_population,

@@ -79,9 +79,9 @@ class Poles(Model):
     def weights(self) -> int:
         return entries(self.links)
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         inputs = len(self.sensed) + 1  # and the bias
-        draws = moment.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
         return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
 
     def balanced(

@@ -15,7 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.variables import LIVES, NEWBORNS
-from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, next_genome
+from baldwinlab.evolution import (
+    GenerationKey,
+    Genome,
+    draw_genomes,
+    inherit_genomes,
+    make_generation,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Lives
 from baldwinlab.studies.assays.sample import Conditions, Sample
@@ -42,7 +48,9 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     shape = (len(compared), len(NEWBORNS), 2, len(sample.runs), experiment.population.size)
     energy = np.full(shape, np.nan)
     twin = experiment.neutral_twin()
-    twins = np.stack([draw_genome(experiment, Moment(sample.seed, run, 0)) for run in sample.runs])
+    twins = np.stack(
+        [draw_genomes(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
+    )
     for generation in range(experiment.evolution.generations):
         learned = None
         if experiment.learns and (generation in compared or _inherits_learned(experiment)):
@@ -77,10 +85,10 @@ def _next_twins(
     passed_on = [None] * len(sample.runs) if learned is None else learned.weights
     return np.stack(
         [
-            next_genome(
+            make_generation(
                 twin,
-                Moment(sample.seed, run, generation + 1),
-                bequeath(twin, genome, weights),
+                GenerationKey(sample.seed, run, generation + 1),
+                inherit_genomes(twin, genome, weights),
                 alike,
             )[0]
             for run, genome, weights in zip(sample.runs, twins, passed_on, strict=True)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.evolution import Genome, Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, Genome, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.simulation.reevaluation import Lives, reevaluate, stored_genome
@@ -55,7 +55,10 @@ class Sample:
         """Freshly drawn genomes, as those of a generation after the last, so that no draw is shared with one that lived."""
         after = self.experiment.evolution.generations
         return np.stack(
-            [draw_genome(self.experiment, Moment(self.seed, run, after)) for run in self.runs]
+            [
+                draw_genomes(self.experiment, GenerationKey(self.seed, run, after))
+                for run in self.runs
+            ]
         )
 
     def energy(self, generation: int) -> Energy:

@@ -22,7 +22,7 @@ from baldwinlab.parts.loading import load_file, parts_in
 Write = Callable[[str], Path]
 
 PAIR = "def select_with_genomes(part, genome, fitness, uniforms, shares, order, parents)"
-VARY_ALL = "def vary_population(part, moment, genome, fitness, parents, draws, children)"
+VARY_ALL = "def vary_population(part, key, genome, fitness, parents, draws, children)"
 HOOKS = {  # of each contract: a kind's class and one of its hooks
     "learning rule": ("LearningRule", "def learn(part, model, state, step, lane)"),
     "network": ("Network", "def forward(part, weights, activations, lane)"),

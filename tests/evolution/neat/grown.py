@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
-from baldwinlab.evolution import Genome, Moment, breed, draw_genome
+from baldwinlab.evolution import GenerationKey, Genome, breed, draw_genomes
 from baldwinlab.evolution.neat.genome import (
     BEST,
     GENE,
@@ -81,9 +81,11 @@ def evolved(generations: int, agents: int = 40, seed: int = 1, **fields: Any) ->
         neat_xor={"links": 30},
         evolution={"neat": {"add_node": 0.2, "add_link": 0.3} | fields},
     )
-    random, genome = np.random.default_rng(seed), draw_genome(growing, Moment(seed, 0, 0))
+    random, genome = np.random.default_rng(seed), draw_genomes(growing, GenerationKey(seed, 0, 0))
     for generation in range(1, generations + 1):
-        genome, _ = breed(growing, genome, random.random(agents), Moment(seed, 0, generation))
+        genome, _ = breed(
+            growing, genome, random.random(agents), GenerationKey(seed, 0, generation)
+        )
     return genome
 
 

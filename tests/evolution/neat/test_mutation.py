@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from baldwinlab.evolution import Genome, Moment, breed
+from baldwinlab.evolution import GenerationKey, Genome, breed
 from baldwinlab.evolution.neat.genome import LEDGER, entries
 from tests.evolution.neat.grown import experiment, first_network, genes, network, population
 
@@ -25,7 +25,7 @@ def bred(
         evolution={"species": {"cloned": float(cloned), "survivors": 1.0, "champion_of": 10**6}},
     )
     alike = np.ones(len(genome)) if fitness is None else np.asarray(fitness, float)
-    return breed(of, genome, alike, Moment(2, 0, generation))[0]
+    return breed(of, genome, alike, GenerationKey(2, 0, generation))[0]
 
 
 def alike(count: int = AGENTS) -> Genome:
@@ -101,7 +101,7 @@ def test_where_all_is_joined_or_there_is_no_room_nothing_is_added() -> None:
     assert all(len(genes(child)) == 3 for child in bred(alike(), add_link=1.0)[:, 0])
     of = experiment(20, {"add_node": 1.0}).replace(neat_xor={"links": 4})
     genome = np.ascontiguousarray(alike(20)[:, :, : entries(4)])
-    children, _ = breed(of, genome, np.ones(20), Moment(1, 0, 1))
+    children, _ = breed(of, genome, np.ones(20), GenerationKey(1, 0, 1))
     assert all(len(genes(child)) == 3 for child in children[:, 0])
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Genome, Moment, Parents, breed, select
+from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, select
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import BEST, BEST_OF_ALL, NEWEST, SPECIES, STALE, STALE_OF_ALL
 from baldwinlab.evolution.neat.species import SMALL, distance
@@ -33,7 +33,7 @@ def chosen(genome: Genome, fitness: Any, generation: int = 1, **species: Any) ->
         len(genome),
         evolution={"species": {"cloned": 0.0, "champion_of": 10**6, "survivors": 1.0} | species},
     )
-    uniforms = Moment(3, 0, generation).uniforms(rng.SELECTION, (len(genome), 2))
+    uniforms = GenerationKey(3, 0, generation).uniforms(rng.SELECTION, (len(genome), 2))
     return select(of, np.asarray(fitness, float), uniforms, genome)
 
 
@@ -92,7 +92,7 @@ def test_a_child_is_of_the_oldest_species_that_is_near_and_founds_one_where_none
     genome = population(near, near, far, far, far)
     genome[:, 0, SPECIES], genome[:, 0, NEWEST] = 4, 6
     of = experiment(5, evolution={"selection": "best-copies", "best_copies": {"share": 1.0}})
-    children, parents = breed(of, genome, np.arange(5.0), Moment(1, 0, 1))
+    children, parents = breed(of, genome, np.arange(5.0), GenerationKey(1, 0, 1))
     species = {
         int(parent): int(child[0, SPECIES])
         for parent, child in zip(parents[:, 0], children, strict=True)
@@ -149,7 +149,7 @@ def test_the_champion_of_a_species_with_more_than_five_members_lives_on() -> Non
     of = experiment(
         11, {"mutated": 1.0, "add_node": 1.0}, evolution={"species": {"champion_of": 5}}
     )
-    children, recorded = breed(of, genome, fitness, Moment(1, 0, 1))
+    children, recorded = breed(of, genome, fitness, GenerationKey(1, 0, 1))
     (place,) = np.flatnonzero([genes(child) == genes(genome[5, 0]) for child in children[:, 0]])
     assert recorded[place].tolist() == [5, 5]
 
@@ -183,7 +183,7 @@ def test_how_a_species_stands_is_handed_on() -> None:
         2,
     )
     fitness = [1.0] * 6 + [4.0] * 6
-    children, _ = breed(experiment(12), genome, np.array(fitness), Moment(1, 0, 1))
+    children, _ = breed(experiment(12), genome, np.array(fitness), GenerationKey(1, 0, 1))
     heads = {(int(head[SPECIES]), float(head[BEST]), int(head[STALE])) for head in children[:, 0]}
     assert heads == {(1, 2.0, 4), (2, 4.0, 0)}
 
@@ -197,7 +197,10 @@ def test_with_parents_at_random_fitness_does_not_say_whose_structure_is_inherite
     fitness = np.tile([1.0, 2.0], 200)
     of_half, of_few = (
         np.mean(
-            [7 in genes(child) for child in breed(of, genome, fitness, Moment(2, 0, 1))[0][:, 0]]
+            [
+                7 in genes(child)
+                for child in breed(of, genome, fitness, GenerationKey(2, 0, 1))[0][:, 0]
+            ]
         )
         for of in (
             experiment(400).neutral_twin(),

@@ -12,7 +12,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.erl.agents import (
     BITS,
@@ -136,7 +136,7 @@ def lived(strategy: str, steps: int = 80) -> tuple[Any, World, npt.NDArray[np.fl
     """A population that was born and has lived so long."""
     model = ErlPopulations(**SMALL, strategy=strategy)
     rules, world, inputs = model.rules(), model.world(2, 0, 0, 0), np.zeros(INPUTS, np.float32)
-    genomes = model.founders(1, Moment(2, 0, 0)).reshape(-1, BITS)
+    genomes = model.founders(1, GenerationKey(2, 0, 0)).reshape(-1, BITS)
     prepare(rules, world)
     found(rules, world, genomes)
     for step in range(steps):
@@ -161,7 +161,7 @@ def test_evaluation_never_changes_in_life_and_actions_only_with_learning(strateg
 def test_what_is_learned_stays_out_of_the_genome() -> None:
     """Without mutation, each bit of everybody is a founder's bit of that place; with learning off or on."""
     model = ErlPopulations(**SMALL, mutation=0.0, longest=300)
-    genomes = model.founders(1, Moment(2, 0, 0))
+    genomes = model.founders(1, GenerationKey(2, 0, 0))
     before = genomes.copy()
     lives = model.simulate(2, [0], 0, genomes[None])
     np.testing.assert_array_equal(genomes, before)
@@ -322,7 +322,7 @@ def test_where_nothing_is_eaten_everybody_starves_in_time() -> None:
         bump=0.0,
         blow=0.0,
     )
-    found_dead = hungry.simulate(3, [0], 0, hungry.founders(1, Moment(3, 0, 0))[None])
+    found_dead = hungry.simulate(3, [0], 0, hungry.founders(1, GenerationKey(3, 0, 0))[None])
     assert 39 <= found_dead.energy.item() <= 40 and found_dead.records["extinct"].item() == 1
 
 
@@ -346,7 +346,7 @@ def test_measures_are_what_is_recorded() -> None:
 
 def test_populations_of_the_same_founders_have_histories_of_their_own() -> None:
     model = ErlPopulations(**SMALL, longest=100)
-    founders = np.tile(model.founders(1, Moment(4, 0, 0)), (2, 1, 1))
+    founders = np.tile(model.founders(1, GenerationKey(4, 0, 0)), (2, 1, 1))
     living = model.simulate(4, [0], 0, founders[None]).records["living"]
     assert living[0, 0] != living[0, 1]
 
@@ -358,7 +358,7 @@ def test_it_keeps_the_contract_of_parts() -> None:
 def test_the_lives_that_are_checked_have_births_and_deaths() -> None:
     checked = ErlPopulations(**ErlPopulations.check_settings)
     lives = checked.simulate(
-        11, [0, 1], 0, np.stack([checked.founders(5, Moment(11, run, 0)) for run in (0, 1)])
+        11, [0, 1], 0, np.stack([checked.founders(5, GenerationKey(11, run, 0)) for run in (0, 1)])
     )
     assert lives.records["born"].min() > 0 and 0 < lives.records["extinct"].sum() < 10
     assert ((lives.records["living"] > 1) & (lives.records["living"] < checked.most)).all()

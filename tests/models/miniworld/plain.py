@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.simulation.replay import replay
@@ -24,9 +24,9 @@ def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     )  # so that a study compiles nothing beforehand
 
 
-def traced(experiment: Experiment, seed: int = 1, **moment: Any) -> xr.Dataset:
+def traced(experiment: Experiment, seed: int = 1, **key: Any) -> xr.Dataset:
     with np.errstate(all="ignore"):
-        return replay(experiment, seed=seed, **moment)
+        return replay(experiment, seed=seed, **key)
 
 
 def simulated(experiment: Experiment, seed: int = 1) -> xr.Dataset:
@@ -46,4 +46,4 @@ def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.Batch:
 def founders(experiment: Experiment) -> Any:
     """Fresh genomes, [agent, module, weight]."""
     with np.errstate(all="ignore"):
-        return draw_genome(experiment, Moment(5, 0, 0))
+        return draw_genomes(experiment, GenerationKey(5, 0, 0))

@@ -1,4 +1,4 @@
-"""Same experiment and seed, same bits: whoever else lives in the batch, on whichever thread, and at whatever moment."""
+"""Same experiment and seed, same bits: whoever else lives in the batch, on whichever thread, and at whatever key."""
 
 from __future__ import annotations
 

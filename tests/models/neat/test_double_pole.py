@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import GENE, HEAD, answer, minimal
 from baldwinlab.experiment import ExperimentError, assign
@@ -150,7 +150,7 @@ def test_who_pushes_one_way_only_leaves_the_track() -> None:
 
 
 def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
-    founders = NeatPoles().founders(30, Moment(1, 0, 0))
+    founders = NeatPoles().founders(30, GenerationKey(1, 0, 0))
     found = NeatPoles(longest=1).simulate(0, [0], 0, founders[None])
     assert (found.records["enabled"] == PARTS + 1).all() and (found.records["hidden"] == 0).all()
 

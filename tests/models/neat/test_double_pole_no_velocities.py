@@ -12,7 +12,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.checks.evolution import compare_children
-from baldwinlab.evolution import Moment, breed
+from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import GENE, HEAD, minimal
 from baldwinlab.evolution.neat.operators import Neat
@@ -182,9 +182,9 @@ def test_a_new_link_may_lead_back_to_any_node_but_an_input() -> None:
     of = assign(bl.load(NAME), [f"evolution.neat.{name}={value}" for name, value in fields.items()])
     genome = population(*[graph] * 300)
     new = set[tuple[float, float]]()
-    for child in breed(of.replace(population={"size": 300}), genome, np.ones(300), Moment(2, 0, 1))[
-        0
-    ][:, 0]:
+    for child in breed(
+        of.replace(population={"size": 300}), genome, np.ones(300), GenerationKey(2, 0, 1)
+    )[0][:, 0]:
         new |= {(gene[0], gene[1]) for number, gene in genes(child).items() if number > 8}
     assert new == {(1, 7), (2, 7), (3, 3), (3, 7), (7, 7)}
 

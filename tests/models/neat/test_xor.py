@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.optimize import linprog
 
 import baldwinlab as bl
-from baldwinlab.evolution import Moment
+from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD, SPECIES, STALE
 from baldwinlab.evolution.neat.operators import Neat, Species
 from baldwinlab.experiment import ExperimentError, assign
@@ -78,7 +78,7 @@ def test_fitness_is_the_plain_oracle_s() -> None:
 
 def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
     model = NeatXor(newborn_range=3.0)
-    founders = model.founders(500, Moment(1, 0, 0))
+    founders = model.founders(500, GenerationKey(1, 0, 0))
     found = model.simulate(0, [0], 0, founders[None])
     assert (found.records["hidden"] == 0).all() and (found.records["enabled"] == 3).all()
     weights = founders[:, 0, [12, 17, 22]]

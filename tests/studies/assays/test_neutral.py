@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import Moment, bequeath, draw_genome, next_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes, inherit_genomes, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.run import misfit, missing_assays, open_assay, run_assays
@@ -55,7 +55,7 @@ def test_the_twin_has_the_parents_of_a_run_with_neutral_selection_whatever_that_
     run = bl.simulate(twin, seed=3, run=2)
     for generation in range(1, 6):
         before, nothing = run.genome.values[generation - 1], np.zeros(twin.population.size)
-        _, parents = next_genome(twin, Moment(3, 2, generation), before, nothing)
+        _, parents = make_generation(twin, GenerationKey(3, 2, generation), before, nothing)
         assert np.array_equal(np.sort(parents), np.sort(run.parents.values[generation]))
 
 
@@ -94,14 +94,17 @@ def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path
     )
     study = measured(tmp_path, [experiment], ["neutral"], runs=2)
     genome, twin, nothing = (
-        draw_genome(experiment, Moment(5, 1, 0)),
+        draw_genomes(experiment, GenerationKey(5, 1, 0)),
         experiment.neutral_twin(),
         np.zeros(6),
     )
     for generation in range(11):
         died = reevaluate(experiment, 5, [1], generation, genome[None]).weights[0]
-        genome, _ = next_genome(
-            twin, Moment(5, 1, generation + 1), bequeath(experiment, genome, died), nothing
+        genome, _ = make_generation(
+            twin,
+            GenerationKey(5, 1, generation + 1),
+            inherit_genomes(experiment, genome, died),
+            nothing,
         )
     last = neutral(study).sel(run=1, generation=11, newborns="neutral twin")
     for life, lived in (("on", experiment), ("off", experiment.without_learning())):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays.run import open_assay
@@ -65,7 +65,7 @@ def test_blank_slates_are_drawn_afresh_and_born_where_the_last_generation_was(
 ) -> None:
     condition = "evo+self-taught/A"
     experiment = study.experiments[condition]
-    blank = draw_genome(experiment, Moment(study.seed, 1, 3))
+    blank = draw_genomes(experiment, GenerationKey(study.seed, 1, 3))
     for generation in range(3):
         assert not np.isin(blank, study.read(condition, 1).genome[generation]).any()
     eaten = (

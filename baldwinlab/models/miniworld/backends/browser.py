@@ -18,11 +18,11 @@ from baldwinlab.engine.reference import taken
 from baldwinlab.engine.rng import REINFORCEMENT_WEIGHTS, SELECTION, TEACHER, draw_uniforms
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.evolution.breeding import breed_children
-from baldwinlab.evolution.fitness import balance, charge
+from baldwinlab.evolution.fitness import add_change_cost, sum_region_energy
 from baldwinlab.evolution.founders import draw_normal
-from baldwinlab.evolution.inheritance import deal, trace_back
-from baldwinlab.evolution.rng_key import Moment
-from baldwinlab.evolution.selection import draw_parents, has_stranger, misfit
+from baldwinlab.evolution.inheritance import permute_teachers, remap_parents
+from baldwinlab.evolution.rng_key import GenerationKey
+from baldwinlab.evolution.selection import find_invalid_fitness, has_invalid_parent, select_parents
 from baldwinlab.evolution.sorting import sort_by
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.grid import columns_and_rows, images_of, radius_of_alert
@@ -120,7 +120,7 @@ class Population(NamedTuple):
     worth: Any  # the part that says what a life was worth
 
 
-for _kernel in (live_together, live_one_by_one, draw_parents, breed_children):
+for _kernel in (live_together, live_one_by_one, select_parents, breed_children):
     compiled(_kernel)
 
 
@@ -224,9 +224,9 @@ def found(population: Population) -> None:
 
 @compiled
 def _draw_founders(population: Population, generation: int) -> None:
-    moment = Moment(population.seed, population.run, generation)
+    key = GenerationKey(population.seed, population.run, generation)
     for module in range(population.purposes.size):
-        draw_normal(moment, population.purposes[module], population.genome, module)
+        draw_normal(key, population.purposes[module], population.genome, module)
     make_founders(population.variation, population.genome)
 
 
@@ -277,9 +277,9 @@ def reckon(model: Any, state: Any, population: Population) -> None:
             population.learned[agent, weight] = state.weights[weight, agent]
         if population.learns:
             cost[agent] += population.cost_per_step * model.learning_steps
-    balance(population.energies, eaten, population.gained)
+    sum_region_energy(population.energies, eaten, population.gained)
     if population.learns:
-        charge(population.cost_per_change, population.genome, population.learned, cost)
+        add_change_cost(population.cost_per_change, population.genome, population.learned, cost)
     evaluate(population.worth, population.gained, cost, population.energy)
     population.fault[0] = 0
     for agent in range(model.agents):
@@ -293,7 +293,7 @@ def breed(population: Population) -> None:
         population.parents[:] = -1
         _draw_founders(population, population.generation + 1)
         return
-    unfit = misfit(population.energy, population.least[population.selection])
+    unfit = find_invalid_fitness(population.energy, population.least[population.selection])
     if unfit >= 0:
         population.fault[0], population.fault[1] = MISFIT, unfit
         return
@@ -308,20 +308,20 @@ def breed(population: Population) -> None:
                 )
     _choose_parents(population)
     if population.fault[0] == 0:
-        moment = Moment(population.seed, population.run, population.generation + 1)
+        key = GenerationKey(population.seed, population.run, population.generation + 1)
         inherited, energy, children = population.inherited, population.energy, population.children
         breed_children(
             population.variation,
-            moment,
+            key,
             inherited,
             energy,
             population.parents,
             population.draws,
             children,
         )
-        trace_back(population.origin, population.parents)
+        remap_parents(population.origin, population.parents)
         _copy(population.children, population.genome)
-        _deal_teachers(population, moment)
+        _apply_teacher_control(population, key)
 
 
 @compiled
@@ -345,7 +345,7 @@ def _choose_parents(population: Population) -> None:
         )
     population.parents[:] = -1
     of_chosen(population.schemes, population.selection, population)
-    if has_stranger(population.parents, agents):
+    if has_invalid_parent(population.parents, agents):
         population.fault[0] = STRANGER
 
 
@@ -356,19 +356,17 @@ def _has_teachers(population: Population) -> bool:
 
 
 @compiled
-def _deal_teachers(population: Population, moment: Moment) -> None:
+def _apply_teacher_control(population: Population, key: GenerationKey) -> None:
     if population.teacher == 0 or not _has_teachers(population):
         return
     if population.teacher == 2:
-        draw_normal(moment, population.purposes[1], population.genome, 1)
+        draw_normal(key, population.purposes[1], population.genome, 1)
         return
     for child in range(population.genome.shape[0]):
-        draw_uniforms(
-            moment.seed, moment.run, moment.generation, TEACHER, child, population.uniforms[child]
-        )
+        draw_uniforms(key.seed, key.run, key.generation, TEACHER, child, population.uniforms[child])
     draws = population.uniforms[:, 0, 0]
     sort_by(draws, draws, population.order)
-    deal(population.children, population.order, population.genome)
+    permute_teachers(population.children, population.order, population.genome)
 
 
 def of_chosen(schemes: Any, number: int, population: Any) -> None:
@@ -378,7 +376,7 @@ def of_chosen(schemes: Any, number: int, population: Any) -> None:
 
 @compiled
 def _draw_parents(scheme: Any, of: Any) -> None:
-    draw_parents(
+    select_parents(
         scheme, of.elite, of.inherited, of.energy, of.uniforms, of.shares, of.order, of.parents
     )
 

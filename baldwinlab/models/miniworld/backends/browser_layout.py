@@ -22,7 +22,7 @@ from baldwinlab.engine import wasm
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.founders import purposes
 from baldwinlab.evolution.inheritance import Darwinian
-from baldwinlab.evolution.selection import Neutral, is_neutral
+from baldwinlab.evolution.selection import Neutral, is_neutral_control
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import key_of
@@ -124,7 +124,7 @@ DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the func
     Crossover.derived["rate"]: field("evolution.mutation_rate"),
     Crossover.derived["size"]: field("evolution.mutation_size"),
     Darwinian.derived["share"]: field("evolution.lamarckian_share"),
-    is_neutral: field("evolution.selection", **{"is": Neutral.name}),
+    is_neutral_control: field("evolution.selection", **{"is": Neutral.name}),
 }
 OF_ANY_INHERITANCE: Final = ("darwinian", "none")
 

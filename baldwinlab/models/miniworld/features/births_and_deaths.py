@@ -20,7 +20,7 @@ import numpy as np
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.engine.rng import AGE, INHERITANCE, MUTATION_GATE, SELECTION, draw_uniforms, uniform
-from baldwinlab.evolution.selection import first_above, is_neutral
+from baldwinlab.evolution.selection import find_first_above, is_neutral_control
 from baldwinlab.models.miniworld.allocation import item_regions
 from baldwinlab.models.miniworld.birth import succeed
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
@@ -75,7 +75,7 @@ def _share_out(part: Any, model: Any, state: Any, world: int, step: int) -> None
 @compiled
 def _drawn(wheel: Any, word: Any) -> Any:
     """An agent, with a probability proportional to its share."""
-    return first_above(wheel, unit(word) * wheel[wheel.size - 1])
+    return find_first_above(wheel, unit(word) * wheel[wheel.size - 1])
 
 
 @compiled
@@ -160,7 +160,7 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         "energies": lambda part, experiment: np.array(
             [region.energy for region in item_regions(experiment)], np.float32
         ),
-        "neutral": is_neutral,
+        "neutral": is_neutral_control,
         "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
     }
 

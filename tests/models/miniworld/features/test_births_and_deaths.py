@@ -11,7 +11,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.cpu import Batch
@@ -81,7 +81,7 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
 ) -> None:
     experiment = turning_over(condition, learning={"rate": 0.5} if condition != "evo" else {})
     batch = Batch(experiment, SEED, [0])
-    genome = draw_genome(experiment, Moment(SEED, 0, 0))
+    genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))
     batch.begin(0, genome[None])
     accounts, born, eaten = first_accounts(), [0] * AGENTS, np.zeros(AGENTS)
     genome = genome.copy()
@@ -148,7 +148,7 @@ def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_
 def test_a_life_in_pieces_and_one_agent_after_another_has_its_births_all_the_same() -> None:
     for update in ("simultaneous", "sequential"):
         experiment = turning_over("evo+self-taught", lifetime={"steps": 60, "update": update})
-        genome = draw_genome(experiment, Moment(SEED, 0, 0))[None]
+        genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None]
         whole, pieces = Batch(experiment, SEED, [0]), Batch(experiment, SEED, [0])
         for batch, cuts in ((whole, [0, 60]), (pieces, [0, 7, 31, 60])):
             batch.begin(0, genome)
@@ -190,7 +190,7 @@ def test_one_agent_is_its_own_heir_and_where_there_is_no_food_all_die_and_the_li
 def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> None:
     experiment = turning_over(senses={"kinds": ["food", "energy"]}, fields=FIELDS | {"oldest": 20})
     batch = Batch(experiment, SEED, [0])
-    batch.begin(0, draw_genome(experiment, Moment(SEED, 0, 0))[None])
+    batch.begin(0, draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None])
     sensed: list[float] = []
     for step in range(experiment.lifetime.steps):
         before = batch.state.born[0].copy()

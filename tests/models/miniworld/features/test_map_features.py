@@ -11,7 +11,7 @@ import pytest
 
 from baldwinlab.api.checks.oracles import naive_of
 from baldwinlab.api.checks.reference import Agent, Item
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.allocation import make_model
@@ -138,7 +138,7 @@ def test_the_books_balance_where_some_items_cost_energy_and_others_give_more_tha
     experiment = world_of({"patches": {"patches": patches}})
     with np.errstate(all="ignore"):
         lives = living(experiment, 1, [0]).simulate(
-            0, draw_genome(experiment, Moment(1, 0, 0))[None]
+            0, draw_genomes(experiment, GenerationKey(1, 0, 0))[None]
         )
     energy, food, eaten = (
         lives.energy[0],

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from tests.worlds import small
@@ -20,7 +20,7 @@ Weights = npt.NDArray[np.float32]
 def grown(experiment: Experiment, steps: int) -> tuple[Weights, Weights, Any]:
     """Weights [agent, weight] at birth and after so many steps, and the state."""
     batch, agents = Batch(experiment, 5, [0]), experiment.population.size
-    batch.begin(0, draw_genome(experiment, Moment(5, 0, 0))[None])
+    batch.begin(0, draw_genomes(experiment, GenerationKey(5, 0, 0))[None])
     born = batch.state.weights[:, :agents].T.copy()
     batch.simulate(0, steps)
     return born, batch.state.weights[:, :agents].T.copy(), batch.state
@@ -43,7 +43,7 @@ def test_food_makes_what_was_done_before_it_likelier() -> None:
         learning={"rule": "reward", "rate": 0.2}
     )
     batch, agents = Batch(experiment, 5, [0]), experiment.population.size
-    batch.begin(0, draw_genome(experiment, Moment(5, 0, 0))[None])
+    batch.begin(0, draw_genomes(experiment, GenerationKey(5, 0, 0))[None])
     network, found, earlier = _network(experiment), 0, np.zeros(agents)
     for step in range(200):
         before, eaten = (

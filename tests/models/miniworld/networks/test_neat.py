@@ -11,7 +11,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import HEAD, answer, entries, links_of, makes_a_node, nodes_of
 from baldwinlab.experiment import Experiment, ExperimentError
@@ -48,11 +48,13 @@ def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[
 
 def test_a_founder_links_each_sense_and_the_bias_with_each_action() -> None:
     experiment = foragers()
-    genome = draw_genome(experiment, Moment(0, 0, 0))
+    genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
     assert {(links_of(graph), nodes_of(graph)) for graph in genome[:, 0]} == {(12, 7)}
     weights = genome[:, 0, HEAD + 3 : entries(12) : 5]
     assert abs(weights.mean()) < 0.3 and 0.8 < weights.std() < 1.2, "of N(0, 1)"
-    as_layers = draw_genome(load("evo/A").replace(network={"hidden": [40]}), Moment(0, 0, 0))
+    as_layers = draw_genomes(
+        load("evo/A").replace(network={"hidden": [40]}), GenerationKey(0, 0, 0)
+    )
     assert weights.tolist() == as_layers[:, 0, :12].tolist(), "the first that are drawn"
 
 

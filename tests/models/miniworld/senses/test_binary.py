@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 import xarray as xr
 
-from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.models.miniworld.backends.cpu import Batch
@@ -46,7 +46,7 @@ def test_a_newborn_of_a_later_generation_knows_nothing_of_who_had_its_place_befo
     batch = Batch(experiment, 1, [0])
     with np.errstate(all="ignore"):
         for generation in range(2):
-            batch.begin(generation, draw_genome(experiment, Moment(1, 0, generation))[None])
+            batch.begin(generation, draw_genomes(experiment, GenerationKey(1, 0, generation))[None])
             batch.simulate(0, 1)
             assert not batch.state.activations[3:7, :4].any()
             batch.simulate(1, 5)
