@@ -223,7 +223,9 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
     experiment = many_agent_experiment(agents, steps)
     n_lives = max(1, WORLD_SIZES[-1] // (agents * worlds))
     batch = backend.batch(experiment, 0, range(worlds))
-    genomes = np.stack([draw_genomes(experiment, GenerationKey(0, run, 0)) for run in range(worlds)])
+    genomes = np.stack(
+        [draw_genomes(experiment, GenerationKey(0, run, 0)) for run in range(worlds)]
+    )
     fastest = math.inf
     for _ in range(REPETITIONS):
         seconds = 0.0
