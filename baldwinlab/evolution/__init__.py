@@ -1,6 +1,6 @@
-"""Evolution: founders, selection, variation, inheritance and fitness, as compiled functions of arrays and of random numbers.
+"""Operators on genomes: founders, selection, variation, inheritance and fitness.
 
-Kernels allocate nothing and validate nothing; what is called from outside of this package does both.
+Kernels allocate and validate nothing. The functions that other packages call do both.
 """
 
 from baldwinlab.evolution.breeding import breed, make_generation

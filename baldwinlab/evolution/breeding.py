@@ -1,4 +1,4 @@
-"""Breeding: from a generation that has lived to the one that is next to live."""
+"""Breeding: selection and variation, which make the next generation."""
 
 from __future__ import annotations
 
@@ -20,8 +20,33 @@ from baldwinlab.parts.evolution_parts import ITSELF, breeding_part, vary_populat
 def make_generation(
     experiment: BaseExperiment, key: GenerationKey, genome: Genome, fitness: Fitness
 ) -> tuple[Genome, Parents]:
-    """Genomes and parents of the generation at `key`, from the one before it, which has lived."""
-    if not np.isfinite(genome).all():  # cheaper than to find out who may have changed them
+    """Return the genomes and the parents of the next generation.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    key : GenerationKey
+        The run and the generation of the children.
+    genome : Genome
+        Inherited genomes of the generation before.
+    fitness : Fitness
+        Fitness of the generation before.
+
+    Returns
+    -------
+    tuple of Genome and Parents
+        The children's genomes. Their parents are -1 if the inheritance resamples genomes.
+
+    Raises
+    ------
+    ValueError
+        If selection cannot work with a fitness, or selects an agent that does not exist.
+    RefusedError
+        If a gene is not finite.
+    """
+    # Look for the part that is responsible only if a gene is not finite: the look costs time.
+    if not np.isfinite(genome).all():
         require_finite(experiment, key.before(), genome, *_makers_in_life(experiment))
     if experiment.part("evolution.inheritance").resamples_genomes:
         return draw_genomes(experiment, key), np.full((len(genome), 2), -1, np.int32)
@@ -40,13 +65,15 @@ def _makers_in_life(experiment: BaseExperiment) -> list[str]:
 def breed(
     experiment: BaseExperiment, genome: Genome, fitness: Fitness, key: GenerationKey
 ) -> tuple[Genome, Parents]:
-    """The children of a generation that has lived, and their parents: of who lives on, that agent twice.
+    """Select parents and make their children.
 
-    `key` is the children's. Raises ValueError as `select` does, and RefusedError for children that are not finite.
+    A survivor is its own child: both of its parents are the survivor. `key` is the key of the
+    children. Errors are those of `make_generation`.
     """
     agents, modules, weights = genome.shape
     parents = select(experiment, fitness, key.uniforms(rng.SELECTION, (agents, 2)), genome)
-    children = np.full_like(genome, np.nan)  # so that an unwritten gene is found
+    # NaN marks a gene that the variation does not write.
+    children = np.full_like(genome, np.nan)
     variation, code = breeding_part(experiment, "variation")
     kept(breed_children, code)(
         variation, key, genome, fitness, parents, poison.empty((modules * weights, 4)), children
@@ -64,7 +91,7 @@ def breed_children(
     draws: Uniforms,
     children: Genome,
 ) -> None:
-    """Fill `children` from the genomes of their `parents`; `draws` [module and weight, 4] is scratch."""
+    """Fill `children` from the genomes of `parents`; `draws` [module and weight, 4] is scratch."""
     vary_population(variation, key, genome, fitness, parents, draws, children)
     for child in range(parents.shape[0]):
         if parents[child, 1] == ITSELF:

@@ -1,4 +1,4 @@
-"""Genomes are complete and finite: checked once a generation and run, wherever genomes are made."""
+"""Check that all genes of new genomes are written and finite, once per generation and run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 def require_finite(
     experiment: BaseExperiment, key: GenerationKey, genome: Genome, *paths: str
 ) -> None:
-    """Require that every gene of a generation is finite, but for those that its network or model declares.
+    """Require that all genes are finite, except those that the network or the model declares.
 
     Parameters
     ----------
@@ -40,12 +40,13 @@ def require_finite(
     )
     faulty[..., allowed] = np.isnan(genome[..., allowed])
     if faulty.any():
-        agent, module, gene = (int(place) for place in np.argwhere(faulty)[0])
+        agent, module, gene = (int(index) for index in np.argwhere(faulty)[0])
         parts = " and ".join(f"{path} = {_names(experiment, path)}" for path in paths)
         raise RefusedError(
-            f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent {agent} unwritten or not finite "
-            f"({genome[agent, module, gene]:g}), in generation {key.generation} of run {key.run}; every gene must be a "
-            "finite number, so correct the part, or choose smaller rates"
+            f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent {agent} "
+            f"unwritten or not finite ({genome[agent, module, gene]:g}), in generation "
+            f"{key.generation} of run {key.run}; every gene must be a finite number, so correct the "
+            "part, or choose smaller rates"
         )
 
 

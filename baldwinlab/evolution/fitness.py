@@ -1,4 +1,4 @@
-"""Fitness: what a life was worth."""
+"""Fitness of agents, from the energy that they gained and the cost of learning."""
 
 from __future__ import annotations
 
@@ -38,48 +38,71 @@ class Energy(FitnessPart, name="energy"):
 
 
 def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitness:
-    """What lives were worth, [agent]: by the experiment's fitness part, of the energy they gained and what learning cost.
+    """Compute the fitness of agents with the fitness part of the experiment.
 
-    Raises ValueError where it is not a number.
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    energy, cost : Fitness
+        Energy gained and cost of learning, [agent].
+
+    Returns
+    -------
+    Fitness
+        Fitness, [agent].
+
+    Raises
+    ------
+    ValueError
+        If the part gives NaN, or no value, for an agent.
     """
-    found = np.full(len(energy), np.nan)
+    values_of_agents = np.full(len(energy), np.nan)
     values, code = breeding_part(experiment, "fitness")
-    kept(evaluate_agents, code)(values, energy, cost, found)
-    if np.isnan(found).any():
+    kept(evaluate_agents, code)(values, energy, cost, values_of_agents)
+    if np.isnan(values_of_agents).any():
         raise ValueError(
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
         )
-    return found
+    return values_of_agents
 
 
-def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, found: Fitness) -> None:
-    evaluate(part, energy, cost, found)
+def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:
+    """Call the hook `evaluate` of a fitness part."""
+    evaluate(part, energy, cost, fitness)
 
 
 def sum_energy(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
-    """Energy [agent] of the items `eaten` [agent, region], of which each gives `energies` [region]."""
-    found = poison.empty(len(eaten))
-    sum_region_energy(energies, np.ascontiguousarray(eaten), found)
-    return found
+    """Return the energy [agent] of `eaten` items [agent, region]; one gives `energies` [region]."""
+    energy = poison.empty(len(eaten))
+    sum_region_energy(energies, np.ascontiguousarray(eaten), energy)
+    return energy
 
 
 @entry
 def sum_region_energy(
-    of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], found: Fitness
+    energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], energy: Fitness
 ) -> None:
-    for agent in range(found.size):
+    """Fill `energy` [agent] with the sum over regions of `eaten` times `energies`."""
+    for agent in range(energy.size):
         gained = 0.0
-        for region in range(of_region.size):
-            gained += eaten[agent, region] * of_region[region]
-        found[agent] = gained
+        for region in range(energies.size):
+            gained += eaten[agent, region] * energies[region]
+        energy[agent] = gained
 
 
 def compute_learning_cost(
     experiment: Experiment, genome: Genome, learned: Genome | None
 ) -> Fitness:
-    """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
+    """Compute the cost of learning of each agent, in units of energy.
 
-    Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary Computation 4 (1996).
+    The cost has two terms: one per learning step, and one per distance between the weights at birth
+    and at death (`learned`, [agent, weight], of the action module).
+
+    References
+    ----------
+    .. [1] G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary
+       Computation 4 (1996).
     """
     cost = np.zeros(len(genome))
     if experiment.learns:
@@ -91,10 +114,10 @@ def compute_learning_cost(
 
 @entry
 def add_change_cost(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
-    """Add to `cost` for the distance between the action module at birth and as it was `learned` [agent, weight]."""
+    """Add the cost of the distance between the action modules at birth and at death to `cost`."""
     for agent in range(cost.size):
-        square = 0.0
+        squared_distance = 0.0
         for weight in range(learned.shape[1]):
             change = np.float64(learned[agent, weight]) - np.float64(genome[agent, 0, weight])
-            square += change * change
-        cost[agent] += per_change * square_root(square)
+            squared_distance += change * change
+        cost[agent] += per_change * square_root(squared_distance)

@@ -1,6 +1,10 @@
-"""Fresh genomes: every weight from N(0, 1), of which a variation may make what else its genomes hold.
+"""Genomes without parents: every weight is drawn from N(0, 1).
 
-Source: the paper, "The neural network controller".
+The hook `init_founders` of a variation may change them.
+
+References
+----------
+Le 2019, section "The neural network controller".
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ WEIGHTS_OF_MODULE: Final = {
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """The genomes of a generation that has no parents. Raises RefusedError for those that are not finite."""
+    """Draw the genomes of a generation without parents. Raises RefusedError if one is not finite."""
     if not isinstance(experiment, Experiment):
         founders = np.ascontiguousarray(
             experiment.of_model.founders(experiment.population.size, key), np.float32
@@ -43,7 +47,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
 
 
 def purposes(experiment: Experiment) -> list[int]:
-    """What the random numbers of each module's weights are for."""
+    """Return the purpose of the random numbers of each module, a constant of `engine.rng`."""
     return [
         WEIGHTS_OF_MODULE.get(name, rng.MODULE_WEIGHTS + number)
         for number, name in enumerate(experiment.modules)
@@ -52,7 +56,7 @@ def purposes(experiment: Experiment) -> list[int]:
 
 @entry
 def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
-    """Fill one module of `genome` from N(0, 1); of one draw of the generator come four weights."""
+    """Fill one module of `genome` from N(0, 1). One draw of the generator gives four weights."""
     for agent in range(genome.shape[0]):
         for first in range(0, genome.shape[2], 4):
             words = rng.philox(first // 4, agent, key.generation, purpose, key.seed, key.run)

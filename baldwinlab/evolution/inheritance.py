@@ -1,4 +1,4 @@
-"""Inheritance: what of a life is passed on, and, as a control, from whom teachers come."""
+"""Inheritance of genomes and learned weights, and the control `learning.teacher`."""
 
 from __future__ import annotations
 
@@ -39,10 +39,9 @@ class Darwinian(Inheritance, name="darwinian"):
     @staticmethod
     def inherit(part: Any, born: Weights, learned: Weights, inherited: Weights) -> None:
         for weight in range(learned.size):
-            kept = (1.0 - part.share) * np.float64(born[weight])
-            inherited[weight] = np.float32(
-                kept + np.float64(np.float32(part.share) * learned[weight])
-            )
+            innate = (1.0 - part.share) * np.float64(born[weight])
+            acquired = np.float64(np.float32(part.share) * learned[weight])
+            inherited[weight] = np.float32(innate + acquired)
 
     @staticmethod
     def oracle(part: Any, born: Any, learned: Any) -> Any:
@@ -59,13 +58,12 @@ class NoInheritance(Inheritance, name="none"):
 
 
 def inherit_genomes(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
-    """The genomes that are inherited: as they were born, or as inheritance makes them of what was `learned` [agent, weight]."""
+    """Return the genomes that are inherited, from those at birth and `learned` [agent, weight]."""
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
         return genome
-    modules = (
-        2 if "reinforcement" in experiment.modules else 1
-    )  # that inheritance changes, the first ones
+    # Inheritance changes the first modules: action, and reinforcement if there is one.
+    modules = 2 if "reinforcement" in experiment.modules else 1
     born = np.ascontiguousarray(genome[:, :modules])
     changed, inherited = born.copy(), genome.copy()
     poison.fill(changed[:, 0, : learned.shape[1]])
@@ -76,7 +74,7 @@ def inherit_genomes(experiment: BaseExperiment, genome: Genome, learned: Genome 
 
 
 def needs_simulation(experiment: BaseExperiment) -> bool:
-    """Whether what is inherited cannot be known without living: what was learned, or by whom others were born in life."""
+    """Return whether inheritance depends on lifetimes: learned weights, or births during life."""
     return experiment.births_in_life or experiment.part("evolution.inheritance").wants_learned(
         experiment
     )
@@ -84,21 +82,21 @@ def needs_simulation(experiment: BaseExperiment) -> bool:
 
 @entry
 def remap_parents(origin: Parents, parents: Parents) -> None:
-    """Put in the place of `parents` [child, 2] those of whom they descend by `origin` [agent, 2]: who was born when a life began.
+    """Replace `parents` [child, 2] that were born during life by their ancestors at its beginning.
 
-    Of an agent that lives on, as both of its own parents, these are its own two.
+    `origin` [agent, 2] holds these ancestors. A survivor, which is both of its own parents, gets
+    its own two ancestors.
     """
     for child in range(parents.shape[0]):
-        one, other = parents[child, 0], parents[child, 1]
-        if one >= 0 and other >= 0:
-            parents[child, 0], parents[child, 1] = (
-                origin[one, 0],
-                origin[other, 1 if one == other else 0],
-            )
+        first = parents[child, 0]
+        second = parents[child, 1]
+        if first >= 0 and second >= 0:
+            parents[child, 0] = origin[first, 0]
+            parents[child, 1] = origin[second, 1 if first == second else 0]
 
 
 def inherit_all(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
-    """Fill the action modules of `inherited`, agent by agent, and the reinforcement modules where there are any."""
+    """Fill the action modules of `inherited`, and its reinforcement modules if it has any."""
     for agent in range(learned.shape[0]):
         inherit(part, genome[agent, 0], learned[agent], inherited[agent, 0])
         if genome.shape[1] > 1:
@@ -113,19 +111,19 @@ def apply_teacher_control(experiment: BaseExperiment, genome: Genome, key: Gener
 
 
 def inherit_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """Every child has the teacher that it was born with."""
+    """Return the genomes unchanged: each child has its inherited teacher."""
     return genome
 
 
 def shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """The children's teachers are dealt anew among them."""
-    dealt = poison.empty(genome.shape, genome.dtype)
-    permute_teachers(genome, _teacher_order(len(genome), key), dealt)
-    return dealt
+    """Return genomes whose reinforcement modules are permuted among the children."""
+    permuted = poison.empty(genome.shape, genome.dtype)
+    permute_teachers(genome, _teacher_order(len(genome), key), permuted)
+    return permuted
 
 
 def _teacher_order(children: int, key: GenerationKey) -> Order:
-    """Which child's teacher each gets."""
+    """Return a random permutation: the child whose teacher each child gets."""
     order = poison.empty(children, np.int64)
     draws = key.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
     sort_by(draws, draws, order)
@@ -133,25 +131,24 @@ def _teacher_order(children: int, key: GenerationKey) -> Order:
 
 
 def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """Every child has a teacher from N(0, 1)."""
-    dealt = genome.copy()
-    draw_normal(key, WEIGHTS_OF_MODULE["reinforcement"], dealt, 1)
-    return dealt
+    """Return genomes whose reinforcement modules are drawn from N(0, 1)."""
+    redrawn = genome.copy()
+    draw_normal(key, WEIGHTS_OF_MODULE["reinforcement"], redrawn, 1)
+    return redrawn
 
 
 @entry
-def permute_teachers(genome: Genome, order: Order, dealt: Genome) -> None:
-    """Fill `dealt` with everybody's own modules, but for the reinforcement module, the second, of whom `order` names."""
+def permute_teachers(genome: Genome, order: Order, permuted: Genome) -> None:
+    """Copy `genome`, with the reinforcement module (the second) of the child in `order`."""
     for child in range(genome.shape[0]):
         for module in range(genome.shape[1]):
             for weight in range(genome.shape[2]):
-                dealt[child, module, weight] = genome[
-                    order[child] if module == 1 else child, module, weight
-                ]
+                source = order[child] if module == 1 else child
+                permuted[child, module, weight] = genome[source, module, weight]
 
 
 def has_parent_teachers(experiment: Experiment) -> bool:
-    """Whether reinforcement modules are made of what the generation before had learned."""
+    """Return whether reinforcement modules come from learned weights of the parents."""
     return (
         "reinforcement" in experiment.modules
         and type(experiment.part("evolution.inheritance")).assign_teachers
@@ -160,9 +157,9 @@ def has_parent_teachers(experiment: Experiment) -> bool:
 
 
 def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) -> Parents | None:
-    """Whose learned weights the teachers of a generation's children were passed on from, as `parents` [child, 2] are given.
+    """Return the agents [child, 2] of the generation before whose learned weights teach each child.
 
-    They are of the generation before. None where nobody's were. `key` is the children's.
+    None if teachers do not come from learned weights. `key` is the key of the children.
     """
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None

@@ -1,4 +1,4 @@
-"""Where in a study random numbers are drawn, and the arrays that evolution works on."""
+"""The key of the random numbers of a generation, and the types of the arrays of evolution."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from baldwinlab.engine import rng
 Genome = npt.NDArray[np.float32]  # [agent, module, weight]
 Fitness = npt.NDArray[np.float64]  # [agent]
 Uniforms = npt.NDArray[np.float64]  # [index, draw, 4], in (0, 1)
-Parents = npt.NDArray[np.int32]  # [child, 2], the fitter one first
+Parents = npt.NDArray[np.int32]  # [child, 2], the fitter parent first
 
 
 class GenerationKey(NamedTuple):
-    """A generation of a run of a study; compiled functions take it as it is."""
+    """Seed, run and generation: the key of random numbers. Compiled functions accept it."""
 
     seed: int
     run: int
@@ -27,4 +27,5 @@ class GenerationKey(NamedTuple):
         return self._replace(generation=self.generation - 1)
 
     def uniforms(self, purpose: int, shape: tuple[int, int]) -> Uniforms:
+        """Return uniform numbers in (0, 1), [index, draw, 4], of a `shape` [index, draw]."""
         return rng.uniforms(*self, purpose, shape)

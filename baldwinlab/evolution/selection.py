@@ -1,9 +1,13 @@
-"""Selection: who become parents.
+"""Selection of parents.
 
-A scheme fills `parents` int32 [child, 2] with agents, drawn independently and with replacement, from `fitness` float64 [agent]
-and `uniforms` float64 [child, 2, 4] in (0, 1). It has scratch of its own: `shares` float64 [agent] and `order` int64 [agent].
+A scheme fills `parents` int32 [child, 2] from `fitness` float64 [agent] and `uniforms` float64
+[child, 2, 4] in (0, 1). Parents are drawn independently and with replacement. `shares` float64
+[agent] and `order` int64 [agent] are scratch arrays.
 
-Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/explanation/model.md for the alternatives (R4).
+References
+----------
+Le 2019, section "Simulation 1: Evolution alone (EVO)". docs/explanation/model.md lists the other
+interpretations of this section (R4).
 """
 
 from __future__ import annotations
@@ -32,15 +36,33 @@ from baldwinlab.parts.evolution_parts import (
 def select(
     experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms, genome: Genome | None = None
 ) -> Parents:
-    """Two parents for each child, the fitter one first; of equals, the one drawn first. Who lives on has `ITSELF` for the other.
+    """Select two parents for each child, the fitter one first.
 
-    `genome` is for schemes that look at it. Raises ValueError for a fitness that the scheme cannot work with.
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment, with the selection scheme and the elite.
+    fitness : Fitness
+        Fitness, [agent].
+    uniforms : Uniforms
+        Uniform numbers in (0, 1), [child, 2, 4].
+    genome : Genome, optional
+        Genomes, for schemes that read them.
+
+    Returns
+    -------
+    Parents
+        Agents, [child, 2]. Of two equal parents the first drawn comes first. A survivor has
+        `ITSELF` as its second parent.
+
+    Raises
+    ------
+    ValueError
+        If the scheme cannot work with a fitness, or selects an agent that does not exist.
     """
     scheme, code = breeding_part(experiment, "selection")
-    least, where = (
-        type(scheme).part.least,
-        f"evolution.selection = {experiment.evolution.selection!r}",
-    )
+    least = type(scheme).part.least
+    where = f"evolution.selection = {experiment.evolution.selection!r}"
     if (agent := find_invalid_fitness(fitness, least)) >= 0:
         needed = (
             "0 or more: choose rank or tournament, or a fitness that is never negative"
@@ -50,11 +72,12 @@ def select(
         raise ValueError(
             f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}"
         )
-    agents, parents = fitness.size, np.full((len(uniforms), 2), -1, np.int32)
-    looked_at = np.empty((agents, 0, 0), np.float32) if genome is None else genome
+    agents = fitness.size
+    parents = np.full((len(uniforms), 2), -1, np.int32)
+    genomes = np.empty((agents, 0, 0), np.float32) if genome is None else genome
     scratch = poison.empty(agents), poison.empty(agents, np.int64)
     kept(select_parents, code)(
-        scheme, experiment.evolution.elite, looked_at, fitness, uniforms, *scratch, parents
+        scheme, experiment.evolution.elite, genomes, fitness, uniforms, *scratch, parents
     )
     if has_invalid_parent(parents, agents):
         raise ValueError(f"{where} chose a parent that is none of the {agents} agents")
@@ -71,28 +94,31 @@ def select_parents(
     order: Order,
     parents: Parents,
 ) -> None:
-    """Fill `parents` by a scheme, the fitter one first, and let the elite live on in the place of the first children."""
+    """Fill `parents` by a scheme, the fitter one first. The elite replaces the first children."""
     select_with_genomes(scheme, genome, fitness, uniforms, shares, order, parents)
     mark_survivors(scheme, elite, fitness, uniforms, parents)
     for child in range(parents.shape[0]):
-        first, second = parents[child, 0], parents[child, 1]
+        first = parents[child, 0]
+        second = parents[child, 1]
         if second >= 0 and fitness[second] > fitness[first]:
             parents[child, 0], parents[child, 1] = second, first
 
 
 @entry
 def has_invalid_parent(parents: Parents, agents: int) -> bool:
-    """Whether a parent is none of the agents."""
-    found = False
+    """Return whether a parent is not an index of an agent."""
+    is_invalid = False
     for child in range(parents.shape[0]):
-        first, second = parents[child, 0], parents[child, 1]
-        found = found or not (0 <= first < agents and (second == ITSELF or 0 <= second < agents))
-    return found
+        first = parents[child, 0]
+        second = parents[child, 1]
+        is_valid = 0 <= first < agents and (second == ITSELF or 0 <= second < agents)
+        is_invalid = is_invalid or not is_valid
+    return is_invalid
 
 
 @entry
 def find_invalid_fitness(fitness: Fitness, least: float) -> int:
-    """The first agent whose fitness is not finite, or is below `least`; -1 if there is none."""
+    """Return the first agent whose fitness is not finite or is below `least`, or -1."""
     for agent in range(fitness.size):
         if not (least <= fitness[agent] < math.inf and fitness[agent] > -math.inf):
             return agent
@@ -154,11 +180,12 @@ class Tournament(Selection, name="tournament"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        fought = [[int(draw * len(fitness)) for draw in draws[0]] for draws in uniforms]
-        return [
-            [max(pair, key=lambda agent: fitness[agent]) for pair in (four[:2], four[2:])]
-            for four in fought
-        ]
+        def winner(draws: Any) -> int:
+            return max(
+                (int(draw * len(fitness)) for draw in draws), key=lambda agent: fitness[agent]
+            )
+
+        return [[winner(draws[0][:2]), winner(draws[0][2:])] for draws in uniforms]
 
 
 class Truncation(Selection, name="truncation"):
@@ -242,7 +269,8 @@ class Neutral(Selection, name="neutral"):
     def mark_survivors(
         part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents
     ) -> None:
-        keep_first(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)  # anybody lives on, too
+        # Survivors are random too.
+        keep_first(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
@@ -250,12 +278,12 @@ class Neutral(Selection, name="neutral"):
 
 
 def is_neutral_control(part: Any, experiment: BaseExperiment) -> bool:
-    """For a part's `derived`: whether it is in a neutral twin, where nobody's fitness matters."""
+    """Return whether fitness has no effect on selection, for `derived` of a part."""
     return experiment.evolution.selection == Neutral.name
 
 
 def _spin_oracle(shares: Any, uniforms: Any) -> Any:
-    """The oracle's roulette wheel: whose slice, one after another, the draw falls in."""
+    """Return the parents that a roulette wheel selects, for oracles."""
     slices = list(accumulate(shares if any(shares) else [1.0 for _ in shares]))
     return [
         [
@@ -268,19 +296,22 @@ def _spin_oracle(shares: Any, uniforms: Any) -> Any:
 
 @compiled
 def _any_of(count: int, uniform: float) -> Any:
-    """One of the whole numbers below `count`."""
+    """Return a random integer below `count`."""
     return np.int64(uniform * count)
 
 
 @compiled
 def _spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
-    """A roulette wheel: probability proportional to the share, uniform if nobody has one. Afterwards `shares` are added up."""
-    nobody = True
+    """Draw `parents` with probability proportional to `shares`; uniform if all are 0.
+
+    Afterwards `shares` hold cumulative sums.
+    """
+    is_uniform = True
     for agent in range(shares.size):
-        nobody = nobody and shares[agent] == 0.0
+        is_uniform = is_uniform and shares[agent] == 0.0
     total = 0.0
     for agent in range(shares.size):
-        total += 1.0 if nobody else shares[agent]
+        total += 1.0 if is_uniform else shares[agent]
         shares[agent] = total
     for child in range(parents.shape[0]):
         for parent in range(2):
@@ -288,12 +319,13 @@ def _spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
 
 
 @compiled
-def find_first_above(rising: Keys, value: float) -> Any:
-    """The first place where there is more than `value`, at most the last."""
-    low, high = np.int64(0), np.int64(rising.size - 1)
+def find_first_above(sums: Keys, value: float) -> Any:
+    """Return the first index of ascending `sums` with more than `value`, or the last index."""
+    low = np.int64(0)
+    high = np.int64(sums.size - 1)
     while low < high:
         middle = (low + high) // 2
-        if rising[middle] > value:
+        if sums[middle] > value:
             high = middle
         else:
             low = middle + 1

@@ -1,17 +1,21 @@
-"""Social heredity: the young are taught by their elders.
+"""Social heredity: parents teach their children.
 
-Generations do not overlap here, so whoever is to be taught by its parents must bring them along: at birth, a child's
-reinforcement module is what its parents' action modules had become by their death. With a rule that learns towards that
-module, such as `self-taught`, a child then imitates, on its own input, what its parents would do. What the parents had learned
-is not in its action module: that is inherited as ever.
+Generations do not overlap, so a child carries its teacher: its reinforcement module at birth is the
+action module of its parents at death. A rule that learns towards the reinforcement module, for
+example `self-taught`, then imitates the parents on the inputs of the child. The action module is
+inherited as in `darwinian`.
 
-Readings of ours: whatever variation makes of two parents' modules, it makes of teachers too, so a child's teacher is mixed of
-both and remembered with the errors of mutation (with `evolution.variation = "copy"`, it is one parent's alone). The first
-generation has elders of N(0, 1). With `learning.teacher = "shuffled"` it is the elders of another agent that teach. Without
-a reinforcement module no agent is taught, and the scheme equals `darwinian`.
+Our interpretation: variation applies to teachers as it applies to action modules. A teacher is
+therefore recombined from both parents and mutated (with `evolution.variation = "copy"`, it comes
+from one parent). The teachers of the first generation are drawn from N(0, 1). With
+`learning.teacher = "shuffled"`, the parents of another agent teach. Without a reinforcement module
+the scheme equals `darwinian`.
 
-Source: N. Le, "Organic selection and social heredity: the original Baldwin effect revisited", ALIFE 2019 (its numbers are not
-known to us); the idea: J. M. Baldwin, "A new factor in evolution", American Naturalist 30 (1896).
+References
+----------
+.. [1] N. Le, "Organic selection and social heredity: the original Baldwin effect revisited", ALIFE
+   2019. We do not know its parameters.
+.. [2] J. M. Baldwin, "A new factor in evolution", American Naturalist 30 (1896).
 """
 
 from __future__ import annotations

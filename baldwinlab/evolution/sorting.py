@@ -1,4 +1,4 @@
-"""Agents in order, in place: kernels allocate nothing, and of equals the order must be the same everywhere."""
+"""Sort agents in place, without allocation. The order of equal agents is defined."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ import numpy.typing as npt
 from baldwinlab.engine.jit import compiled
 
 Keys = npt.NDArray[np.float64]  # [agent]
-Order = npt.NDArray[np.int64]  # [place], an agent
+Order = npt.NDArray[np.int64]  # [rank], an agent
 
 
 @compiled
 def sort_by(keys: Keys, ties: Keys, order: Order) -> None:
-    """Fill `order` with agents, least key first; of equals the one with the least tie, then the one with the least number.
+    """Fill `order` with agents in ascending order of `keys`, then of `ties`, then of their index.
 
-    Source: J. W. J. Williams, "Algorithm 232: Heapsort", Communications of the ACM 7 (1964).
+    References
+    ----------
+    .. [1] J. W. J. Williams, "Algorithm 232: Heapsort", Communications of the ACM 7 (1964).
     """
     for agent in range(order.size):
         order[agent] = agent
@@ -30,7 +32,7 @@ def sort_by(keys: Keys, ties: Keys, order: Order) -> None:
 
 @compiled
 def _sift(keys: Keys, ties: Keys, order: Order, root: Any, end: int) -> None:
-    """Let the agent at `root` sink to where both below it come before it."""
+    """Move the agent at `root` down the heap until both children come before it."""
     while 2 * root + 1 < end:
         child = 2 * root + 1
         if child + 1 < end and _before(keys, ties, order[child], order[child + 1]):

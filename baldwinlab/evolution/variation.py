@@ -1,6 +1,9 @@
-"""Variation: what children have of their parents, and what is new.
+"""Variation: recombination of the genomes of two parents, and mutation.
 
-Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/explanation/model.md for the alternatives (R5).
+References
+----------
+Le 2019, section "Simulation 1: Evolution alone (EVO)". docs/explanation/model.md lists the other
+interpretations of this section (R5).
 """
 
 from __future__ import annotations
