@@ -54,7 +54,9 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         record = study.record(name, run)
         agent = int(record.energy.values[generation].argmax()) if chosen is None else chosen
         genomes = stored_genome(experiment, record, generation)
-        data = view.of(experiment.of_model, GenerationKey(study.seed, run, generation), genomes, agent)
+        data = view.of(
+            experiment.of_model, GenerationKey(study.seed, run, generation), genomes, agent
+        )
         header = {
             "meaning": view.meaning,
             "agent": agent if view.of_an_agent else None,

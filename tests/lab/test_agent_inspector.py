@@ -71,8 +71,13 @@ def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_doe
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_what_it_would_do_is_no_table_where_an_input_is_real_valued() -> None:
-    experiment, moment = small("evo/A").replace(senses={"kinds": ["nearest"]}), GenerationKey(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    experiment, moment = (
+        small("evo/A").replace(senses={"kinds": ["nearest"]}),
+        GenerationKey(1, 0, 0),
+    )
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
     _, found = binary_frames.unpack(inspect_agent(life, Span(0, 100), 2))
     assert "responses" not in found
     trace = replay(experiment, seed=1)
@@ -97,8 +102,13 @@ def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_a_module_that_gates_learning_is_there_but_no_error_of_it(lab_server: LabServer) -> None:
-    experiment, moment = small("evo/A").replace(learning={"rule": "modulated"}), GenerationKey(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    experiment, moment = (
+        small("evo/A").replace(learning={"rule": "modulated"}),
+        GenerationKey(1, 0, 0),
+    )
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
     _, found = binary_frames.unpack(inspect_agent(life, Span(0, 100), 2))
     assert "teacher_activations" in found
     assert "error" not in found
@@ -124,7 +134,9 @@ def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> 
 
 def test_who_inherits_nothing_has_neither() -> None:
     experiment, moment = small("self-taught/A"), GenerationKey(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
     header, _ = binary_frames.unpack(inspect_agent(life, Span(0, 1), 0))
     assert header["parents"] is None
     assert header["children"] == []
@@ -143,7 +155,9 @@ def test_elders_are_those_who_had_learned_what_the_teacher_holds(teacher: str) -
     run = simulate(experiment, seed=1)
     died_with = replay(experiment, seed=1).weight_death.values[:, 0]
     life = Life(
-        experiment, GenerationKey(1, 0, 1), lambda: ParentGeneration(run.genome.values[1], run.energy)
+        experiment,
+        GenerationKey(1, 0, 1),
+        lambda: ParentGeneration(run.genome.values[1], run.energy),
     )
     kin = []
     for agent in range(0, 20, 4):
@@ -172,7 +186,9 @@ def test_a_part_of_a_life_is_that_part_but_weights_are_of_all_of_it(lab_server: 
 def test_biases_are_driven_too() -> None:
     experiment = small().replace(network={"biases": True, "hidden": [4, 2]})
     moment = GenerationKey(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
     header, found = binary_frames.unpack(inspect_agent(life, Span(0, 300), 2))
     assert header["layer_sizes"] == [3, 4, 2, 3]
     assert header["biases"]
@@ -183,7 +199,9 @@ def test_biases_are_driven_too() -> None:
 def test_the_action_is_the_one_that_was_done_also_where_it_was_noise() -> None:
     experiment = small().replace(motor={"noise": 0.3})
     moment = GenerationKey(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
     header, found = binary_frames.unpack(inspect_agent(life, Span(0, 300), 2))
     assert np.array_equal(found["action"], replay(experiment, seed=1).action[:, 2])
     noise = found["action"] != found["activations"][:, -3:].argmax(axis=1)

@@ -65,7 +65,9 @@ def opened(page: Page, experiment: Experiment, folder: Path) -> None:
 def last_life(experiment: Experiment) -> tuple[Life, Span]:
     run = simulate(experiment, seed=0)
     past = ParentGeneration(run.genome.values[LAST], run.energy)
-    return Life(experiment, GenerationKey(0, 0, LAST), lambda: past), Span(0, experiment.lifetime.steps)
+    return Life(experiment, GenerationKey(0, 0, LAST), lambda: past), Span(
+        0, experiment.lifetime.steps
+    )
 
 
 def told(page: Page, name: str) -> npt.NDArray[Any]:

@@ -145,7 +145,9 @@ def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> N
 
 def life_of(experiment: Any) -> Life:
     moment = GenerationKey(0, 0, 0)
-    return Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    return Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
 
 
 def test_a_large_world_comes_in_parts_of_bounded_size(
@@ -252,7 +254,9 @@ def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> Non
         learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}}
     )
     moment = GenerationKey(1, 0, 0)
-    life = Life(experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None))
+    life = Life(
+        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
+    )
     _, found = binary_frames.unpack(recording.record_life(life, Span(0, 300), {}))
     themselves, eaten = np.arange(20), np.vstack([np.zeros(20), found["eaten_in_life"]])
     assert eaten[-1].any(), "nobody ever ate"
