@@ -29,7 +29,7 @@ help:
 	@echo "make lint        check style, docstrings, imports and types"
 	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
 	@echo "make format      put the code into its standard form"
-	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
+	@echo "make bench       measure beside what one would pick instead, and fill docs/development/benchmarks.md"
 	@echo "make cuda        add what the GPU backend needs"
 	@echo "make wasm        compile the engine for browsers anew, after a change of what compiled code does"
 	@echo "make slurm       as root: set up a Slurm of one node, and run a study on its jobs"
@@ -145,7 +145,7 @@ dist: $(VENV)/.dev
 	$(BIN)/python -m hatchling build
 	$(BIN)/python -m pytest -n0 tests/test_packaging.py
 
-# Beside what one would pick instead: see docs/benchmarks.md. About four minutes.
+# Beside what one would pick instead: see docs/development/benchmarks.md. About four minutes.
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.compare
 	$(BIN)/python -m benchmarks.scaling

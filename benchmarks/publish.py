@@ -1,4 +1,4 @@
-"""Put what was measured into docs/benchmarks.md and its pictures: `python -m benchmarks.publish [--out DIR]`."""
+"""Put what was measured into docs/development/benchmarks.md and its pictures: `python -m benchmarks.publish [--out DIR]`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.compare import OUT
 from benchmarks.machine import ROOT
 
-PAGE = ROOT / "docs" / "benchmarks.md"
+PAGE = ROOT / "docs" / "development" / "benchmarks.md"
 
 
 def main() -> None:
@@ -21,7 +21,7 @@ def main() -> None:
     out, page = arguments.parse_args().out, PAGE.read_text("utf-8")
     for name in ("comparison", "scaling"):
         page = filled(page, name, (out / f"{name}.md").read_text("utf-8"))
-        shutil.copyfile(out / f"{name}.png", PAGE.parent / "pictures" / f"benchmarks-{name}.png")
+        shutil.copyfile(out / f"{name}.png", ROOT / "docs" / "pictures" / f"benchmarks-{name}.png")
     PAGE.write_text(page, "utf-8")
 
 

@@ -141,7 +141,7 @@ def text(found: dict[str, dict[int, list[float]]]) -> str:
     for name, points in found.items():
         middle = ["ns", *(f"{median(values):.3g}" for values in points.values())]
         spread = [
-            "(least to most)",
+            "(minimum to maximum)",
             *(f"{min(values):.3g} to {max(values):.3g}" for values in points.values()),
         ]
         parts.append(table([name, *map(str, points)], [middle, spread]))

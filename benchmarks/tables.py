@@ -31,7 +31,7 @@ def tables(found: Found) -> str:
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
     head = (
         f"{machine['cpu']}, {machine['cores']} cores, {machine['system']}; Python {machine['python']}, {versions}. "
-        f"Begun {found['began']}; {found['rounds']} rounds; load of the machine {machine['load']} before and "
+        f"Started {found['began']}; {found['rounds']} rounds; load of the machine {machine['load']} before and "
         f"{found['load_at_the_end']} after."
     )
     scenarios = [name for name in races if name not in SEPARATE]
@@ -58,10 +58,10 @@ def scenario_table(name: str, records: Sequence[Found]) -> str:
     titles = (
         "",
         "cores",
-        "agent-steps a call",
+        "agent-steps per call",
         "million/s",
-        "(least to most)",
-        "baldwinlab on one core is faster by",
+        "(minimum to maximum)",
+        "speed of baldwinlab on one core, as a multiple",
         "items eaten",
     )
     return f"**{name}**, lives of 5000 steps\n\n" + table(titles, rows)
@@ -93,16 +93,16 @@ def cost_table(found: Found, scenarios: Sequence[str]) -> str:
                 number(size, ".0f"),
             )
         )
-    rows.append(("baldwinlab, never compiled here before", spread([cold["first_seconds"]]), "", ""))
-    titles = ("", "to the first result, s", "peak memory, MiB", "installed, MiB")
-    return "**To begin**: lives of 100 steps, in fresh processes\n\n" + table(titles, rows)
+    rows.append(("baldwinlab, empty cache", spread([cold["first_seconds"]]), "", ""))
+    titles = ("", "time to the first result, s", "peak memory, MiB", "installed, MiB")
+    return "**Start**: lives of 100 steps, in new processes\n\n" + table(titles, rows)
 
 
 def runs_table(records: Sequence[Found]) -> str:
     rows = [(record["scenario"], *speed(record)) for record in records]
-    titles = ("condition", "million/s", "(least to most)")
+    titles = ("condition", "million/s", "(minimum to maximum)")
     return (
-        "**baldwinlab, whole runs** (100 generations, evolution included, a batch of 4 runs on one core)\n\n"
+        "**baldwinlab, complete runs** (100 generations with evolution, a batch of 4 runs on one core)\n\n"
         + table(titles, rows)
     )
 
@@ -172,7 +172,9 @@ def draw_comparison(found: Found, out: Path) -> None:
         axis.set_yticks(
             range(len(records)), [NAMES[record["contender"]] for record in records], fontsize=8
         )
-        axis.set(xscale="log", xlim=(1e4, 2e9), title=name, xlabel="agent-steps a second, one core")
+        axis.set(
+            xscale="log", xlim=(1e4, 2e9), title=name, xlabel="agent-steps per second, one core"
+        )
         axis.spines[["top", "right"]].set_visible(False)
     save(figure, out / "comparison")
 
