@@ -1,1 +1,1 @@
-"""Whole studies: what Python says in a line, and what each command of the command line does."""
+"""The public functions: each command of the command line calls one of them."""

@@ -1,9 +1,9 @@
-"""Stored agents: their genomes as labelled arrays, and their networks, evaluated on any inputs."""
+"""Read the genomes of stored agents as labelled arrays, and evaluate their networks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from baldwinlab.simulation.reevaluation import born, stored_genome
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-NETWORKS = ("action", "reinforcement")  # the modules of a genome that are networks
+NETWORKS: Final = ("action", "reinforcement")  # modules of a genome that are networks
 
 
 class AgentNetwork:
@@ -27,16 +27,18 @@ class AgentNetwork:
     Attributes
     ----------
     inputs, outputs
-        The names of the inputs and of the outputs, which are the actions of the agent.
+        Names of the inputs, and of the outputs, which are the actions of the agent.
     weights
-        The weights, one layer after the other.
+        The weights at birth, layer by layer.
     """
 
     def __init__(self, experiment: Experiment, part: Any, weights: npt.NDArray[np.float32]) -> None:
         """Make a network of compiled values of its kind (`part`) and its weights."""
-        self.inputs, self.outputs = experiment.inputs, experiment.actions
+        self.inputs = experiment.inputs
+        self.outputs = experiment.actions
         self.weights = xr.DataArray(weights, dims="weight")
-        self._part, self._units = part, sum(experiment.layer_sizes)
+        self._part = part
+        self._units = sum(experiment.layer_sizes)
 
     def __call__(self, inputs: npt.ArrayLike) -> xr.DataArray:
         """Evaluate the network with the arithmetic of the engine.
@@ -44,21 +46,21 @@ class AgentNetwork:
         Parameters
         ----------
         inputs
-            Numbers from 0 to 1: one for each input, or an array [step, input]. A recurrent network starts each call
-            without memory, as a newborn does, and remembers from step to step.
+            Array [input] or [step, input] of numbers from 0 to 1. A recurrent network starts each
+            call without memory, like a newborn, and keeps its memory from step to step.
 
         Returns
         -------
         xarray.DataArray
-            The outputs, with the dimension `action`, and `step` if `inputs` has it.
+            The outputs, with the dimension `action`, after `step` if `inputs` has steps.
 
         Raises
         ------
         RefusedError
-            For another shape, or a number outside of 0 to 1.
+            The inputs have another shape, or a number below 0 or above 1.
         """
-        given = self._checked(inputs)
-        steps = np.atleast_2d(given)
+        array = self._check_inputs(inputs)
+        steps = np.atleast_2d(array)
         weights = self.weights.values[:, None]
         activations = np.zeros((self._units, 1), np.float32)
         outputs = np.empty((len(steps), len(self.outputs)), np.float32)
@@ -68,30 +70,32 @@ class AgentNetwork:
             outputs[step] = activations[-len(self.outputs) :, 0]
         variable = TRACE["output"]
         attributes = {"units": variable.unit, "long_name": "outputs of the network"}
-        found = xr.DataArray(
+        result = xr.DataArray(
             outputs, {"action": list(self.outputs)}, ("step", "action"), attrs=attributes
         )
-        return found[0] if given.ndim == 1 else found
+        return result[0] if array.ndim == 1 else result
 
-    def _checked(self, inputs: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    def _check_inputs(self, inputs: npt.ArrayLike) -> npt.NDArray[np.float32]:
         count = len(self.inputs)
         try:
-            given = np.asarray(inputs, np.float32)
+            array = np.asarray(inputs, np.float32)
         except (TypeError, ValueError):
             raise RefusedError(
                 f"inputs must be {count} numbers, or an array [step, input]"
             ) from None
-        if given.ndim not in (1, 2) or given.shape[-1] != count:
+        if array.ndim not in (1, 2) or array.shape[-1] != count:
             names = ", ".join(self.inputs)
             raise RefusedError(
-                f"inputs of shape {given.shape} must be [{count}] or [step, {count}]: {names}"
+                f"inputs have the shape {array.shape}; it must be [{count}] or [step, {count}]: {names}"
             )
-        if not ((given >= 0) & (given <= 1)).all():
-            raise RefusedError("inputs must be numbers from 0 to 1, as those of senses are")
-        return given
+        if not ((array >= 0) & (array <= 1)).all():
+            raise RefusedError("inputs must be numbers from 0 to 1, like those of senses")
+        return array
 
     def __repr__(self) -> str:
-        return f"<AgentNetwork: {', '.join(self.inputs)} -> {', '.join(self.outputs)}, {self.weights.size} weights>"
+        """Return the names of inputs and outputs, and the number of weights."""
+        inputs, outputs = ", ".join(self.inputs), ", ".join(self.outputs)
+        return f"<AgentNetwork: {inputs} -> {outputs}, {self.weights.size} weights>"
 
 
 def read_genomes(
@@ -100,56 +104,60 @@ def read_genomes(
     """Return the genomes of a generation, as `baldwinlab.api.study.Study.genomes` does."""
     experiment = study.experiment(condition)
     _require_index("generation", generation, experiment.evolution.generations)
-    for each in (
-        agent if isinstance(agent, Sequence | np.ndarray) else [0 if agent is None else agent]
-    ):
-        _require_index("agent", each, experiment.population.size)
-    genome = _genome(study, condition, run, generation)
+    for number in _list_agents(agent):
+        _require_index("agent", number, experiment.population.size)
+    genome = _read_genome(study, condition, run, generation)
     variable = RUN["genome"]
-    found = xr.DataArray(
+    genomes = xr.DataArray(
         genome,
         {"agent": np.arange(len(genome)), "module": list(experiment.modules)},
         ("agent", "module", "weight"),
         attrs={"units": variable.unit, "long_name": "weights at birth"},
     )
-    found = found.assign_coords(condition=condition, run=run, generation=generation)
-    return found if agent is None else found.sel(agent=agent)
+    genomes = genomes.assign_coords(condition=condition, run=run, generation=generation)
+    return genomes if agent is None else genomes.sel(agent=agent)
+
+
+def _list_agents(agent: int | Sequence[int] | None) -> Sequence[int]:
+    if agent is None:
+        return []
+    return agent if isinstance(agent, Sequence | np.ndarray) else [agent]
 
 
 def make_network(
     study: StudyStore, condition: str, run: int, generation: int, agent: int, module: str
 ) -> AgentNetwork:
     """Return the network of an agent, as `baldwinlab.api.study.Study.network` does."""
-    experiment = _foragers(study.experiment(condition))
+    experiment = _require_forager(study.experiment(condition))
     _require_index("generation", generation, experiment.evolution.generations)
     _require_index("agent", agent, experiment.population.size)
     networks = [name for name in experiment.modules if name in NETWORKS]
     if module not in networks:
         names = list_names(module, networks)
-        raise RefusedError(f"module = {module!r} is no network of {condition}; {names}")
+        raise RefusedError(f"module = {module!r} is not a network of {condition}; {names}")
     study.require_parts(condition)
-    genome = _genome(study, condition, run, generation)
+    genome = _read_genome(study, condition, run, generation)
     newborns = born(experiment, study.seed, [run], generation, genome[None]).state
     source = newborns.weights if module == "action" else newborns.genes
     weights = source[: experiment.weight_count, agent].copy()
     return AgentNetwork(experiment, newborns.network, weights)
 
 
-def _genome(
+def _read_genome(
     study: StudyStore, condition: str, run: int, generation: int
 ) -> npt.NDArray[np.float32]:
-    """Return the genomes [agent, module, weight] of a generation: as stored, or bred again of the stored ones before."""
+    """Return the genomes [agent, module, weight] of a generation, stored or bred again."""
     record = study.record(condition, run)
     if generation not in record["kept_generation"].values:
         study.require_parts(condition)
     return stored_genome(study.experiment(condition), record, generation)
 
 
-def _foragers(experiment: BaseExperiment) -> Experiment:
+def _require_forager(experiment: BaseExperiment) -> Experiment:
     if not isinstance(experiment, Experiment):
         raise RefusedError(
-            f"{experiment.name} is of the model {experiment.model!r}; only agents of the model 'miniworld' have a "
-            "network that can be evaluated"
+            f"{experiment.name} has the model {experiment.model!r}; only agents of the model "
+            "'miniworld' have a network that can be evaluated"
         )
     return experiment
 
@@ -161,7 +169,13 @@ def _require_index(name: str, value: int, count: int) -> None:
 
 
 def only_condition(study: StudyStore, condition: str | None) -> str:
-    """Return a condition, or the only one of a study where none is given. Raises StudyError where there are several."""
+    """Return `condition`, or the only condition of the study if it is None.
+
+    Raises
+    ------
+    StudyError
+        `condition` is None, and the study has several conditions.
+    """
     names = list(study.experiments)
     if condition is None and len(names) > 1:
         raise StudyError(f"{study.directory}: condition is missing; {list_names(names[0], names)}")

@@ -1,4 +1,4 @@
-"""The results of a study as tables in the terminal."""
+"""Print the results of a study as tables on the terminal."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from baldwinlab.core import console
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW: "yellow", "higher": "green", "lower": "red"}
-MOST_SHOWN = 20  # comparisons; the report has all
+MAX_SHOWN = 20  # comparisons; the report has all
 MEASURES = {"mean": "average agent", "best": "best agent"}
 
 
 def contrasts_table(contrasts: Contrasts) -> Table:
-    """Return the comparisons of the conditions with their verdicts, at most `MOST_SHOWN`."""
-    hidden = len(contrasts.rows) - MOST_SHOWN
+    """Return the comparisons of the conditions with their verdicts, at most `MAX_SHOWN`."""
+    hidden = len(contrasts.rows) - MAX_SHOWN
     more = (
         f" {hidden} more comparisons are in statistics.csv and in the report." if hidden > 0 else ""
     )
@@ -40,7 +40,7 @@ def contrasts_table(contrasts: Contrasts) -> Table:
     table.add_column(
         "condition, measured effect [95 % interval], p, corrected p, effect size, runs"
     )
-    for contrast in contrasts.rows[:MOST_SHOWN]:
+    for contrast in contrasts.rows[:MAX_SHOWN]:
         compared = (
             f"{contrast.condition} against {contrast.reference}, {MEASURES[contrast.measure]}"
         )
@@ -58,16 +58,30 @@ def show_contrasts(contrasts: Contrasts) -> None:
 
 def _numbers(contrast: Contrast) -> str:
     """For example: `+198 [171, 224], p 9.3e-10, corrected 1.9e-09, A12 1.00, runs 30 and 30`."""
-    found = contrast.numbers
-    interval = f" [{found.low:.4g}, {found.high:.4g}]" if found.low == found.low else ""
-    tested = f"p {found.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {found.a12:.2f}"
-    return f"{found.effect:+.4g}{interval}, {tested}, runs {found.n_a} and {found.n_b}"
+    numbers = contrast.numbers
+    interval = f" [{numbers.low:.4g}, {numbers.high:.4g}]" if numbers.low == numbers.low else ""
+    tested = f"p {numbers.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {numbers.a12:.2f}"
+    return f"{numbers.effect:+.4g}{interval}, {tested}, runs {numbers.n_a} and {numbers.n_b}"
 
 
 def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model: str = "") -> Table:
-    """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure.
+    """Return every claim with its verdict, its measured effect and the paper's figure.
 
-    Where no claim says anything of a paper, nor does the table. `changed_model` is the sentence about the changes of its model.
+    For a claim of several comparisons, the effect is that of the comparison that decided.
+
+    Parameters
+    ----------
+    results
+        The evaluated claims.
+    title
+        Title of the table.
+    changed_model
+        Sentence about the changes of the paper's model, if it is changed.
+
+    Returns
+    -------
+    rich.table.Table
+        The table.
     """
     of_paper = any(result.claim.of_paper for result in results)
     title = title or f"What {'the paper claims' if of_paper else 'was asked'}, and what we measured"
@@ -83,8 +97,10 @@ def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model:
     )
     table.add_column("")
     table.add_column("verdict", width=13)
-    beside = "; the paper's figure" if of_paper else ""
-    table.add_column(f"claim, measured effect [95 % interval], corrected p, effect size{beside}")
+    last_column = "; the paper's figure" if of_paper else ""
+    table.add_column(
+        f"claim, measured effect [95 % interval], corrected p, effect size{last_column}"
+    )
     for result in results:
         record = result.record()
         verdict = Text(result.label, style=LABEL_STYLE.get(result.label, ""))
@@ -113,7 +129,10 @@ def _measured(record: dict[str, Any]) -> str:
 
 
 def variants_table(multiverse: Multiverse) -> Table:
-    """Every claim under each variant that makes at most one choice otherwise, and how near the variant comes to the paper."""
+    """Return the verdict of each claim under each variant that changes at most one choice.
+
+    The last column is the distance of the variant from the figures of the paper.
+    """
     table = Table(
         title="Every variant of the paper",
         title_style="bold",

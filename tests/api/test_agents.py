@@ -137,9 +137,9 @@ def test_a_recurrent_network_starts_each_call_without_memory(
 @pytest.mark.parametrize(
     ("inputs", "sentence"),
     [
-        ([1, 0], r"inputs of shape \(2,\) must be \[3\] or \[step, 3\]"),
-        ([[[1, 0, 0]]], r"inputs of shape \(1, 1, 3\)"),
-        (1, r"inputs of shape \(\)"),
+        ([1, 0], r"inputs have the shape \(2,\); it must be \[3\] or \[step, 3\]"),
+        ([[[1, 0, 0]]], r"inputs have the shape \(1, 1, 3\)"),
+        (1, r"inputs have the shape \(\)"),
         ([1, 0, 2], "from 0 to 1"),
         ([1, 0, float("nan")], "from 0 to 1"),
         ([1, 0, "left"], "inputs must be 3 numbers"),
@@ -170,7 +170,7 @@ def test_inputs_that_no_sense_gives_are_refused(
         (
             (0, 0, 0),
             {"module": "reinforcement"},
-            "module = 'reinforcement' is no network of evo/A; there are action",
+            "module = 'reinforcement' is not a network of evo/A; there are action",
         ),
     ],
 )
@@ -188,5 +188,5 @@ def test_agents_of_another_model_have_genomes_and_no_such_network(tmp_path: Path
     short = {"evolution.generations": 2, "hinton_nowlan.loci": 5}
     study = bl.run("guessing", runs=1, out=tmp_path / "study", set=short)
     assert study.genomes(0, 1).sizes["weight"] == 5
-    with pytest.raises(RefusedError, match="guessing is of the model 'hinton-nowlan'"):
+    with pytest.raises(RefusedError, match="guessing has the model 'hinton-nowlan'"):
         study.network(0, 0, 0)

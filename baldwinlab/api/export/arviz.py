@@ -1,4 +1,4 @@
-"""The outcome of a study's runs as ArviZ has observations, to begin a Bayesian comparison with."""
+"""Return the outcomes of runs as observations for ArviZ, for a Bayesian comparison."""
 
 from __future__ import annotations
 
@@ -10,23 +10,40 @@ from baldwinlab.core.errors import require_positive
 
 
 def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
-    """A tree with the group `observed_data`: `best`, `mean` and `share` of each condition and run.
+    """Return the outcome of each run, which claims are evaluated on, as observed data.
 
-    They are what claims are decided by: fitness of the best and of the average agent, in the unit of `energy`, and the share of
-    agents that ate (0 to 1), each averaged over the run's `last` generations. `data` is what `open_runs` gives. Missing runs are
-    NaN. Raises ArgumentError unless `last` is at least 1.
+    Parameters
+    ----------
+    data
+        The runs of a study, as `open_runs` returns them.
+    last
+        Number of final generations that are averaged in each run, at least 1.
+
+    Returns
+    -------
+    xarray.DataTree
+        The group `observed_data` has `best` and `mean`, the fitness of the best and of the average
+        agent in the unit of `energy`, and `share`, the share of agents that ate (0 to 1), by
+        condition and run. Missing runs are NaN.
+
+    Raises
+    ------
+    ArgumentError
+        `last` is less than 1.
     """
     require_positive("last", last)
     unit = data["energy"].attrs.get("units", "")
-    told = {
+    attributes_of = {
         "best": {"units": unit, "long_name": "fitness of the best agent"},
         "mean": {"units": unit, "long_name": "fitness of the average agent"},
         "share": {"units": "1", "long_name": "share of agents that ate, or gained anything"},
     }
-    found = xr.Dataset(
+    observed = xr.Dataset(
         {
-            name: fitness.final(data, name, last).drop_attrs(deep=False).assign_attrs(told[name])
-            for name in told
+            name: fitness.final(data, name, last)
+            .drop_attrs(deep=False)
+            .assign_attrs(attributes_of[name])
+            for name in attributes_of
         }
     )
     attributes = {
@@ -34,4 +51,4 @@ def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
         "creation_library_version": __version__,
         "last_generations": last,
     }
-    return xr.DataTree.from_dict({"observed_data": found.assign_attrs(data.attrs | attributes)})
+    return xr.DataTree.from_dict({"observed_data": observed.assign_attrs(data.attrs | attributes)})

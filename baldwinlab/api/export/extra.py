@@ -1,4 +1,4 @@
-"""Libraries that only the exchange with other tools needs."""
+"""Import libraries that only the export to other tools needs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,20 @@ from baldwinlab.core.extras import missing_extra
 
 
 @contextmanager
-def needed_for(what: str) -> Iterator[None]:
-    """Import libraries of the extra `exchange` in here. Raises RefusedError, with a sentence, where one is not installed."""
+def require_extra(feature: str) -> Iterator[None]:
+    """Import libraries of the extra `exchange` inside this context.
+
+    Parameters
+    ----------
+    feature
+        What needs the libraries, for the message.
+
+    Raises
+    ------
+    RefusedError
+        A library is not installed. The message has the command that installs it.
+    """
     try:
         yield
     except ImportError:
-        raise missing_extra("exchange", what) from None
+        raise missing_extra("exchange", feature) from None

@@ -1,4 +1,4 @@
-"""A study written down for other tools: Parquet, CSV and phylogenies. Each appears whole or not at all."""
+"""Write a study as Parquet, CSV or a phylogeny. Files appear complete or not at all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab._version import __version__
-from baldwinlab.api.export.extra import needed_for
+from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.frames import frame_of
 from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
@@ -19,8 +19,9 @@ from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.assays.descent import HEADER, phylogeny_lines
 from baldwinlab.studies.store import StudyStore
 
-ROWS: Final = 2**17  # of a row group of Parquet, at least
-CSVW: Final = "-metadata.json"  # what a table's name is followed by, where its metadata are; so the W3C has it
+MIN_ROWS: Final = 2**17  # of a row group of Parquet
+# The ending of the metadata of a table, as the W3C specifies it.
+CSVW: Final = "-metadata.json"
 
 
 def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
@@ -28,7 +29,7 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
 
     Raises RefusedError where `path` would be written over what this has not written, unless forced; StudyError as `Table`.
     """
-    with needed_for("a Parquet file"):
+    with require_extra("a Parquet file"):
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -50,28 +51,29 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
         return pa.repeat(pa.scalar(block.labels.get(column.name), kind(column)), block.rows)
 
     require_writable("--out", path, MARK.encode(), force=force)
+    # The unit of text, and of a variable whose unit differs between conditions, is empty.
     fields = [
         pa.field(
             column.name, kind(column), metadata={"units": column.unit, "long_name": column.meaning}
         )
         for column in table.columns
-    ]  # the unit of text, and of what has no one unit, is empty
+    ]
     schema = pa.schema(fields, {"PANDAS_ATTRS": json.dumps(table.attributes)})
     with appearing(path) as partial, pq.ParquetWriter(partial, schema) as writer:
         for blocks in _groups(table):
             batches = [
-                pa.record_batch([array(one, block) for one in table.columns], schema=schema)
+                pa.record_batch([array(column, block) for column in table.columns], schema=schema)
                 for block in blocks
             ]
             writer.write_table(pa.Table.from_batches(batches))
 
 
 def _groups(table: Table) -> Iterator[list[Block]]:
-    """Runs that fill a row group together."""
+    """Yield runs that fill a row group."""
     group: list[Block] = []
     for block in table.blocks():
         group.append(block)
-        if sum(one.rows for one in group) >= ROWS:
+        if sum(part.rows for part in group) >= MIN_ROWS:
             yield group
             group = []
     if group:
@@ -86,14 +88,14 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
 
     Source: "Metadata Vocabulary for Tabular Data", W3C Recommendation, 17 December 2015.
     """
-    beside = path.with_name(f"{path.name}{CSVW}")
+    metadata_path = path.with_name(f"{path.name}{CSVW}")
     require_writable("--out", path, f",{','.join(KEY[1:])},".encode(), force=force)
-    require_writable("--out", beside, MARK.encode(), force=force)
+    require_writable("--out", metadata_path, MARK.encode(), force=force)
     with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         for number, block in enumerate(table.blocks()):
             frame_of(table, block).to_csv(file, index=False, header=not number, lineterminator="\n")
     write_atomically(
-        beside, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode()
+        metadata_path, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode()
     )
 
 
@@ -122,23 +124,49 @@ def _csvw_column(column: Column) -> Iterator[tuple[str, str]]:
 def write_phylogeny(
     study: StudyStore, path: Path, condition: str | None, run: int | None, *, force: bool = False
 ) -> int:
-    """Who begot whom in a run, in all runs of a condition, or in the whole study; gives the number of agents.
+    """Write the parents of agents as CSV in the ALife data standard for phylogenies.
 
-    Agents of several runs are numbered through, and the columns `condition` and `run` say whose they are. Raises RefusedError as
-    `write_parquet` does, and for a run without a condition; StudyError for what is not stored, and for a damaged record.
+    Agents of several runs have consecutive numbers, and the columns `condition` and `run`.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    path
+        The file to write.
+    condition
+        Name of a condition; all if None.
+    run
+        Number of a run; all if None. It needs `condition`.
+    force
+        Overwrite a file that this function did not write.
+
+    Returns
+    -------
+    int
+        The number of agents.
+
+    Raises
+    ------
+    RefusedError
+        `path` is a file of another program or of a study, or `run` has no `condition`.
+    StudyError
+        There is no such condition or run, no run is stored, or a record is damaged.
     """
     if condition is None and run is not None:
-        raise RefusedError(f"--run {run} needs --condition, too: every condition has runs")
+        raise RefusedError(
+            f"--run {run} needs --condition, because every condition has a run {run}; add --condition"
+        )
     require_writable("--out", path, HEADER.encode(), force=force)
     study.require_runs()
-    wanted = list(study.experiments) if condition is None else [study.experiment(condition).name]
+    names = list(study.experiments) if condition is None else [study.experiment(condition).name]
     count = 0
     with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         file.write(HEADER + ",condition,run" * (run is None) + "\n")
-        for name in wanted:
+        for name in names:
             for number in study.runs(name) if run is None else [run]:
                 parents = study.read(name, number, genomes=False).parents.values
-                whose = f",{name},{number}" * (run is None)
-                file.writelines(f"{line}{whose}\n" for line in phylogeny_lines(parents, count))
+                origin = f",{name},{number}" * (run is None)
+                file.writelines(f"{line}{origin}\n" for line in phylogeny_lines(parents, count))
                 count += parents[..., 0].size
     return count

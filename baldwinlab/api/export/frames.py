@@ -1,4 +1,4 @@
-"""The tidy table of a study in memory, for pandas and polars."""
+"""Return the tidy table of a study as a data frame of pandas or polars."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from baldwinlab.api.export.extra import needed_for
+from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import Block, Column, Table
 
 if TYPE_CHECKING:
@@ -16,52 +16,89 @@ if TYPE_CHECKING:
 
 
 def to_pandas(table: Table) -> pd.DataFrame:
-    """Text is categorical, and what a condition's model does not record is NaN. `attrs` has the units and meanings."""
-    found = _frame(table, table.blocks(), table.rows)
-    found.attrs = table.attributes
-    return found
+    """Return the table for pandas.
+
+    Parameters
+    ----------
+    table
+        The table of a study.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Text is categorical. A variable that the model of a condition does not record is NaN.
+        `attrs` has the units and meanings.
+
+    Raises
+    ------
+    StudyError
+        A record is damaged.
+    """
+    frame = _fill_frame(table, table.blocks(), table.rows)
+    frame.attrs = table.attributes
+    return frame
 
 
 def frame_of(table: Table, block: Block) -> pd.DataFrame:
-    """The rows of one run."""
-    return _frame(table, [block], block.rows)
+    """Return the rows of one run."""
+    return _fill_frame(table, [block], block.rows)
 
 
-def _frame(table: Table, blocks: Iterable[Block], rows: int) -> pd.DataFrame:
-    """Filled block by block: there is never a second one of it."""
+def _fill_frame(table: Table, blocks: Iterable[Block], rows: int) -> pd.DataFrame:
+    """Return a frame that is filled block by block, without a second copy in memory."""
     arrays = {
-        one.name: np.empty(rows, _code(one) if one.values else one.dtype) for one in table.columns
+        column.name: np.empty(rows, _code_dtype(column) if column.values else column.dtype)
+        for column in table.columns
     }
     first = 0
     for block in blocks:
-        there, first = slice(first, first + block.rows), first + block.rows
+        rows_of_block = slice(first, first + block.rows)
+        first += block.rows
         for column in table.columns:
             name = column.name
             if column.values:
-                arrays[name][there] = column.values.index(str(block.labels[name]))
+                arrays[name][rows_of_block] = column.values.index(str(block.labels[name]))
             elif name in block.labels or name in block.arrays:
-                arrays[name][there] = block.labels.get(name, block.arrays.get(name))
+                arrays[name][rows_of_block] = block.labels.get(name, block.arrays.get(name))
             else:
                 arrays[name] = arrays[name].astype(
                     np.result_type(column.dtype, np.float32), copy=False
                 )
-                arrays[name][there] = np.nan
+                arrays[name][rows_of_block] = np.nan
     texts = {
-        one.name: pd.Categorical.from_codes(arrays[one.name], one.values)
-        for one in table.columns
-        if one.values
+        column.name: pd.Categorical.from_codes(arrays[column.name], column.values)
+        for column in table.columns
+        if column.values
     }
     return pd.DataFrame(arrays | texts, copy=False)
 
 
-def _code(column: Column) -> np.dtype[Any]:
-    """The smallest whole numbers that tell the values of a column of text apart."""
+def _code_dtype(column: Column) -> np.dtype[Any]:
+    """Return the smallest integer type for the codes of a column of text."""
     return np.min_scalar_type(-len(column.values))
 
 
 def to_polars(table: Table) -> pl.DataFrame:
-    """Text is an Enum, and what a condition's model does not record is null."""
-    with needed_for("a table of polars"):
+    """Return the table for polars.
+
+    Parameters
+    ----------
+    table
+        The table of a study.
+
+    Returns
+    -------
+    polars.DataFrame
+        Text is an Enum. A variable that the model of a condition does not record is null.
+
+    Raises
+    ------
+    StudyError
+        A record is damaged.
+    RefusedError
+        Polars is not installed.
+    """
+    with require_extra("a table of polars"):
         import polars as pl
 
     def series(column: Column, block: Block) -> pl.Series:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
-from baldwinlab.api.export.extra import needed_for
+from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import KEY, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import is_local, write_atomically
@@ -63,7 +63,7 @@ def write_crate(
     Neither is made up where it is not given. Raises RefusedError for what is no license, and, unless forced, where there is a
     crate that this has not written; StudyError where no run is stored, and for a damaged record.
     """
-    with needed_for("an RO-Crate"):
+    with require_extra("an RO-Crate"):
         from rocrate.rocrate import ROCrate
     path = study.directory / FILE
     if is_local(path):

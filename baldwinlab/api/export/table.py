@@ -1,7 +1,10 @@
-"""A study as one tidy table: a row for each agent of each generation, run and condition; a column for each variable.
+"""A study as a tidy table: one row per agent, generation, run and condition, one column per variable.
 
-It is read run by run, so whoever writes it down holds one run at a time. Source of the form: H. Wickham, "Tidy data", Journal of
-Statistical Software 59 (10), 2014.
+It is read run by run, so that a writer holds one run in memory at a time.
+
+References
+----------
+H. Wickham, "Tidy data", Journal of Statistical Software 59 (10), 2014.
 """
 
 from __future__ import annotations
@@ -19,43 +22,68 @@ from baldwinlab.experiment.factors import SWEEP, coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
-MARK: Final = "baldwinlab export"  # what stands in every file that is written
-KEY: Final = ("condition", "run", *OF_AGENT)  # of which no two rows have the same
+MARK: Final = "baldwinlab export"  # in every file that is written
+KEY: Final = ("condition", "run", *OF_AGENT)  # columns that identify a row
 
 Label = str | int | float
 
 
 class Column(NamedTuple):
+    """A column of the table.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    dtype
+        Its type; object for text.
+    unit
+        Its unit; "" for text, and if the units of the conditions differ.
+    meaning
+        Its meaning, in words.
+    values
+        The different values of text.
+    """
+
     name: str
-    dtype: np.dtype[Any]  # of text, object
-    unit: str  # "" of text, and where the conditions have not the same
+    dtype: np.dtype[Any]
+    unit: str
     meaning: str
-    values: tuple[str, ...] = ()  # that text may have, each once
+    values: tuple[str, ...] = ()
 
 
 class Block(NamedTuple):
-    """The rows of one run."""
+    """The rows of one run.
 
-    labels: Mapping[str, Label]  # the columns that are the same in all its rows
-    arrays: Mapping[
-        str, npt.NDArray[Any]
-    ]  # the others, but for those that its model does not record
+    Attributes
+    ----------
+    labels
+        The columns that have one value in all rows.
+    arrays
+        The other columns, without those that the model does not record.
+    rows
+        The number of rows.
+    """
+
+    labels: Mapping[str, Label]
+    arrays: Mapping[str, npt.NDArray[Any]]
     rows: int
 
 
 class Table:
-    """The table of a study, of the conditions that have runs; its columns are known before its rows are read."""
+    """The table of the conditions of a study that have runs. Its columns are read before its rows."""
 
     def __init__(self, study: StudyStore) -> None:
-        """Raises StudyError where no run is stored yet, and for a record that is not what was written."""
+        """Read the columns. Raise StudyError if no run is stored or a record is damaged."""
         study.require_runs()
         self.study = study
         self._runs = {name: runs for name in study.experiments if (runs := study.runs(name))}
         self._labels = _labels(study)
-        self.columns = (*self._of_conditions(), *_of_places(), *self._of_variables())
+        self.columns = (*self._condition_columns(), *_index_columns(), *self._variable_columns())
 
     @property
     def rows(self) -> int:
+        """Return the number of rows."""
         experiments = self.study.experiments
         of_run = {
             name: experiments[name].evolution.generations * experiments[name].population.size
@@ -65,7 +93,7 @@ class Table:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What is said of the whole table, as plain data: who made it, the seed, and the unit and meaning of each column."""
+        """Return the origin of the table, the seed, and the units and meanings of its columns."""
         units = {column.name: column.unit for column in self.columns if column.unit}
         meanings = {column.name: column.meaning for column in self.columns}
         return {
@@ -76,7 +104,7 @@ class Table:
         }
 
     def blocks(self) -> Iterator[Block]:
-        """Run after run, in the order of the conditions. Raises StudyError for a record that is not what was written."""
+        """Yield the rows run by run, in the order of the conditions. Raise StudyError for damage."""
         for name, runs in self._runs.items():
             for run in runs:
                 record = self.study.read(name, run, genomes=False)
@@ -91,7 +119,7 @@ class Table:
                 arrays |= {dim: record[dim].values[place].ravel() for dim, place in places}
                 yield Block(self._labels[name] | {"run": run}, arrays, int(np.prod(shape)))
 
-    def _of_conditions(self) -> Iterator[Column]:
+    def _condition_columns(self) -> Iterator[Column]:
         for name in self._labels[next(iter(self._runs))]:
             values = list(dict.fromkeys(self._labels[condition][name] for condition in self._runs))
             if all(isinstance(value, str) for value in values):
@@ -99,24 +127,26 @@ class Table:
             else:
                 yield Column(name, np.asarray(values).dtype, "", _meaning(name))
 
-    def _of_variables(self) -> Iterator[Column]:
-        """Those that the first record of any condition has; of pairs, such as parents, after the others."""
-        found: dict[str, list[Column]] = {}
+    def _variable_columns(self) -> Iterator[Column]:
+        """Return the variables of the first record of each condition. Pairs, such as parents, are last."""
+        columns: dict[str, list[Column]] = {}
         for name, runs in self._runs.items():
             record = self.study.read(name, runs[0], genomes=False)
-            for variable in sorted(record.data_vars.values(), key=lambda one: one.ndim):
+            for variable in sorted(record.data_vars.values(), key=lambda array: array.ndim):
                 for column, array in _columns(variable):
                     label = (
                         column.removeprefix(f"{variable.name}_") if column != variable.name else ""
                     )
                     meaning = f"{variable.attrs.get('long_name', '')}{label and f' ({label})'}"
-                    told = Column(column, array.dtype, variable.attrs.get("units", ""), meaning)
-                    found.setdefault(column, []).append(told)
-        return (_together(there) for there in found.values())
+                    unit = variable.attrs.get("units", "")
+                    columns.setdefault(column, []).append(
+                        Column(column, array.dtype, unit, meaning)
+                    )
+        return map(_merge_columns, columns.values())
 
 
 def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
-    """By condition: its name, its factors, and in a sweep the fields that were swept."""
+    """Return the name, the factors and the swept settings of each condition."""
     names = list(study.experiments)
     columns: dict[str, Any] = {"condition": names}
     columns |= {
@@ -131,7 +161,7 @@ def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
     }
 
 
-def _of_places() -> Iterator[Column]:
+def _index_columns() -> Iterator[Column]:
     for name in KEY[1:]:
         yield Column(name, np.dtype(np.int32), "", DIMENSIONS[name])
 
@@ -141,7 +171,7 @@ def _meaning(name: str) -> str:
 
 
 def _columns(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """What is recorded of each agent, [generation, agent], by column; of a pair, such as parents, there are two."""
+    """Yield the columns of a variable, [generation, agent]. A pair, such as parents, has two."""
     if variable.dims == OF_AGENT:
         yield str(variable.name), variable.values
     elif variable.dims[:-1] == OF_AGENT:
@@ -151,12 +181,10 @@ def _columns(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
             yield f"{variable.name}_{label}", array
 
 
-def _together(columns: Sequence[Column]) -> Column:
-    """A column of several conditions: a fitness, which may be another in each model, has then no one unit."""
-    units, meanings = (
-        {column.unit for column in columns},
-        dict.fromkeys(column.meaning for column in columns),
-    )
+def _merge_columns(columns: Sequence[Column]) -> Column:
+    """Return one column for several conditions. It has no unit if their units differ."""
+    units = {column.unit for column in columns}
+    meanings = dict.fromkeys(column.meaning for column in columns)
     dtype = np.result_type(*(column.dtype for column in columns))
     return Column(
         columns[0].name,

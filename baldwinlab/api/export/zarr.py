@@ -12,7 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab._version import __version__
-from baldwinlab.api.export.extra import needed_for
+from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import MARK
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import appearing
@@ -49,7 +49,7 @@ class Layout(NamedTuple):
 
 def write_zarr(study: StudyStore, path: Path) -> None:
     """Version 3 of the format. Raises RefusedError where anything is there already, and StudyError as `Study.data`."""
-    with needed_for("a Zarr store"):
+    with require_extra("a Zarr store"):
         import zarr
         from zarr.storage import LocalStore
     if folder := owner(path):

@@ -93,7 +93,7 @@ def test_a_table_of_polars_is_that_of_pandas_with_nothing_where_there_is_nothing
 def test_parquet_is_read_by_pandas_and_polars_as_what_it_was(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(files, "ROWS", 70)  # two runs in a row group
+    monkeypatch.setattr(files, "MIN_ROWS", 70)  # two runs in a row group
     path = tmp_path / "study.parquet"
     mixed.to_parquet(path)
     assert pq.ParquetFile(path).num_row_groups == 2

@@ -84,7 +84,7 @@ def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
 
     monkeypatch.setattr(stored.StudyStore, "read", noting)
     monkeypatch.setattr(zarr, "ROWS", 1)
-    monkeypatch.setattr(files, "ROWS", 1)
+    monkeypatch.setattr(files, "MIN_ROWS", 1)
     study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
     getattr(study, way)(tmp_path / "given")
     assert len(held) >= 9 and most <= 3, "all of them, if all were read before the first is written"
