@@ -1,1 +1,1 @@
-"""Benchmarks: baldwinlab beside what a user would pick instead. See README.md in this folder."""
+"""Benchmarks: baldwinlab compared with what a user would pick instead. See README.md in this folder."""

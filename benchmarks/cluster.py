@@ -1,8 +1,9 @@
-"""What a cluster would make of a study: `python -m benchmarks.cluster`, about three minutes. Needs the extra `cluster`.
+"""Extrapolate a study to a cluster: `python -m benchmarks.cluster`, about three minutes.
 
-Measures on this machine what a run costs, how two worker processes compare with one and with threads, and what a task and an
-event cost a Dask scheduler that runs in a process of its own; then works out a study of a million runs on 10,000 cores. What a
-process did is taken as its CPU time, which others who use the machine hardly change.
+The command needs the extra `cluster`. It measures the cost of a run, of one and two worker processes
+and threads, and of a task and an event in a separate Dask scheduler. From these it computes the cost
+of a million runs on 10,000 cores. The work of a process is its CPU time, which other processes hardly
+change.
 """
 
 from __future__ import annotations
@@ -35,14 +36,17 @@ from baldwinlab.studies.store import create
 from benchmarks.machine import provenance
 from benchmarks.tables import table
 
-RUNS, CORES = 1_000_000, 10_000  # of the study that is planned
+# The extrapolated study.
+RUNS = 1_000_000
+CORES = 10_000
 ROUNDS = 4
-TASKS = 5000  # that do nothing, to load the scheduler
+# Empty tasks, and events, for the load of the scheduler.
+TASKS = 5000
 EVENTS = 20_000
 
 
 class Process:
-    """A process that was started, with the children it has."""
+    """A Dask process and its children."""
 
     def __init__(self, *words: str) -> None:
         self._popen = subprocess.Popen(
@@ -51,23 +55,24 @@ class Process:
         self._process = psutil.Process(self._popen.pid)
 
     def cpu(self) -> float:
-        """Seconds of CPU time."""
-        times = [
-            each.cpu_times() for each in (self._process, *self._process.children(recursive=True))
-        ]
+        """Return the CPU time in seconds."""
+        processes = (self._process, *self._process.children(recursive=True))
+        times = [process.cpu_times() for process in processes]
         return sum(time.user + time.system for time in times)
 
     def mib(self) -> float:
+        """Return the resident memory in MiB."""
         return float(self._process.memory_info().rss) / 2**20
 
     def end(self) -> None:
+        """Terminate the process."""
         self._popen.terminate()
         self._popen.wait()
 
 
 @contextmanager
 def scheduler() -> Iterator[tuple[Process, str]]:
-    """A Dask scheduler in a process of its own, on loopback, and its address."""
+    """Start a Dask scheduler on loopback, and yield its process and address."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scheduler.json"
         words = (
@@ -91,7 +96,7 @@ def scheduler() -> Iterator[tuple[Process, str]]:
 
 @contextmanager
 def workers(address: str, count: int) -> Iterator[list[Process]]:
-    """So many worker processes of one thread each."""
+    """Start `count` worker processes with one thread each."""
     words = ("--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard", "--no-nanny")
     started = [Process("worker", address, *words) for _ in range(count)]
     try:
@@ -104,18 +109,27 @@ def workers(address: str, count: int) -> Iterator[list[Process]]:
 
 
 class Run(NamedTuple):
-    """A run of the paper on one thread, on average over the six conditions."""
+    """The cost of a run of the paper on one thread, averaged over the six conditions.
 
-    live: float  # CPU seconds
-    store: float  # CPU seconds
-    check: float  # CPU seconds to read it back when a study is carried on
-    size: float  # bytes of its file
-    small: float  # bytes of its file if genomes are kept of the first and the last generation only
+    Attributes
+    ----------
+    simulate, store, check : float
+        CPU seconds to simulate the run, to store it, and to check it at resume.
+    size, small : float
+        Bytes of the file, with genomes of all generations, and of the first and last one only.
+    """
+
+    simulate: float
+    store: float
+    check: float
+    size: float
+    small: float
 
 
-def of_a_run() -> Run:
+def measure_run() -> Run:
+    """Measure the cost of a run."""
     warm_up(paper())
-    found = []
+    costs = []
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), paper(), seed=0)
         for experiment in paper():
@@ -125,93 +139,108 @@ def of_a_run() -> Run:
             study.write(experiment.name, 0, record)
             times.append(time.thread_time())
             study.record(experiment.name, 0)
-            live, store, check = (
-                after - before for before, after in pairwise([*times, time.thread_time()])
-            )
-            fewer = record.assign(
-                genome=record.genome.where(record.generation.isin([0, record.generation[-1]]))
-            )
-            found.append(
-                Run(live / CPU.worlds, store, check, len(encode(record)), len(encode(fewer)))
-            )
-    return Run(*map(mean, zip(*found, strict=True)))
+            times.append(time.thread_time())
+            simulate, store, check = (after - before for before, after in pairwise(times))
+            is_stored = record.generation.isin([0, record.generation[-1]])
+            small = record.assign(genome=record.genome.where(is_stored))
+            sizes = (len(encode(record)), len(encode(small)))
+            costs.append(Run(simulate / CPU.worlds, store, check, *sizes))
+    return Run(*map(mean, zip(*costs, strict=True)))
 
 
-class Took(NamedTuple):
-    wall: float  # seconds
-    cpu: float  # CPU seconds of all processes that took part
+class Duration(NamedTuple):
+    """Seconds, and CPU seconds of all processes."""
+
+    wall: float
+    cpu: float
 
 
-def small_study(executor: Executor, workers: int, processes: Sequence[Process]) -> Took:
-    """24 runs of 60 generations, which is what is done everywhere."""
+def small_study(executor: Executor, workers: int, processes: Sequence[Process]) -> Duration:
+    """Simulate 24 runs of 60 generations, and return the duration."""
     experiment = load("evo+self-taught/A").replace(evolution={"generations": 60})
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), [experiment], seed=0)
         tasks = plan(study, missing_runs(study, 24, print), 2)
-        cpu, began = (
-            sum(process.cpu() for process in processes) + time.process_time(),
-            time.perf_counter(),
-        )
+        cpu = sum(process.cpu() for process in processes) + time.process_time()
+        began = time.perf_counter()
         with closing(executor.do(study, tasks, workers, CPU)) as amounts:
             assert sum(amounts) == sum(task.agent_steps for task in tasks)
         wall = time.perf_counter() - began
-        return Took(wall, sum(process.cpu() for process in processes) + time.process_time() - cpu)
+        total = sum(process.cpu() for process in processes) + time.process_time()
+        return Duration(wall, total - cpu)
 
 
-def of_two_workers() -> dict[str, list[Took]]:
-    """That study on one worker process, on two, on one thread and on two, in interleaved rounds."""
+def measure_workers() -> dict[str, list[Duration]]:
+    """Measure the study on one and two worker processes and threads, in interleaved rounds."""
     with (
-        scheduler() as (first, one),
-        scheduler() as (second, two),
-        workers(one, 1) as single,
-        workers(two, 2) as pair,
+        scheduler() as (first, first_address),
+        scheduler() as (second, second_address),
+        workers(first_address, 1) as single,
+        workers(second_address, 2) as pair,
     ):
-        places = {
+        executors = {
             "1 thread": (THREADS, 1, []),
             "2 threads": (THREADS, 2, []),
-            "1 worker process": (choose(f"dask:{one}"), 1, [first, *single]),
-            "2 worker processes": (choose(f"dask:{two}"), 2, [second, *pair]),
+            "1 worker process": (choose(f"dask:{first_address}"), 1, [first, *single]),
+            "2 worker processes": (choose(f"dask:{second_address}"), 2, [second, *pair]),
         }
-        for place in places.values():
-            small_study(*place)
+        for executor in executors.values():
+            small_study(*executor)
         rounds = [
-            {name: small_study(*place) for name, place in places.items()} for _ in range(ROUNDS)
+            {name: small_study(*executor) for name, executor in executors.items()}
+            for _ in range(ROUNDS)
         ]
-    return {name: [found[name] for found in rounds] for name in places}
+    return {name: [durations[name] for durations in rounds] for name in executors}
 
 
 class Costs(NamedTuple):
-    """Of a Dask scheduler and its tasks; times are CPU seconds."""
+    """The costs of a Dask scheduler and its tasks; times are CPU seconds.
 
-    begin: float  # a worker process, until its engine is loaded
-    order: float  # bytes of a task as it is sent
-    send: float  # a task, in the process that sends it
-    schedule: float  # a task, in the scheduler
-    wait: float  # bytes of a task that waits in the scheduler
-    event: float  # an event, in the scheduler
-    rate: float  # tasks a second that do nothing, with everything on this machine
+    Attributes
+    ----------
+    begin : float
+        A worker process, until its engine is loaded.
+    order, wait : float
+        Bytes of a task as it is sent, and as it waits in the scheduler.
+    send, schedule : float
+        A task, in the process that sends it, and in the scheduler.
+    event : float
+        An event, in the scheduler.
+    rate : float
+        Empty tasks per second, with all processes on this machine.
+    """
+
+    begin: float
+    order: float
+    send: float
+    schedule: float
+    wait: float
+    event: float
+    rate: float
 
 
-def nothing(order: bytes) -> None:
-    """In place of a task's work."""
+def do_nothing(order: bytes) -> None:
+    """Replace the work of a task."""
 
 
 def send_events(count: int) -> None:
+    """Send events from a worker."""
     for _ in range(count):
         get_worker().log_event(
             "benchmark", ("baldwinlab-0123456789abcdef0123456789abcdef-12345", 123_456_789)
         )
 
 
-def settle(process: Process) -> None:
-    """Wait until a process has nothing left to do."""
+def wait_until_idle(process: Process) -> None:
+    """Wait until a process uses no CPU time."""
     before = -1.0
     while process.cpu() - before > 0.05:
         before = process.cpu()
         time.sleep(1)
 
 
-def of_the_scheduler() -> Costs:
+def measure_scheduler() -> Costs:
+    """Measure the costs of a scheduler."""
     with (
         tempfile.TemporaryDirectory() as folder,
         scheduler() as (process, address),
@@ -223,87 +252,104 @@ def of_the_scheduler() -> Costs:
         with workers(address, 2) as started:
             client.run(warm_up, paper())
             begin = mean(worker.cpu() for worker in started)
-            settle(process)
-            before, own, began = process.cpu(), time.process_time(), time.perf_counter()
+            wait_until_idle(process)
+            before = process.cpu()
+            cpu_began = time.process_time()
+            began = time.perf_counter()
             with (
-                patch.object(dask, "_work", nothing),
+                patch.object(dask, "_work", do_nothing),
                 closing(choose(f"dask:{address}").do(study, tasks, 2, CPU)) as amounts,
             ):
                 assert sum(amounts) == sum(task.agent_steps for task in tasks)
-            took, send = time.perf_counter() - began, time.process_time() - own
-            settle(process)
+            seconds = time.perf_counter() - began
+            send = time.process_time() - cpu_began
+            wait_until_idle(process)
             scheduled = process.cpu()
             client.submit(send_events, EVENTS, pure=False).result()
-            settle(process)
+            wait_until_idle(process)
             event = (process.cpu() - scheduled) / EVENTS
         empty = process.mib()
-        waiting = client.map(nothing, orders, pure=False, batch_size=dask.BATCH)
-        settle(process)
+        waiting = client.map(do_nothing, orders, pure=False, batch_size=dask.BATCH)
+        wait_until_idle(process)
         wait = (process.mib() - empty) * 2**20 / len(waiting)
     count = len(tasks)
     order = mean(map(len, orders))
     return Costs(
-        begin, order, send / count, (scheduled - before) / count, wait, event, count / took
+        begin=begin,
+        order=order,
+        send=send / count,
+        schedule=(scheduled - before) / count,
+        wait=wait,
+        event=event,
+        rate=count / seconds,
     )
 
 
-def measured(run: Run, costs: Costs) -> str:
+def measurement_table(run: Run, costs: Costs) -> str:
+    """Return a table of the measured costs."""
     rows = [
-        ["to live a run of the paper", f"{run.live:.2f} CPU s"],
-        ["to store it", f"{1e3 * run.store:.1f} CPU ms, {run.size / 1e6:.2f} MB in a file"],
+        ["simulate a run of the paper", f"{run.simulate:.2f} CPU s"],
+        ["store it", f"{1e3 * run.store:.1f} CPU ms, {run.size / 1e6:.2f} MB in a file"],
         [
-            "the file, if genomes are kept of the first and last generation only",
+            "its file with genomes of the first and last generation only",
             f"{run.small / 1e6:.2f} MB",
         ],
-        ["to check it when a study is carried on", f"{1e3 * run.check:.1f} CPU ms"],
-        ["to begin a worker process, with the engine compiled before", f"{costs.begin:.1f} CPU s"],
-        ["a task, as it is sent", f"{costs.order / 1e3:.1f} kB"],
-        ["a task, in the command that sends it", f"{1e3 * costs.send:.2f} CPU ms"],
+        ["check it at resume", f"{1e3 * run.check:.1f} CPU ms"],
+        ["start a worker process with a compiled engine", f"{costs.begin:.1f} CPU s"],
+        ["send a task", f"{costs.order / 1e3:.1f} kB"],
+        ["a task, in the command", f"{1e3 * costs.send:.2f} CPU ms"],
         [
             "a task, in the scheduler",
             f"{1e3 * costs.schedule:.2f} CPU ms, {costs.wait / 1e3:.1f} kB while it waits",
         ],
         ["an event, in the scheduler", f"{1e6 * costs.event:.0f} CPU us"],
-        ["tasks that do nothing, with everything on this machine", f"{costs.rate:.0f} a second"],
+        ["empty tasks, with all processes on this machine", f"{costs.rate:.0f} per second"],
     ]
-    return table(["what", "measured"], rows)
+    return table(["operation", "cost"], rows)
 
 
-def compared(places: dict[str, list[Took]]) -> str:
-    """Efficiency is against one thread: its time over the time here times the workers, round by round."""
+def worker_table(executors: dict[str, list[Duration]]) -> str:
+    """Return a table of the efficiency relative to one thread, by round."""
     rows = []
-    for name, rounds in places.items():
+    for name, durations in executors.items():
         count = int(name[0])
-        wall, cpu = ([getattr(took, field) for took in rounds] for field in Took._fields)
-        alone = places["1 thread"]
-        ratios = [one.wall / (count * here) for one, here in zip(alone, wall, strict=True)]
-        work = [one.cpu / here for one, here in zip(alone, cpu, strict=True)]
-        rows.append([name, spread(wall), spread(ratios), spread(cpu), spread(work)])
+        pairs = list(zip(executors["1 thread"], durations, strict=True))
+        ratios = [thread.wall / (count * duration.wall) for thread, duration in pairs]
+        cpu_ratios = [thread.cpu / duration.cpu for thread, duration in pairs]
+        wall = [duration.wall for duration in durations]
+        cpu = [duration.cpu for duration in durations]
+        rows.append([name, spread(wall), spread(ratios), spread(cpu), spread(cpu_ratios)])
     return table(["24 runs on", "s", "efficiency", "CPU s", "efficiency by CPU time"], rows)
 
 
 def spread(values: Sequence[float]) -> str:
+    """Return median and range as text."""
     return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
 
 
-def planned(run: Run, costs: Costs) -> str:
-    """The study of a million runs on 10,000 cores."""
+def extrapolation_table(run: Run, costs: Costs) -> str:
+    """Return a table of the costs of a million runs on 10,000 cores."""
     batches = -(-RUNS // (CPU.worlds * MOST_TASKS))
-    runs, cost = CPU.worlds * batches, run.live + run.store
-    tasks, wall, least = -(-RUNS // runs), RUNS * cost / CORES, RUNS // CPU.worlds
-    cores, files, rate = RUNS * cost / 3600, RUNS / wall, RUNS * run.size / wall / 1e9
-    split, events = (
-        f"{batches} batches of {CPU.worlds}",
-        100 * dask.EVENTS_A_SECOND * costs.event,
-    )
+    runs = CPU.worlds * batches
+    cost = run.simulate + run.store
+    tasks = -(-RUNS // runs)
+    wall = RUNS * cost / CORES
+    n_batches = RUNS // CPU.worlds
+    core_hours = RUNS * cost / 3600
+    files = RUNS / wall
+    rate = RUNS * run.size / wall / 1e9
+    split = f"{batches} batches of {CPU.worlds}"
+    events = 100 * dask.EVENTS_A_SECOND * costs.event
     rows = [
         [
             "work",
-            f"{RUNS:,} runs x {cost:.2f} s = {cores:,.0f} core hours, {wall:.0f} s of 10,000 cores",
+            f"{RUNS:,} runs x {cost:.2f} s = {core_hours:,.0f} core hours, "
+            f"{wall:.0f} s of 10,000 cores",
         ],
         [
             "tasks",
-            f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, {tasks / CORES:.1f} a core",
+            f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, "
+            f"{tasks / CORES:.1f} per core",
         ],
         [
             "sent by the command",
@@ -312,38 +358,45 @@ def planned(run: Run, costs: Costs) -> str:
         ["scheduler", f"{tasks * costs.schedule:.0f} CPU s, {tasks * costs.wait / 1e6:.0f} MB"],
         [
             "its load",
-            f"{tasks / wall:,.0f} tasks a second, where {1 / costs.schedule:,.0f} would keep it busy",
+            f"{tasks / wall:,.0f} of at most {1 / costs.schedule:,.0f} tasks per second",
         ],
         [
             "its load by events",
-            f"{dask.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time",
+            f"{dask.EVENTS_A_SECOND} per second at most, {events:.2f} % of its time",
         ],
         [
-            "had every batch been a task",
-            f"{least:,} tasks, {least / wall:,.0f} a second, {least * costs.schedule:.0f} CPU s",
+            "with one batch per task",
+            f"{n_batches:,} tasks, {n_batches / wall:,.0f} per second, "
+            f"{n_batches * costs.schedule:.0f} CPU s",
         ],
         [
             "written",
-            f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: {files:,.0f} files and {rate:.0f} GB a second",
+            f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: "
+            f"{files:,.0f} files and {rate:.0f} GB per second",
         ],
         [
             "written, with few genomes",
-            f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB a second",
+            f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB per second",
         ],
-        ["to check it all when it is carried on", f"{RUNS * run.check / 60:.0f} minutes"],
+        ["check all runs at resume", f"{RUNS * run.check / 60:.0f} minutes"],
     ]
-    return table(["a million runs on 10,000 cores", "worked out"], rows)
+    return table(["a million runs on 10,000 cores", "extrapolated"], rows)
 
 
 def main() -> None:
     machine = provenance()
     print(
-        f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']}; Python {machine['python']},",
-        end=" ",
+        f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']}; "
+        f"Python {machine['python']}, distributed {version('distributed')}.\n"
     )
-    print(f"distributed {version('distributed')}.\n")
-    run, costs, places = of_a_run(), of_the_scheduler(), of_two_workers()
-    print(measured(run, costs), compared(places), planned(run, costs), sep="\n\n")
+    run = measure_run()
+    costs = measure_scheduler()
+    tables = [
+        measurement_table(run, costs),
+        worker_table(measure_workers()),
+        extrapolation_table(run, costs),
+    ]
+    print(*tables, sep="\n\n")
 
 
 if __name__ == "__main__":

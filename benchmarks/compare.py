@@ -1,6 +1,6 @@
-"""baldwinlab beside what a user would pick instead: `python -m benchmarks.compare [--out DIR]`.
+"""Compare baldwinlab with alternatives: `python -m benchmarks.compare [--out DIR]`.
 
-Writes comparison.json, comparison.md and comparison.png and .svg into DIR.
+The command writes comparison.json, comparison.md, comparison.png and comparison.svg into DIR.
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ from benchmarks.tables import draw_comparison, tables
 OUT = Path("build/benchmarks")
 SAME_MODEL = ("baldwinlab_lives", "python_plain", "numpy_vectorised", "jax_scan")
 PUBLISHED = ("evojax_waterworld", "mesa_boids")
-ALSO_ON_ALL_CORES = ("baldwinlab_lives", "jax_scan")
-FIRST_STEPS = 100  # of the lives by which the time to the first result is measured
-STARTS = 3  # fresh processes for that
-SLOW_TO_START = "evojax_waterworld"  # it compiles for a quarter of a minute, so its one start in the race must do
+MULTI_CORE = ("baldwinlab_lives", "jax_scan")
+# Steps of the lifetimes that measure the time to the first result, and fresh processes for it.
+FIRST_STEPS = 100
+STARTS = 3
+# It compiles for 15 seconds, so its single start in the race is used.
+SLOW_TO_START = "evojax_waterworld"
 
 
 def main() -> None:
@@ -35,16 +37,17 @@ def main() -> None:
     arguments.add_argument("--rounds", type=int, default=5)
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    found = measure(given.rounds)
-    (given.out / "comparison.json").write_text(json.dumps(found, indent=1) + "\n")
-    (given.out / "comparison.md").write_text(tables(found))
-    draw_comparison(found, given.out)
-    print(tables(found))
+    measured = measure(given.rounds)
+    (given.out / "comparison.json").write_text(json.dumps(measured, indent=1) + "\n")
+    (given.out / "comparison.md").write_text(tables(measured))
+    draw_comparison(measured, given.out)
+    print(tables(measured))
 
 
 def measure(rounds: int) -> dict[str, Any]:
-    """All races, as plain data. The keys of `races` are the scenarios, then `runs` and `starts`."""
-    began, machine = datetime.now(UTC).isoformat(timespec="seconds"), provenance()
+    """Return all measurements as plain data; `races` has the scenarios, `runs` and `starts`."""
+    began = datetime.now(UTC).isoformat(timespec="seconds")
+    machine = provenance()
     races: dict[str, list[Record]] = {}
     for name in SCENARIOS:
         print(f"measuring {name}", flush=True)
@@ -52,11 +55,10 @@ def measure(rounds: int) -> dict[str, Any]:
             entries(*scenario(name), machine["cores"], published=name == SCENARIOS[0]), rounds
         )
     print("measuring whole runs", flush=True)
-    races["runs"] = whole_runs()
+    races["runs"] = complete_runs()
     print("measuring first results", flush=True)
-    races["starts"] = [
-        one for one in races[SCENARIOS[0]] if one.contender == SLOW_TO_START
-    ] + first_results()
+    slow = [record for record in races[SCENARIOS[0]] if record.contender == SLOW_TO_START]
+    races["starts"] = slow + first_results()
     contenders = {record.contender for records in races.values() for record in records}
     return {
         "began": began,
@@ -70,12 +72,12 @@ def measure(rounds: int) -> dict[str, Any]:
 
 def entries(setting: Setting, genomes: Genomes, cores: int, published: bool) -> list[Entry]:
     names = SAME_MODEL + PUBLISHED * published
-    alone = [Entry(name, setting, genomes) for name in names]
-    return alone + [Entry(name, setting, genomes, cores) for name in ALSO_ON_ALL_CORES if cores > 1]
+    single_core = [Entry(name, setting, genomes) for name in names]
+    return single_core + [Entry(name, setting, genomes, cores) for name in MULTI_CORE if cores > 1]
 
 
-def whole_runs() -> list[Record]:
-    """The paper's six conditions with evolution, on one core."""
+def complete_runs() -> list[Record]:
+    """Measure complete runs of the six conditions of the paper on one core."""
     return [
         race([Entry("baldwinlab_runs", from_experiment(experiment), [])], rounds=2)[0]
         for experiment in paper()
@@ -83,18 +85,19 @@ def whole_runs() -> list[Record]:
 
 
 def first_results() -> list[Record]:
-    """Time to the first result of a short life, in fresh processes; the last is baldwinlab where it was never compiled before."""
+    """Measure the time to the first result of a short lifetime, in fresh processes.
+
+    The last record is baldwinlab with an empty compilation cache.
+    """
     setting, genomes = scenario(SCENARIOS[0])
     short = replace(setting, steps=FIRST_STEPS)
     names = [name for name in SAME_MODEL + PUBLISHED if name != SLOW_TO_START]
-    found = [
-        record
-        for name in names * STARTS
-        for record in race([Entry(name, short, genomes)], rounds=0)
-    ]
+    records: list[Record] = []
+    for name in names * STARTS:
+        records += race([Entry(name, short, genomes)], rounds=0)
     with TemporaryDirectory() as empty:
         cold = Entry("baldwinlab_lives", short, genomes, environment={"BALDWINLAB_CACHE": empty})
-        return found + race([cold], rounds=0)
+        return records + race([cold], rounds=0)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,7 @@
-"""Agent-steps a second through the vector environment, with a policy over arrays: `python -m benchmarks.environments`."""
+"""Measure the speed of the vector environment: `python -m benchmarks.environments`.
+
+The command prints agent-steps per second, with a policy over arrays.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ import numpy as np
 
 import baldwinlab as bl
 
-WORLDS, STEPS = 50, 2000
+WORLDS = 50
+STEPS = 2000
 
 
 def main() -> None:
@@ -17,13 +21,11 @@ def main() -> None:
         sensed, _ = worlds.reset(seed=1)
         began = time.perf_counter()
         for _ in range(STEPS):
-            action = np.where(
-                sensed[:, 1] > 0, 1, np.where(sensed[:, 0] > 0, 0, np.where(sensed[:, 2] > 0, 2, 1))
-            )
+            left, front, right = (sensed[:, number] > 0 for number in range(3))
+            action = np.select([front, left, right], [1, 0, 2], default=1)
             sensed, *_ = worlds.step(action)
-        print(
-            f"{worlds.num_envs * STEPS / (time.perf_counter() - began) / 1e6:.1f} million agent-steps/s"
-        )
+        rate = worlds.num_envs * STEPS / (time.perf_counter() - began)
+        print(f"{rate / 1e6:.1f} million agent-steps/s")
 
 
 if __name__ == "__main__":

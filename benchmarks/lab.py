@@ -1,6 +1,7 @@
-"""How smoothly the lab's page plays: `python -m benchmarks.lab [--seconds 5]`. Needs the extra `lab`, playwright and a Chromium.
+"""Measure the frame rate of the lab: `python -m benchmarks.lab [--seconds 5]`.
 
-Frames a second in headless Chromium, which never draws more than 60: the median frame, and the slowest one in twenty.
+The command needs the extra `lab`, playwright and Chromium. It prints frames per second in headless
+Chromium, at most 60: the median, and the slowest 5 %.
 """
 
 from __future__ import annotations
@@ -28,24 +29,30 @@ from baldwinlab.studies.store import create
 
 CONDITION = "evo%2Bself-taught/A"
 STEPS = 3000
-WORLDS = {20: 50, 1000: 500}  # agents, and items for them to find
+# Number of agents, and of items.
+WORLDS = {20: 50, 1000: 500}
 SETTINGS = {
     "plays at 10x": "&speed=10",
     "plays at 100x": "&speed=100",
-    "whole trails": "&speed=100&trails=life",
+    "full trails": "&speed=100&trails=life",
     "an agent open": "&speed=10&agent=3",
     "side by side": "&speed=10&b.condition=evo/A",
 }
 COUNT_FRAMES = """seconds => new Promise(done => {
   const times = [];
-  const frame = now => { times.push(now); now - times[0] < 1000 * seconds ? requestAnimationFrame(frame) : done(times); };
+  const frame = now => {
+    times.push(now);
+    now - times[0] < 1000 * seconds ? requestAnimationFrame(frame) : done(times);
+  };
   requestAnimationFrame(frame);
 })"""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=5, help="for which each setting plays")
+    parser.add_argument(
+        "--seconds", type=float, default=5, help="duration of each setting, in seconds"
+    )
     seconds = parser.parse_args().seconds
     with tempfile.TemporaryDirectory() as folder:
         for agents, items in WORLDS.items():
@@ -54,10 +61,10 @@ def main() -> None:
             page = browser.new_page(viewport={"width": 1280, "height": 800})
             print(f"{'agents':>6}  {'':14}  {'median':>6}  {'slowest 5 %':>11}  frames a second")
             for agents in WORLDS:
-                for name, rest in SETTINGS.items():
+                for name, options in SETTINGS.items():
                     middle, slow = frames_a_second(
                         page,
-                        f"{address}#/world?study={agents}&condition={CONDITION}{rest}",
+                        f"{address}#/world?study={agents}&condition={CONDITION}{options}",
                         seconds,
                     )
                     print(f"{agents:6}  {name:14}  {middle:6.1f}  {slow:11.1f}", flush=True)
@@ -73,7 +80,7 @@ def frames_a_second(page: Page, address: str, seconds: float) -> tuple[float, fl
 
 
 def make_study(directory: Path, agents: int, items: int) -> None:
-    """Two conditions of one generation, whose newborns stand where the food begins."""
+    """Create a study of two conditions with one generation, whose newborns are at the edge of the food."""
     changes: dict[str, Any] = {
         "population": {"size": agents},
         "lifetime": {"steps": STEPS},
@@ -92,7 +99,7 @@ def make_study(directory: Path, agents: int, items: int) -> None:
 
 @contextmanager
 def serving(root: Path) -> Iterator[str]:
-    """Serve the studies of a folder at the address that is yielded, which carries the token."""
+    """Serve the studies of a folder, and yield the address with the token."""
     access = Access()
     server = uvicorn.Server(
         uvicorn.Config(make_app(root, access), host="127.0.0.1", port=0, log_level="error")
@@ -108,12 +115,8 @@ def serving(root: Path) -> Iterator[str]:
         thread.join()
 
 
-BROWSERS = (
-    "chromium-headless-shell",
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-)  # as `make browser` has them
+# The programs that `make browser` accepts.
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 
 
 @contextmanager

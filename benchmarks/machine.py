@@ -1,4 +1,4 @@
-"""On what was measured: the machine, the versions, and how large an installation is."""
+"""Describe the machine, the versions, and the size of an installation."""
 
 from __future__ import annotations
 
@@ -25,13 +25,16 @@ VERSIONS = ("numpy", "numba", "jax", "jaxlib", "evojax", "flax", "Mesa")
 
 
 def needs(contender: str) -> list[str]:
-    """The requirements of a contender; what those need in turn comes with them."""
-    own = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
-    return own if contender.startswith("baldwinlab") else NEEDS[contender]
+    """Return the direct requirements of a contender."""
+    dependencies = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    return dependencies if contender.startswith("baldwinlab") else NEEDS[contender]
 
 
 def installed_mib(contender: str) -> float | None:
-    """The files of all distributions that a contender needs, MiB; None if one of them is not installed."""
+    """Return the size of all distributions that a contender needs, in MiB.
+
+    The result is None if a distribution is not installed.
+    """
     try:
         size = sum(_size(name) for name in closure(needs(contender)))
     except PackageNotFoundError:
@@ -46,17 +49,21 @@ def installed_mib(contender: str) -> float | None:
 
 
 def closure(requirements: Iterable[str]) -> set[str]:
-    """Names of the distributions that these requirements bring. Raises PackageNotFoundError."""
-    found: set[str] = set()
+    """Return the names of all required distributions, direct and indirect.
+
+    Raises PackageNotFoundError if one is not installed.
+    """
+    names: set[str] = set()
     waiting = [Requirement(text) for text in requirements]
     while waiting:
         requirement = waiting.pop()
         name = re.sub(r"[-_.]+", "-", requirement.name).lower()
-        if name not in found:
-            found.add(name)
-            further = map(Requirement, distribution(name).requires or ())
-            waiting += [one for one in further if _applies(one, requirement.extras or {""})]
-    return found
+        if name not in names:
+            names.add(name)
+            indirect = map(Requirement, distribution(name).requires or ())
+            extras = requirement.extras or {""}
+            waiting += [dependency for dependency in indirect if _applies(dependency, extras)]
+    return names
 
 
 def _applies(requirement: Requirement, extras: Iterable[str]) -> bool:
@@ -71,18 +78,16 @@ def _size(name: str) -> int:
 
 
 def provenance() -> dict[str, Any]:
-    """CPU, cores, system, versions, and the load of the machine, which says whether others were at work."""
-    found = {
+    """Return CPU, cores, system, versions, and the load of the machine by other processes."""
+    has_affinity = hasattr(os, "sched_getaffinity")
+    return {
         "cpu": _cpu(),
-        "cores": len(os.sched_getaffinity(0))
-        if hasattr(os, "sched_getaffinity")
-        else os.cpu_count(),
-    }
-    found |= {
+        "cores": len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
+        "load": round(os.getloadavg()[0], 2),
+        "versions": _versions(),
     }
-    return found | {"load": round(os.getloadavg()[0], 2), "versions": _versions()}
 
 
 def _cpu() -> str:
@@ -97,10 +102,10 @@ def _cpu() -> str:
 
 
 def _versions() -> dict[str, str]:
-    found = {}
+    versions = {}
     for name in VERSIONS:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions[name] = "not installed"
+    return versions

@@ -1,9 +1,10 @@
-"""Where an agent-step goes: each phase measured, beside the time that its arithmetic takes at this machine's peak.
+"""Measure the time of each phase of a step, and compare it with the peak of the machine.
 
     python benchmarks/phases.py
 
-The peak is measured too: independent additions and multiplications of sixteen float32, kept in registers. The counts of
-operations are those of the paper's networks (3-10-3, no biases) and of 50 items, read off the source; a division counts as one.
+The peak is that of independent additions and multiplications of sixteen float32 in registers. The
+counts of operations are those of the paper's networks (3-10-3, no biases) and of 50 items, according to
+the source code. A division counts as one operation.
 """
 
 from __future__ import annotations
@@ -29,19 +30,32 @@ from baldwinlab.models.miniworld.senses.sight import broad_phase, perceive, wake
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import choose_action, learn
 
-ROUNDS, REPETITIONS = 2000, 9
+ROUNDS = 2000
+REPETITIONS = 9
+# Vector operations of a sigmoid, and of 60 weights.
 SIGMOID = 22
-DENSE = 107  # multiplications and additions of 60 weights
-BUNDLES_OF_ITEMS = 4  # 50 items
+DENSE = 107
+# SIMD blocks of 50 items.
+ITEM_BLOCKS = 4
 
 
 class Phase(NamedTuple):
+    """A phase of a step.
+
+    Attributes
+    ----------
+    name : str
+        The name of the phase.
+    run : callable
+        A Python function that repeats the phase; it is compiled with the parts of the experiment.
+    far, near : float
+        Vector operations per agent-step far from food, and among food.
+    """
+
     name: str
-    run: Callable[
-        [Any, Any, int], None
-    ]  # so many rounds of it, as Python that is compiled with the parts at hand
-    far: float  # vector operations an agent-step, of an agent that is far from food
-    near: float  # of one among it
+    run: Callable[[Any, Any, int], None]
+    far: float
+    near: float
 
 
 def _sense(model: Any, state: Any, rounds: int) -> None:
@@ -102,7 +116,7 @@ def _peak(rows: Any, rounds: int) -> None:
 
 
 PHASES = (
-    Phase("sense", _sense, 12 / WIDTH, 12 / WIDTH + 29 * BUNDLES_OF_ITEMS),
+    Phase("sense", _sense, 12 / WIDTH, 12 / WIDTH + 29 * ITEM_BLOCKS),
     Phase("think", _think, (DENSE - 50 + 3 * SIGMOID) / WIDTH, (DENSE + 13 * SIGMOID) / WIDTH),
     Phase("learn", _learn, (15 + 120) / WIDTH, (15 + 120 + 30 + 60) / WIDTH),
     Phase("move", _act, 22 / WIDTH, 22 / WIDTH),
@@ -111,7 +125,7 @@ PHASES = (
 
 
 def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
-    """The median over repetitions, an agent-step."""
+    """Return the time per agent-step, median over repetitions."""
     run = kept(phase.run, hooks_of(batch.state))
     run(batch.model, batch.state, 1)
     times = []
@@ -123,7 +137,7 @@ def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
 
 
 def nanoseconds_of_operation() -> float:
-    """One operation on sixteen float32, at the machine's peak."""
+    """Return the time of one operation on sixteen float32 at the peak of the machine."""
     rows = np.ones((6, WIDTH), np.float32)
     _peak(rows, 1)
     times = []
@@ -134,8 +148,8 @@ def nanoseconds_of_operation() -> float:
     return float(np.median(times))
 
 
-def lived(experiment: Experiment) -> Batch:
-    """A batch some steps into its first life."""
+def make_batch(experiment: Experiment) -> Batch:
+    """Return a batch after some steps of its first lifetime."""
     batch = Batch(experiment, 0, range(CPU.worlds))
     batch.begin(
         0,
@@ -146,15 +160,15 @@ def lived(experiment: Experiment) -> Batch:
 
 
 def main() -> None:
-    far = lived(load("evo+self-taught/B"))
-    near = lived(
+    far = make_batch(load("evo+self-taught/B"))
+    near = make_batch(
         load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
     )
     agents = CPU.worlds * 20
     operation = nanoseconds_of_operation()
     print(f"peak: {1 / operation:.2f} operations on sixteen float32 a nanosecond\n")
     print(
-        "| phase | far from food, ns | its arithmetic at peak | among food, ns | its arithmetic at peak |"
+        "| phase | far from food, ns | arithmetic at peak | among food, ns | arithmetic at peak |"
     )
     print("|---|---|---|---|---|")
     for phase in PHASES:

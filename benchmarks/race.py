@@ -1,6 +1,7 @@
-"""Contenders side by side: each in a fresh process, started one after another, then measured in turns.
+"""Measure contenders in turns, each in a fresh process.
 
-Whatever slows the machine for a while slows all of them, so that ratios within a round are worth more than the rates.
+A temporary load of the machine slows all contenders, so ratios within a round are more reliable than
+rates.
 """
 
 from __future__ import annotations
@@ -21,14 +22,15 @@ from typing import IO, Any, Self
 from benchmarks.setting import Genomes, Setting
 
 ROOT = Path(__file__).parent.parent
-FILL = 0.3  # seconds that a measurement lasts at least
-KEEP = {"MALLOC_TRIM_THRESHOLD_": "100000000", "MALLOC_MMAP_THRESHOLD_": "100000000"}
-"""Lets glibc keep the memory that is freed; without it NumPy, which frees large arrays all the time, loses up to 40 %."""
+# Smallest duration of a measurement, in seconds.
+FILL = 0.3
+ALLOCATOR = {"MALLOC_TRIM_THRESHOLD_": "100000000", "MALLOC_MMAP_THRESHOLD_": "100000000"}
+"""Settings of glibc against returning freed memory, which slows NumPy by up to 40 %."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """Who races, on how many cores, and with what."""
+    """A contender, its cores and its task."""
 
     contender: str
     setting: Setting
@@ -39,31 +41,48 @@ class Entry:
 
 @dataclass
 class Record:
-    """What was measured of an entry. Rates are agent-steps a second, a value a round."""
+    """The measurements of an entry.
+
+    Attributes
+    ----------
+    agent_steps_of_call : int
+        Agent-steps of one call.
+    rates, cpu_rates : list of float
+        Agent-steps per second and per second of CPU time, one value per round.
+    first_seconds : float
+        Seconds from the start of the process to the first result.
+    peak_mib : float
+        Peak memory, in MiB.
+    eaten : float or None
+        Items eaten per agent, averaged over all calls.
+    not_measured : str
+        Why nothing was measured, or an empty string.
+    """
 
     contender: str
     scenario: str
     cores: int
     agent_steps_of_call: int = 0
     rates: list[float] = field(default_factory=list)
-    cpu_rates: list[float] = field(default_factory=list)  # the same, a second of CPU time
-    first_seconds: float = 0.0  # from the start of the process to its first result
+    cpu_rates: list[float] = field(default_factory=list)
+    first_seconds: float = 0.0
     peak_mib: float = 0.0
-    eaten: float | None = None  # items by an agent, mean of all calls that were looked at
-    not_measured: str = ""  # why
+    eaten: float | None = None
+    not_measured: str = ""
 
 
 class Process:
-    """A worker, from its start to its end."""
+    """A worker process, which ends with the context."""
 
     def __init__(self, entry: Entry) -> None:
-        self.entry, self._errors = entry, TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
+        self.entry = entry
+        self._errors = TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         command = [sys.executable, "-m", "benchmarks.worker", entry.contender]
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         environment = {
             **os.environ,
             **entry.environment,
-            **KEEP,
+            **ALLOCATOR,
             "PYTHONPATH": path,
             "JAX_PLATFORMS": "cpu",
         }
@@ -79,7 +98,7 @@ class Process:
         self._answers: IO[str] = self._worker.stdout
 
     def begin(self) -> None:
-        self._tell(
+        self._send(
             {
                 "setting": self.entry.setting.to_dict(),
                 "genomes": self.entry.genomes,
@@ -88,26 +107,23 @@ class Process:
         )
 
     def measure(self, fill: float) -> dict[str, Any]:
-        """Raises RuntimeError with the worker's last words when it has failed."""
-        self._tell({"fill": fill})
+        """Return a measurement; raise RuntimeError with the last line of errors of a failed worker."""
+        self._send({"fill": fill})
         line = self._answers.readline()
         if not line:
             self._worker.wait()
             self._errors.seek(0)
-            raise RuntimeError(
-                (self._errors.read().strip().splitlines() or ["the process ended without a word"])[
-                    -1
-                ]
-            )
+            lines = self._errors.read().strip().splitlines()
+            raise RuntimeError(lines[-1] if lines else "the process ended without a message")
         answer: dict[str, Any] = json.loads(line)
         return answer
 
-    def _tell(self, order: dict[str, Any]) -> None:
+    def _send(self, order: dict[str, Any]) -> None:
         try:
             self._orders.write(json.dumps(order) + "\n")
             self._orders.flush()
         except BrokenPipeError:
-            pass  # `measure` finds no answer, and says why
+            pass  # `measure` then reports the errors of the worker
 
     def __enter__(self) -> Self:
         return self
@@ -123,7 +139,10 @@ class Process:
 
 
 def race(entries: Sequence[Entry], rounds: int) -> list[Record]:
-    """One record an entry. With no rounds, only the time to the first result and the memory are measured."""
+    """Measure entries in turns, and return one record per entry.
+
+    Without rounds, only the time to the first result and the memory are measured.
+    """
     with ExitStack() as running:
         started = [_start(entry, running) for entry in entries]
         eaten: list[list[float]] = [
@@ -143,7 +162,8 @@ def race(entries: Sequence[Entry], rounds: int) -> list[Record]:
 
 
 def _start(entry: Entry, running: ExitStack) -> tuple[Process, Record]:
-    record, began = Record(entry.contender, entry.setting.name, entry.cores), time.perf_counter()
+    record = Record(entry.contender, entry.setting.name, entry.cores)
+    began = time.perf_counter()
     process = running.enter_context(Process(entry))
     process.begin()
     try:
@@ -152,14 +172,12 @@ def _start(entry: Entry, running: ExitStack) -> tuple[Process, Record]:
         record.not_measured = str(error)
         return process, record
     record.first_seconds = time.perf_counter() - began
-    record.agent_steps_of_call, record.peak_mib, record.eaten = (
-        answer["agent_steps"],
-        answer["peak_mib"],
-        answer["eaten"],
-    )
+    record.agent_steps_of_call = answer["agent_steps"]
+    record.peak_mib = answer["peak_mib"]
+    record.eaten = answer["eaten"]
     return process, record
 
 
 def cpu_ratios(ours: Record, theirs: Record) -> list[float]:
-    """How many times as much ours did in a second of CPU time, round by round; for two that both work on one core."""
+    """Return the ratios of agent-steps per second of CPU time by round, of two one-core records."""
     return [our / their for our, their in zip(ours.cpu_rates, theirs.cpu_rates, strict=True)]

@@ -1,8 +1,9 @@
-"""Has baldwinlab become slower? `python benchmarks/regression.py [--record]`.
+"""Detect a loss of speed: `python benchmarks/regression.py [--record]`.
 
-Its agent-steps a second over those of the NumPy contender, measured in turns in one go, against the ratio in recorded.json.
-Both work on one core and are timed by the CPU's clock, so that others at work on the machine matter less.
-Exit status 1 and one sentence if the ratio of any scenario fell by more than 15 %. A ratio holds for one kind of CPU.
+The script measures baldwinlab and the NumPy contender in turns, and compares the ratio of their
+speeds with recorded.json. Both use one core and are timed by CPU time, so other processes matter less.
+The exit status is 1 if the ratio of a scenario fell by more than 15 %. A ratio is valid for one kind of
+CPU.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ ALLOWED = 0.15
 
 
 def measure() -> dict[str, float]:
-    """Median ratio of the rounds, by scenario."""
-    found = {}
+    """Return the median ratio of the rounds, by scenario."""
+    ratios = {}
     for name in SCENARIOS:
         setting, genomes = scenario(name)
         ours, theirs = race(
@@ -37,12 +38,12 @@ def measure() -> dict[str, float]:
         for record in (ours, theirs):
             if record.not_measured:
                 sys.exit(f"{record.contender} could not be measured: {record.not_measured}")
-        found[name] = round(median(cpu_ratios(ours, theirs)), 2)
-    return found
+        ratios[name] = round(median(cpu_ratios(ours, theirs)), 2)
+    return ratios
 
 
-def verdict(now: dict[str, float], recorded: dict[str, Any]) -> str | None:
-    """What has become slower by more than is allowed, in a sentence; None if nothing has."""
+def describe_loss(now: dict[str, float], recorded: dict[str, Any]) -> str | None:
+    """Return a sentence about the scenarios that lost too much speed, or None."""
     slower = [
         f"{name} ({now[name]:g} times NumPy's speed, recorded were {recorded['ratios'][name]:g})"
         for name in now
@@ -58,19 +59,18 @@ def verdict(now: dict[str, float], recorded: dict[str, Any]) -> str | None:
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     arguments.add_argument(
-        "--record", action="store_true", help="keep what is measured now as the record"
+        "--record", action="store_true", help="write the measured ratios to recorded.json"
     )
-    given, now = arguments.parse_args(), measure()
+    given = arguments.parse_args()
+    now = measure()
     if given.record:
         RECORD.write_text(json.dumps({"ratios": now, "machine": provenance()}, indent=1) + "\n")
         print(f"recorded: {now}")
         return
     recorded = json.loads(RECORD.read_text())
     if recorded["machine"]["cpu"] != provenance()["cpu"]:
-        print(
-            f"the record was made on another CPU ({recorded['machine']['cpu']}), so it says little about this one"
-        )
-    if sentence := verdict(now, recorded):
+        print(f"The record is from another CPU ({recorded['machine']['cpu']}): compare with care.")
+    if sentence := describe_loss(now, recorded):
         sys.exit(sentence)
     print(
         "not slower than recorded: "

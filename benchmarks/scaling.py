@@ -1,7 +1,8 @@
-"""How baldwinlab's cost grows: `python -m benchmarks.scaling [--out DIR]`.
+"""Measure the cost of larger experiments: `python -m benchmarks.scaling [--out DIR]`.
 
-Threads, worlds in a batch, agents, food items and hidden units, each alone, in interleaved rounds. All agents are self-taught
-newborns in the midst of map A's food, where a step costs most. Writes scaling.json, scaling.md and scaling.png and .svg.
+The command varies threads, worlds per batch, agents, items and hidden units separately, in interleaved
+rounds. All agents are self-taught newborns among the food of map A, where a step costs most. It writes
+scaling.json, scaling.md, scaling.png and scaling.svg.
 """
 
 from __future__ import annotations
@@ -29,16 +30,18 @@ from benchmarks.compare import OUT
 from benchmarks.machine import provenance
 from benchmarks.tables import save, table
 
-STEPS = 40_000  # agent-steps in the first, uncounted piece of a life
-FILL = 0.1  # seconds that a measurement lasts at least
+# Agent-steps before the measurement.
+STEPS = 40_000
+# Smallest duration of a measurement, in seconds.
+FILL = 0.1
 ROUNDS = 3
-MANY = 2000
+MAX_AGENTS = 2000
 
 Measure = Callable[[], float]
-"""Lives on for a while; nanoseconds per agent-step."""
+"""Simulate further steps, and return nanoseconds per agent-step."""
 
 
-def in_the_food(**changes: Any) -> Experiment:
+def among_food(**changes: Any) -> Experiment:
     return (
         load("evo+self-taught/A")
         .replace(world={"start": {"x": 480, "y": 160, "radius": 80}})
@@ -46,8 +49,8 @@ def in_the_food(**changes: Any) -> Experiment:
     )
 
 
-def grown(agents: int) -> Experiment:
-    """More agents with map and food grown in proportion, so that the density stays."""
+def at_constant_density(agents: int) -> Experiment:
+    """Return an experiment whose map and food grow in proportion to the agents."""
     side = math.sqrt(agents / 20)
     food = {
         "x": [400 * side, 560 * side],
@@ -56,11 +59,11 @@ def grown(agents: int) -> Experiment:
     }
     start = {"x": 480 * side, "y": 160 * side, "radius": 80 * side}
     world = {"width": 640 * side, "height": 640 * side, "food": [food], "start": start}
-    return in_the_food(world=world, population={"size": agents})
+    return among_food(world=world, population={"size": agents})
 
 
 def with_items(count: int) -> Experiment:
-    return in_the_food(world={"food": [{"x": [400, 560], "y": [80, 240], "count": count}]})
+    return among_food(world={"food": [{"x": [400, 560], "y": [80, 240], "count": count}]})
 
 
 def worlds_for(agents: int) -> int:
@@ -68,34 +71,40 @@ def worlds_for(agents: int) -> int:
 
 
 def cases() -> dict[str, dict[int, Measure]]:
-    """By what grows: its values, and how to measure there."""
-    normal, agents = in_the_food(), (20, 50, 100, 200, 500, 1000, MANY)
+    """Return a measurement for each value of each varied quantity."""
+    standard = among_food()
+    agents = (20, 50, 100, 200, 500, 1000, MAX_AGENTS)
     return {
         "threads": {
-            number: measure(normal, CPU.worlds, number) for number in sorted({1, available_cores()})
+            number: measure(standard, CPU.worlds, number)
+            for number in sorted({1, available_cores()})
         },
         "worlds in a batch": {
-            worlds: measure(normal, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)
+            worlds: measure(standard, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)
         },
         "agents": {
-            size: measure(in_the_food(population={"size": size}), worlds_for(size))
+            size: measure(among_food(population={"size": size}), worlds_for(size))
             for size in agents
         },
-        "agents, map and food": {size: measure(grown(size), worlds_for(size)) for size in agents},
+        "agents, map and food": {
+            size: measure(at_constant_density(size), worlds_for(size)) for size in agents
+        },
         "food items": {
             count: measure(with_items(count), CPU.worlds)
             for count in (0, 10, 20, 50, 100, 200, 500, 1000)
         },
         "hidden units": {
-            units: measure(in_the_food(network={"hidden": [units]}), CPU.worlds)
+            units: measure(among_food(network={"hidden": [units]}), CPU.worlds)
             for units in (2, 5, 10, 20, 50, 100)
         },
     }
 
 
 def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
-    """A batch in each thread, in which all have lived for a while."""
-    step = [max(1, STEPS // (worlds * experiment.population.size))]
+    """Return a measurement with a batch in each thread, after some steps."""
+    agents = worlds * experiment.population.size
+    # The current step of all batches.
+    step = [max(1, STEPS // agents)]
     batches = [Batch(experiment, thread, range(worlds)) for thread in range(threads)]
     for batch in batches:
         batch.begin(
@@ -106,39 +115,35 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
         )
         batch.simulate(0, step[0])
 
-    def live_on() -> float:
-        lived, piece, began = (
-            0,
-            max(1, STEPS // (worlds * experiment.population.size)),
-            time.perf_counter(),
-        )
+    def continue_lifetimes() -> float:
+        steps_done = 0
+        piece = max(1, STEPS // agents)
+        began = time.perf_counter()
         with ThreadPoolExecutor(threads) as pool:
             while time.perf_counter() - began < FILL:
-                first, step[0] = step[0], step[0] + piece
+                first = step[0]
+                step[0] += piece
                 list(pool.map(lambda batch: batch.simulate(first, first + piece), batches))  # noqa: B023
-                lived += piece
+                steps_done += piece
                 piece *= 2
-        return (
-            (time.perf_counter() - began)
-            * 1e9
-            / (lived * worlds * experiment.population.size * threads)
-        )
+        seconds = time.perf_counter() - began
+        return seconds * 1e9 / (steps_done * agents * threads)
 
-    return live_on
+    return continue_lifetimes
 
 
 def run_cases() -> dict[str, dict[int, list[float]]]:
-    found: dict[str, dict[int, list[float]]] = {}
+    results: dict[str, dict[int, list[float]]] = {}
     for name, points in cases().items():
         rounds = [[point() for point in points.values()] for _ in range(ROUNDS)]
-        found[name] = dict(zip(points, map(list, zip(*rounds, strict=True)), strict=True))
-    return found
+        results[name] = dict(zip(points, map(list, zip(*rounds, strict=True)), strict=True))
+    return results
 
 
-def text(found: dict[str, dict[int, list[float]]]) -> str:
-    """A table for each of what grows: nanoseconds per agent-step, median and range."""
+def format_tables(results: dict[str, dict[int, list[float]]]) -> str:
+    """Return a table for each quantity: nanoseconds per agent-step, median and range."""
     parts = []
-    for name, points in found.items():
+    for name, points in results.items():
         middle = ["ns", *(f"{median(values):.3g}" for values in points.values())]
         spread = [
             "(minimum to maximum)",
@@ -148,9 +153,9 @@ def text(found: dict[str, dict[int, list[float]]]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def draw(found: dict[str, dict[int, list[float]]], out: Path) -> None:
+def draw(results: dict[str, dict[int, list[float]]], out: Path) -> None:
     figure, axes = plt.subplots(2, 3, figsize=(11, 5.2), layout="constrained")
-    for axis, (name, points) in zip(axes.flat, found.items(), strict=True):
+    for axis, (name, points) in zip(axes.flat, results.items(), strict=True):
         values = [median(rounds) for rounds in points.values()]
         axis.plot(list(points), values, "o-", color="#0072B2", markersize=4)
         for point, rounds in points.items():
@@ -172,13 +177,13 @@ def main() -> None:
     arguments.add_argument("--out", type=Path, default=OUT)
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    found = run_cases()
+    results = run_cases()
     (given.out / "scaling.json").write_text(
-        json.dumps({"machine": provenance(), "ns_per_agent_step": found}, indent=1) + "\n"
+        json.dumps({"machine": provenance(), "ns_per_agent_step": results}, indent=1) + "\n"
     )
-    (given.out / "scaling.md").write_text(text(found))
-    draw(found, given.out)
-    print(text(found))
+    (given.out / "scaling.md").write_text(format_tables(results))
+    draw(results, given.out)
+    print(format_tables(results))
 
 
 if __name__ == "__main__":

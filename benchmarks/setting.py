@@ -1,4 +1,4 @@
-"""What every contender is told: the model's numbers, as plain Python that any of them can read without installing anything."""
+"""The task of a contender: the numbers of the model as plain Python, without dependencies."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ if TYPE_CHECKING:
 Genomes = list[list[list[list[float]]]]
 """[world][agent][module][weight], weights in the order of `baldwinlab.core.variables.WEIGHT_ORDER`."""
 
-Live = Callable[[int], Any]
-"""Live the lives once, with random numbers of this seed. Returns the items eaten, [world][agent], where there are any."""
+Simulate = Callable[[int], Any]
+"""Simulate the lifetimes with a seed; return the items eaten, [world][agent], or None."""
 
 
 class Contender(Protocol):
-    """What a module in `contenders` offers."""
+    """The functions of a module in `contenders`."""
 
     def agent_steps(self, setting: Setting) -> int:
-        """Agent-steps in one call of what `lives` returns."""
+        """Return the agent-steps of one call of the function that `prepare` returns."""
         ...
 
-    def lives(self, setting: Setting, genomes: Genomes) -> Live:
-        """Make all ready; `genomes` are given to the worlds in turn."""
+    def prepare(self, setting: Setting, genomes: Genomes) -> Simulate:
+        """Return a function that simulates lifetimes; the worlds use `genomes` in turn."""
         ...
 
 
@@ -54,15 +54,15 @@ class Setting:
         return asdict(self)
 
     @property
-    def centre(self) -> tuple[float, float]:
-        """The middle of the food."""
+    def center(self) -> tuple[float, float]:
+        """The center of the food."""
         return sum(self.food_x) / 2, sum(self.food_y) / 2
 
     def span(self, margin: float) -> tuple[float, float]:
-        """How far from the middle of the food, along x and y, something may lie within `margin` of an item."""
-        return (self.food_x[1] - self.food_x[0]) / 2 + margin, (
-            self.food_y[1] - self.food_y[0]
-        ) / 2 + margin
+        """Return the largest distances in x and y from the center at which an item can be within `margin`."""
+        width = self.food_x[1] - self.food_x[0]
+        height = self.food_y[1] - self.food_y[0]
+        return width / 2 + margin, height / 2 + margin
 
 
 def from_dict(values: Mapping[str, Any]) -> Setting:
@@ -73,8 +73,9 @@ def from_dict(values: Mapping[str, Any]) -> Setting:
 
 
 def from_experiment(experiment: Experiment) -> Setting:
-    """Raises ValueError for an experiment that the contenders do not model."""
-    world, start = experiment.world, experiment.world.start
+    """Return the setting of an experiment; raise ValueError if the contenders do not model it."""
+    world = experiment.world
+    start = world.start
     standard = (
         experiment.senses.boundaries,
         experiment.contact.shape,
@@ -87,7 +88,8 @@ def from_experiment(experiment: Experiment) -> Setting:
         or len(experiment.network.hidden) != 1
     ):
         raise ValueError(
-            f"{experiment.name}: the contenders know the standard variant, one food region and one hidden layer"
+            f"{experiment.name}: the contenders model only the standard variant "
+            "with one food region and one hidden layer"
         )
     (food,) = world.food
     return Setting(

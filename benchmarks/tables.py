@@ -1,4 +1,4 @@
-"""What `compare` measured, as markdown and as a picture."""
+"""Tables and a figure of the results of `compare`."""
 
 from __future__ import annotations
 
@@ -21,34 +21,39 @@ NAMES = {
     "evojax_waterworld": "EvoJAX WaterWorld *",
     "mesa_boids": "Mesa boids *",
 }
-SEPARATE = ("runs", "starts")  # races that are not between contenders
-Found = dict[str, Any]
+# Races that do not compare contenders.
+SEPARATE = ("runs", "starts")
+Results = dict[str, Any]
 
 
-def tables(found: Found) -> str:
-    """All tables, with the machine and the versions."""
-    machine, races = found["machine"], found["races"]
+def tables(results: Results) -> str:
+    """Return all tables, with the machine and the versions."""
+    machine = results["machine"]
+    races = results["races"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
     head = (
-        f"{machine['cpu']}, {machine['cores']} cores, {machine['system']}; Python {machine['python']}, {versions}. "
-        f"Started {found['began']}; {found['rounds']} rounds; load of the machine {machine['load']} before and "
-        f"{found['load_at_the_end']} after."
+        f"{machine['cpu']}, {machine['cores']} cores, {machine['system']}; "
+        f"Python {machine['python']}, {versions}. "
+        f"Started {results['began']}; {results['rounds']} rounds; "
+        f"load of the machine {machine['load']} before and {results['load_at_the_end']} after."
     )
     scenarios = [name for name in races if name not in SEPARATE]
     of_scenarios = [scenario_table(name, races[name]) for name in scenarios]
     return (
-        "\n\n".join([head, *of_scenarios, cost_table(found, scenarios), runs_table(races["runs"])])
+        "\n\n".join(
+            [head, *of_scenarios, cost_table(results, scenarios), runs_table(races["runs"])]
+        )
         + "\n"
     )
 
 
-def scenario_table(name: str, records: Sequence[Found]) -> str:
+def scenario_table(name: str, records: Sequence[Results]) -> str:
     ours = records[0]
     rows = [
         (
             label(record),
             record["cores"],
-            lives(record),
+            format_steps(record),
             *speed(record),
             ratio(ours, record),
             number(record["eaten"], ".0f"),
@@ -67,24 +72,24 @@ def scenario_table(name: str, records: Sequence[Found]) -> str:
     return f"**{name}**, lives of 5000 steps\n\n" + table(titles, rows)
 
 
-def cost_table(found: Found, scenarios: Sequence[str]) -> str:
-    """What it takes to begin, and to hold."""
-    *starts, cold = found["races"]["starts"]
+def cost_table(results: Results, scenarios: Sequence[str]) -> str:
+    """Return the table of start-up time, memory and size."""
+    *starts, cold = results["races"]["starts"]
     rows = []
     for contender in dict.fromkeys(record["contender"] for record in starts):
         seconds = sorted(
-            one["first_seconds"]
-            for one in starts
-            if one["contender"] == contender and not one["not_measured"]
+            record["first_seconds"]
+            for record in starts
+            if record["contender"] == contender and not record["not_measured"]
         )
-        records = [
-            one
-            for name in scenarios
-            for one in found["races"][name]
-            if one["contender"] == contender and one["rates"]
+        records = [record for name in scenarios for record in results["races"][name]]
+        peaks = [
+            record["peak_mib"]
+            for record in records
+            if record["contender"] == contender and record["rates"] and record["cores"] == 1
         ]
-        peak = max((one["peak_mib"] for one in records if one["cores"] == 1), default=None)
-        size = found["installed_mib"][contender]
+        peak = max(peaks, default=None)
+        size = results["installed_mib"][contender]
         rows.append(
             (
                 NAMES[contender],
@@ -98,27 +103,26 @@ def cost_table(found: Found, scenarios: Sequence[str]) -> str:
     return "**Start**: lives of 100 steps, in new processes\n\n" + table(titles, rows)
 
 
-def runs_table(records: Sequence[Found]) -> str:
+def runs_table(records: Sequence[Results]) -> str:
     rows = [(record["scenario"], *speed(record)) for record in records]
     titles = ("condition", "million/s", "(minimum to maximum)")
     return (
-        "**baldwinlab, complete runs** (100 generations with evolution, a batch of 4 runs on one core)\n\n"
-        + table(titles, rows)
+        "**baldwinlab, complete runs** "
+        "(100 generations with evolution, a batch of 4 runs on one core)\n\n" + table(titles, rows)
     )
 
 
-def label(record: Found) -> str:
-    return NAMES[record["contender"]] + (
-        f" (not measured: {record['not_measured']})" if record["not_measured"] else ""
-    )
+def label(record: Results) -> str:
+    reason = f" (not measured: {record['not_measured']})" if record["not_measured"] else ""
+    return NAMES[record["contender"]] + reason
 
 
-def lives(record: Found) -> str:
-    """Agent-steps in a call; 100,000 are a world's whole life in our model."""
+def format_steps(record: Results) -> str:
+    """Return the agent-steps of a call; a lifetime of a world has 100,000."""
     return f"{record['agent_steps_of_call']:,}"
 
 
-def speed(record: Found) -> tuple[str, str]:
+def speed(record: Results) -> tuple[str, str]:
     if not record["rates"]:
         return "", ""
     low, middle, high = (
@@ -128,8 +132,8 @@ def speed(record: Found) -> tuple[str, str]:
     return f"{middle:.3g}", f"{low:.3g} to {high:.3g}"
 
 
-def ratio(ours: Found, theirs: Found) -> str:
-    """Median of the ratios round by round, and their range."""
+def ratio(ours: Results, theirs: Results) -> str:
+    """Return the median of the ratios by round, and their range."""
     pairs = [our / their for our, their in zip(ours["rates"], theirs["rates"], strict=False)]
     if not pairs or ours is theirs:
         return ""
@@ -137,12 +141,12 @@ def ratio(ours: Found, theirs: Found) -> str:
 
 
 def _brief(value: float) -> str:
-    """In three places, as 1,090 or 15.8."""
+    """Return a number with three digits, such as 1,090 or 15.8."""
     return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
 def spread(values: Sequence[float]) -> str:
-    """Median of sorted values, and their range."""
+    """Return the median of sorted values, and their range."""
     return f"{median(values):.2f}" + (
         f" ({values[0]:.2f} to {values[-1]:.2f})" if len(values) > 1 else ""
     )
@@ -157,18 +161,22 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
 
 
-def draw_comparison(found: Found, out: Path) -> None:
-    """Bars of every contender's rate on one core, on a logarithmic scale, a panel a scenario."""
-    scenarios = [name for name in found["races"] if name not in SEPARATE]
+def draw_comparison(results: Results, out: Path) -> None:
+    """Draw the rates on one core as bars on a logarithmic scale, with a panel per scenario."""
+    scenarios = [name for name in results["races"] if name not in SEPARATE]
     figure, axes = plt.subplots(
         1, len(scenarios), figsize=(11, 2.8), sharex=True, layout="constrained"
     )
     for axis, name in zip(axes, scenarios, strict=True):
-        records = [one for one in found["races"][name] if one["cores"] == 1 and one["rates"]][::-1]
-        for place, record in enumerate(records):
-            rate, ours = median(record["rates"]), record["contender"] == "baldwinlab_lives"
-            axis.barh(place, rate, color="#0072B2" if ours else "#999999", left=1e3)
-            axis.text(rate * 1.3 + 1e3, place, f"{_brief(rate / 1e6)} M", va="center", fontsize=8)
+        on_one_core = (record for record in results["races"][name] if record["cores"] == 1)
+        records = [record for record in on_one_core if record["rates"]][::-1]
+        for position, record in enumerate(records):
+            rate = median(record["rates"])
+            color = "#0072B2" if record["contender"] == "baldwinlab_lives" else "#999999"
+            axis.barh(position, rate, color=color, left=1e3)
+            axis.text(
+                rate * 1.3 + 1e3, position, f"{_brief(rate / 1e6)} M", va="center", fontsize=8
+            )
         axis.set_yticks(
             range(len(records)), [NAMES[record["contender"]] for record in records], fontsize=8
         )

@@ -1,8 +1,8 @@
-"""A fresh process for one contender: `python -m benchmarks.worker NAME`, driven by `benchmarks.race`.
+"""The process of one contender: `python -m benchmarks.worker NAME`, started by `benchmarks.race`.
 
-The first line of its standard input is the task as JSON; each further line is an order, answered by a line of JSON: the seconds
-(by the wall clock and of the CPU) and agent-steps of as many calls as fill `fill` seconds (at least one), and the most memory
-held so far.
+The first line of standard input is the task as JSON. Each further line requests a measurement, and
+the worker answers with a line of JSON: wall time, CPU time and agent-steps of as many calls as fill
+`fill` seconds (at least one), and the peak memory.
 """
 
 from __future__ import annotations
@@ -22,25 +22,24 @@ def main() -> None:
     task = json.loads(sys.stdin.readline())
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-task["cores"] :])
-    from benchmarks.setting import (
-        Contender,
-        from_dict,
-    )  # here, so that it counts towards the start-up of all alike
+    # The import counts toward the start-up time of all contenders.
+    from benchmarks.setting import Contender, from_dict
 
     contender: Contender = import_module(f"benchmarks.contenders.{sys.argv[1]}")
     setting = from_dict(task["setting"])
-    live, seed = contender.lives(setting, task["genomes"]), 0
+    simulate = contender.prepare(setting, task["genomes"])
+    seed = 0
     for line in sys.stdin:
-        fill, calls, began, busy = (
-            json.loads(line)["fill"],
-            0,
-            time.perf_counter(),
-            time.process_time(),
-        )
+        fill = json.loads(line)["fill"]
+        calls = 0
+        began = time.perf_counter()
+        cpu_began = time.process_time()
         while not calls or time.perf_counter() - began < fill:
-            eaten = live(seed)
-            calls, seed = calls + 1, seed + 1
-        seconds, cpu_seconds = time.perf_counter() - began, time.process_time() - busy
+            eaten = simulate(seed)
+            calls += 1
+            seed += 1
+        seconds = time.perf_counter() - began
+        cpu_seconds = time.process_time() - cpu_began
         answer = {
             "seconds": seconds,
             "cpu_seconds": cpu_seconds,
@@ -54,7 +53,7 @@ def main() -> None:
 
 
 def mean(eaten: Any) -> float | None:
-    """Items eaten by an agent, of [world][agent]."""
+    """Return the mean number of items eaten per agent, of [world][agent]."""
     if eaten is None:
         return None
     values = [float(value) for value in chain.from_iterable(eaten)]

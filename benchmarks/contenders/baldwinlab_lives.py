@@ -1,4 +1,4 @@
-"""baldwinlab's engine: one thread a core, and on each the lives of two batches of worlds, as a study would run them."""
+"""The engine of baldwinlab: one thread per core, each with two batches of worlds, as in a study."""
 
 from __future__ import annotations
 
@@ -11,38 +11,42 @@ import baldwinlab as bl
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.studies.run import available_cores
-from benchmarks.setting import Genomes, Live, Setting
+from benchmarks.setting import Genomes, Setting, Simulate
 
-BATCHES = 2  # for each core, one after the other
+# Per core, one after the other.
+BATCHES = 2
 
 
 def agent_steps(setting: Setting) -> int:
     return available_cores() * BATCHES * CPU.worlds * setting.agents * setting.steps
 
 
-def lives(setting: Setting, genomes: Genomes) -> Live:
+def prepare(setting: Setting, genomes: Genomes) -> Simulate:
     experiment = bl.load(setting.name).replace(lifetime={"steps": setting.steps})
-    born_with, cores = np.asarray(genomes, np.float32), available_cores()
+    newborns = np.asarray(genomes, np.float32)
+    cores = available_cores()
+    # A batch is created once, as in a run. Each call is a generation.
+    batches: dict[int, Batch] = {}
 
-    batches: dict[int, Batch] = {}  # made once, as for a run, whose generations the calls are
-
-    def live_batch(generation: int, number: int) -> npt.NDArray[np.int32]:
+    def simulate_batch(generation: int, number: int) -> npt.NDArray[np.int32]:
         runs = number * CPU.worlds + np.arange(CPU.worlds)
         if number not in batches:
             batches[number] = Batch(experiment, 0, runs.tolist())
         batch = batches[number]
-        batch.begin(generation, born_with[runs % len(born_with)])
+        batch.begin(generation, newborns[runs % len(newborns)])
         batch.simulate(0, setting.steps)
         eaten: npt.NDArray[np.int32] = batch.eaten_in_life().sum(axis=-1)
         return eaten
 
-    def live_batches(generation: int, core: int) -> npt.NDArray[np.int32]:
+    def simulate_batches(generation: int, core: int) -> npt.NDArray[np.int32]:
         return np.concatenate(
-            [live_batch(generation, core * BATCHES + number) for number in range(BATCHES)]
+            [simulate_batch(generation, core * BATCHES + number) for number in range(BATCHES)]
         )
 
-    def live(generation: int) -> npt.NDArray[np.int32]:
+    def simulate(generation: int) -> npt.NDArray[np.int32]:
         with ThreadPoolExecutor(cores) as pool:
-            return np.concatenate(list(pool.map(live_batches, [generation] * cores, range(cores))))
+            return np.concatenate(
+                list(pool.map(simulate_batches, [generation] * cores, range(cores)))
+            )
 
-    return live
+    return simulate

@@ -1,11 +1,11 @@
-"""EvoJAX's multi-agent WaterWorld, a published task of its own, through EvoJAX's simulation manager (scan over steps).
+"""The multi-agent WaterWorld of EvoJAX, a published task, with EvoJAX's simulation manager.
 
 Source: Tang, Tian and Ha, *EvoJAX: Hardware-Accelerated Neuroevolution* (GECCO 2022, arXiv 2202.05008), and its
 `evojax.task.ma_waterworld`.
 
-Like ours: many agents in a square world, each with a network of its own and items to collect. Unlike ours: 30 range sensors of
-6 numbers (and 2 of the agent's own velocity), so 182 inputs to 3; items move, half are poison, and none reappears; walls; 4
-actions, drawn at random by the outputs; no learning in life.
+Common features with baldwinlab: many agents in a square world, each with its network, and items to
+collect. Differences: 182 inputs instead of 3 (30 range sensors of 6 numbers, and the velocity), moving
+items of which half are poison, no reappearing items, walls, 4 random actions, and no learning.
 """
 
 from __future__ import annotations
@@ -20,17 +20,22 @@ from evojax.policy import MLPPolicy
 from evojax.sim_mgr import SimManager
 from evojax.task.ma_waterworld import MultiAgentWaterWorld
 
-from benchmarks.setting import Genomes, Live, Setting
+from benchmarks.setting import Genomes, Setting, Simulate
 
-WORLDS, STEPS = 16, 100  # few steps, as it keeps every observation
+WORLDS = 16
+# EvoJAX stores every observation, so lifetimes are short.
+STEPS = 100
 
 
 def agent_steps(setting: Setting) -> int:
     return WORLDS * setting.agents * min(STEPS, setting.steps)
 
 
-def lives(setting: Setting, genomes: Genomes) -> Live:
-    """As many agents, items and hidden units as in `setting`; `genomes` do not fit these networks and are not used."""
+def prepare(setting: Setting, genomes: Genomes) -> Simulate:
+    """Return a function that simulates as many agents, items and hidden units as in `setting`.
+
+    `genomes` do not fit these networks and are not used.
+    """
     quiet = logging.getLogger("evojax")
     task = MultiAgentWaterWorld(
         num_agents=setting.agents, num_items=setting.items, max_steps=min(STEPS, setting.steps)
@@ -54,10 +59,11 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
         logger=quiet,
     )
 
-    def live(seed: int) -> None:
+    def simulate(seed: int) -> None:
         weights = jax.random.normal(
             jax.random.key(seed), (setting.agents, network.num_params), jnp.float32
         )
-        np.asarray(manager.eval_params(weights, test=False)[0])  # waits for the scores
+        # The conversion waits for the scores.
+        np.asarray(manager.eval_params(weights, test=False)[0])
 
-    return live
+    return simulate
