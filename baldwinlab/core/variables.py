@@ -15,11 +15,11 @@ OF_AGENT = (
 )  # the dimensions of what is recorded of every agent of every generation
 
 DIMENSIONS: Mapping[str, str] = {  # what a study's data are labelled with, and what it means
-    "condition": "the condition's name",
+    "condition": "name of the condition",
     "run": "number of the run",
     "generation": "number of the generation, from 0",
     "agent": "number of the agent in its generation",
-    "parent": "which of the two",
+    "parent": "first or second parent",
 }
 
 
@@ -36,19 +36,19 @@ RUN: Mapping[str, Variable] = {
         ("generation", "agent"),
         np.float64,
         "energy",
-        "energy of the items eaten in life, less the cost of learning: the fitness",
+        "fitness: energy of the items eaten in life minus the cost of learning",
     ),
     "parents": Variable(
         ("generation", "agent", "parent"),
         np.int32,
         "1",
-        "agents of the generation before; -1 where there are none",
+        "agents of the previous generation; -1 without parents",
     ),
     "genome": Variable(
         ("generation", "agent", "module", "weight"),
         np.float32,
         "1",
-        "weights at birth; NaN in generations that are not kept",
+        "weights at birth; NaN in generations that are not stored",
     ),
 }
 
@@ -77,26 +77,26 @@ def of_record(experiment: Any) -> Mapping[str, Variable]:
     }
     if experiment.births_in_life:
         own["born"] = Variable(
-            OF_AGENT, np.int32, "agents", "agents born in this one's place in the midst of life"
+            OF_AGENT, np.int32, "agents", "number of births in the place of the agent during life"
         )
     return dict(RECORD) | own
 
 
 TRACE: Mapping[str, Variable] = {
     "x": Variable(
-        ("step", "agent"), np.float32, "units of length", "position when the agent sensed"
+        ("step", "agent"), np.float32, "units of length", "x position when the agent senses"
     ),
     "y": Variable(
         ("step", "agent"),
         np.float32,
         "units of length",
-        "position when the agent sensed; points down",
+        "y position when the agent senses, downward",
     ),
     "heading": Variable(
         ("step", "agent"),
         np.float32,
         "degrees",
-        "heading when the agent sensed; clockwise from +x, in [0, 360)",
+        "heading when the agent senses, clockwise from +x, in [0, 360)",
     ),
     "item_x": Variable(
         ("step", "item"), np.float32, "units of length", "position at the beginning of the step"
@@ -108,10 +108,13 @@ TRACE: Mapping[str, Variable] = {
         ("step", "agent", "side"),
         np.int8,
         "1",
-        "what each input is; 1 if any item falls in the sensor",
+        "inputs; for food, 1 if an item is in the sector",
     ),
     "output": Variable(
-        ("step", "agent", "action"), np.float32, "1", "the action module's outputs, before learning"
+        ("step", "agent", "action"),
+        np.float32,
+        "1",
+        "outputs of the action module, before learning",
     ),
     "action": Variable(("step", "agent"), np.int8, "1", "0 left, 1 forward, 2 right"),
     "eaten": Variable(("step", "agent"), np.int32, "items", "items eaten in this step"),
@@ -140,13 +143,13 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
             ("run", "generation", "life", "agent"),
             np.float64,
             "energy",
-            "fitness in a life of this kind",
+            "fitness in this kind of lifetime",
         ),
         "distance": Variable(
             ("run", "generation", "layer", "agent"),
             np.float32,
             "1",
-            "how far learning moved a layer's weights, birth to death",
+            "distance of the weights of a layer between birth and death",
         ),
     },
     "neutral": {
@@ -154,7 +157,7 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
             ("run", "generation", "newborns", "life", "agent"),
             np.float64,
             "energy",
-            "fitness of these newborns in a life of this kind",
+            "fitness of these newborns in this kind of lifetime",
         ),
     },
     "within-life": {
@@ -162,13 +165,13 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
             ("run", "newborns", "window", "agent"),
             np.int32,
             "items",
-            "items eaten in this part of life",
+            "items eaten in this part of the lifetime",
         ),
         "first_meal": Variable(
             ("run", "newborns", "agent"),
             np.float32,
             "steps",
-            "when the agent first ate; NaN for never",
+            "step in which the agent first ate; NaN if it never ate",
         ),
     },
     "modules": {
@@ -186,13 +189,13 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
             ("run", "generation"),
             np.float32,
             "generations",
-            "since the last common ancestor of all agents; NaN for none",
+            ("generations since the last common ancestor of all agents; NaN without one"),
         ),
         "effective_ancestors": Variable(
             ("run", "generation"),
             np.float32,
             "agents",
-            "of the first generation: 1 / sum of squared shares in the gene pool",
+            ("effective number of founders: 1 / sum of squared shares in the gene pool"),
         ),
     },
 }
@@ -208,9 +211,10 @@ LIVES = (
 )  # learning off, learning on, weights as at death, drift in place of learning
 
 WEIGHT_ORDER = (
-    "layer by layer from the sensors; within a layer by the unit that a weight comes from, then by the unit that it goes to; "
-    "with biases, a layer's biases follow its weights, as if from one more unit that is always 1; "
-    "where the learning rate evolves, the last entry is its gene, log10 of the rate over learning.rate, in the action module"
+    "layer by layer, from the inputs; within a layer, by source unit, then by"
+    " target unit; with biases, the biases of a layer follow its weights; "
+    "with an evolved learning rate, the last entry of the action module is "
+    "its gene, log10 of the rate divided by learning.rate"
 )
 
 

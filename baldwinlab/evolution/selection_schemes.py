@@ -88,13 +88,13 @@ class BestCopies(Selection, name="best-copies"):
         0.2,
         gt=0,
         le=1,
-        description="share of the agents that have children, the fittest; at least one agent",
+        description="Share of the fittest agents that have children; at least one agent.",
     )
     mated: float = Field(
         0.0,
         ge=0,
         le=1,
-        description="share of the children that have a second parent, any of the fittest",
+        description="Share of the children with a second parent among the fittest.",
     )
 
     @staticmethod
@@ -187,7 +187,7 @@ class LargerTournament(Selection, name="larger-tournament"):
     Goldberg and Deb 1991.
     """
 
-    size: int = Field(3, ge=2, le=4, description="agents that are drawn for each parent")
+    size: int = Field(3, ge=2, le=4, description="Number of agents drawn for each parent.")
 
     @staticmethod
     def select(

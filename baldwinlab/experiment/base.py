@@ -39,54 +39,76 @@ Name = Annotated[
     Field(
         pattern=NAME_PATTERN,
         max_length=200,
-        description="the condition's name, in results and figures",
+        description="Name of the condition, in results and figures.",
     ),
 ]
 ModelName = Annotated[str, Choice("model")]
 
 
 class Population(Fields):
-    size: int = Field(
-        20, ge=1, le=1_000_000, description="agents in the world, and in every generation (R6)"
-    )
+    size: int = Field(20, ge=1, le=1_000_000, description="Number of agents per generation (R6).")
 
 
 class Evolution(Fields):
-    generations: int = Field(100, ge=1, le=1_000_000, description="generations in a run")
+    generations: int = Field(100, ge=1, le=1_000_000, description="Number of generations per run.")
     inheritance: Annotated[str, Choice("inheritance")] = Field(
         "darwinian",
-        description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation",
+        description=(
+            "Inheritance. darwinian: the genome at birth is inherited; none: all "
+            "weights are drawn again in each generation."
+        ),
     )
     lamarckian_share: float = Field(
         0.0,
         ge=0,
         le=1,
-        description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian",
+        description=(
+            "Share of the learned weight change that is inherited. 0: Darwinian; 1: Lamarckian."
+        ),
     )
     selection: Annotated[str, Choice("selection")] = Field(
         "roulette",
-        description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4); neutral: at random",
+        description=(
+            "Selection of parents: roulette, tournament of 2, truncation to the "
+            "fitter half, linear rank (R4), or neutral (random)."
+        ),
     )
     elite: int = Field(
         0,
         ge=0,
         le=1_000_000,
-        description="the fittest of a generation, that live on unchanged in the place of so many children",
+        description=("Number of the fittest agents that survive and replace as many children."),
     )
     variation: Annotated[str, Choice("variation")] = Field(
-        "crossover", description="crossover: a weight from either parent, then mutation"
+        "crossover",
+        description=(
+            "Variation operator. crossover: each weight from either parent, then mutation."
+        ),
     )
     fitness: Annotated[str, Choice("fitness")] = Field(
         "energy",
-        description="energy: of the items eaten, or the model's payoff, less the cost of learning; below 0 it counts as 0, "
-        "so selection sees no difference there",
+        description="Fitness. energy: energy of the eaten items, or payoff of the model, "
+        "minus the cost of learning, and at least 0.",
     )
     mutation_gate: Literal["weight", "child"] = Field(
         "weight",
-        description="one draw for every weight, or one for the child and then every weight (R5)",
+        description=(
+            "Decision about mutation. weight: for each weight; child: once for all "
+            "weights of a child (R5)."
+        ),
     )
-    mutation_rate: float = Field(0.05, ge=0, le=1, description="probability that the gate opens")
-    mutation_size: float = Field(0.05, ge=0, le=1000, description="a mutation adds U(-size, size)")
+    mutation_rate: float = Field(
+        0.05,
+        ge=0,
+        le=1,
+        description="Probability of a mutation, per weight or per child.",
+    )
+    mutation_size: float = Field(
+        0.05,
+        ge=0,
+        le=1000,
+        description="Size of a mutation, which adds U(-size, size) to a weight.",
+    )
 
 
 class Record(Fields):
@@ -94,7 +116,10 @@ class Record(Fields):
         1,
         ge=1,
         le=1_000_000,
-        description="genomes are kept of every so-many-th generation, and of the last",
+        description=(
+            "Interval in generations at which genomes are stored. The last generation"
+            " is always stored."
+        ),
     )
 
 
@@ -278,7 +303,7 @@ def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
     }
     fields: dict[str, Any] = {
         "name": (Name, name),
-        "model": (ModelName, Field(name, description="the kind of life")),
+        "model": (ModelName, Field(name, description="Model: what a lifetime is.")),
         key_of(name): (model, with_its_default(model)),
         **{key: (table, with_its_default(table)) for key, table in made.items()},
     }

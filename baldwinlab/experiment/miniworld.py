@@ -30,26 +30,30 @@ LONGEST_LIFE: Final = 100_000_000  # steps
 class Start(Fields):
     """Where agents are born: uniformly in a disc."""
 
-    x: Coordinate = Field(160.0, description="centre of the disc, units of length")
-    y: Coordinate = Field(160.0, description="centre of the disc, units of length; y points down")
+    x: Coordinate = Field(160.0, description="x of the center of the disc, in units of length.")
+    y: Coordinate = Field(
+        160.0, description="y of the center of the disc, in units of length, downward."
+    )
     radius: float = Field(
-        40.0, ge=0, le=1_000_000, description="radius of the disc, units of length"
+        40.0, ge=0, le=1_000_000, description="Radius of the disc, in units of length."
     )
     headings: Literal["equal", "random"] = Field(
         "equal",
-        description="of newborns; equal: all along +x; random: each one of the 40 there are",
+        description=("Headings of newborns. equal: all along +x; random: one of the 40 headings."),
     )
 
 
 class FoodRegion(Fields):
     """A rectangle in which items lie uniformly; an eaten item reappears in its own region at once."""
 
-    x: tuple[Coordinate, Coordinate] = Field(description="left and right edge, units of length")
-    y: tuple[Coordinate, Coordinate] = Field(description="upper and lower edge, units of length")
-    count: int = Field(50, ge=0, le=1_000_000, description="items in the region at any time")
-    energy: float = Field(
-        1.0, ge=0, le=1_000_000, description="energy that an item gives to its eater"
+    x: tuple[Coordinate, Coordinate] = Field(description="Left and right edge, in units of length.")
+    y: tuple[Coordinate, Coordinate] = Field(
+        description="Upper and lower edge, in units of length."
     )
+    count: int = Field(
+        50, ge=0, le=1_000_000, description="Number of items in the region at any time."
+    )
+    energy: float = Field(1.0, ge=0, le=1_000_000, description="Energy of an item.")
 
     @model_validator(mode="after")
     def _edges_in_order(self) -> Self:
@@ -66,12 +70,16 @@ class FoodRegion(Fields):
 class World(Fields):
     """The map: a torus, y pointing down, so that headings grow clockwise."""
 
-    width: float = Field(640.0, ge=10, le=1_000_000, description="units of length")
-    height: float = Field(640.0, ge=10, le=1_000_000, description="units of length")
+    width: float = Field(
+        640.0, ge=10, le=1_000_000, description="Width of the map, in units of length."
+    )
+    height: float = Field(
+        640.0, ge=10, le=1_000_000, description="Height of the map, in units of length."
+    )
     start: Start = Start()
-    food: tuple[FoodRegion, ...] = Field((), max_length=64, description="food regions, none to 64")
+    food: tuple[FoodRegion, ...] = Field((), max_length=64, description="Food regions, at most 64.")
     features: tuple[FeatureName, ...] = Field(
-        (), max_length=16, description="what else there is in the world; [] for nothing"
+        (), max_length=16, description="World features, for example walls. [] for none."
     )
 
     @model_validator(mode="after")
@@ -102,40 +110,47 @@ class Senses(Fields):
         ("food",),
         min_length=1,
         max_length=8,
-        description="one after the other; food: three binary sensors for food",
+        description=("Senses, in the order of the inputs. food: three binary sensors for food."),
     )
     visual_radius: float = Field(
-        40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)"
+        40.0, gt=0, le=100_000, description="Visual range, in units of length (R1)."
     )
     boundaries: Literal["closed", "open"] = Field(
         "closed",
-        description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)",
+        description=(
+            "Items at exactly 15 and 345 degrees. closed: seen by the front sensor; "
+            "open: not seen (R8)."
+        ),
     )
 
 
 class Contact(Fields):
     shape: Literal["circle", "square"] = Field(
         "circle",
-        description="circle: Euclidean distance of centres; square: the larger of its two components (R2)",
+        description=(
+            "Distance for contact. circle: Euclidean; square: the larger of |dx| and |dy| (R2)."
+        ),
     )
     reach: float = Field(
         10.0,
         gt=0,
         le=100_000,
-        description="an item nearer than this is touched, units of length (R2)",
+        description=("Distance below which an agent touches an item, in units of length (R2)."),
     )
 
 
 class Motor(Fields):
     body: BodyName = Field(
         "walker",
-        description="walker: turns left or right by 9 degrees, or goes straight at double speed",
+        description=(
+            "Body. walker: turns left or right by 9 degrees, or goes straight at double speed."
+        ),
     )
     noise: float = Field(
         0.0,
         ge=0,
         le=1,
-        description="probability, in every step, that the action is drawn at random instead of chosen",
+        description="Probability per step that a random action replaces the chosen one.",
     )
 
 
@@ -143,14 +158,17 @@ class Network(Fields):
     """Topology of the action module, and of the reinforcement module."""
 
     kind: NetworkName = Field(
-        "feed-forward", description="feed-forward: layers of logistic units, without memory"
+        "feed-forward",
+        description="Network. feed-forward: layers of logistic units, without memory.",
     )
     hidden: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = Field(
-        (10,), max_length=8, description="units in each hidden layer; [] for none"
+        (10,), max_length=8, description="Number of units in each hidden layer. [] for none."
     )
     biases: bool = Field(
         False,
-        description="biases on hidden and output units, N(0, 1), evolved and learned like weights (R3)",
+        description=(
+            "Whether hidden and output units have biases, which evolve and learn like weights (R3)."
+        ),
     )
 
 
@@ -159,32 +177,37 @@ class Learning(Fields):
 
     rule: RuleName = Field(
         "none",
-        description="self-taught: backpropagation towards the reinforcement module; drift: each weight moves as far as "
-        "self-teaching would have moved it, in a direction drawn at birth",
+        description="Learning rule. self-taught: backpropagation toward the reinforcement "
+        "module; drift: random weight changes of the same size.",
     )
-    rate: float = Field(0.01, ge=0, le=10, description="learning rate, per step")
+    rate: float = Field(0.01, ge=0, le=10, description="Learning rate, per step.")
     evolved_rate: bool = Field(
         False,
-        description="every agent inherits a gene g, like a weight, and learns at rate * 10^g, but at most at 10",
+        description="Whether agents inherit a gene g and learn at rate * 10^g, at most 10.",
     )
     steps: int | None = Field(
         None,
         ge=0,
         le=LONGEST_LIFE,
-        description="steps of a life after which learning stops; where it is not set, it never does",
+        description=("Number of steps after which learning stops. Not set: learning never stops."),
     )
     teacher: Literal["inherited", "shuffled", "fresh"] = Field(
         "inherited",
-        description="reinforcement modules of the children; shuffled: dealt anew among them; fresh: drawn from N(0, 1)",
+        description=(
+            "Reinforcement modules of the children. inherited: from the parents; "
+            "shuffled: permuted among the children; fresh: drawn from N(0, 1)."
+        ),
     )
     cost_per_step: float = Field(
-        0.0, ge=0, le=1_000_000, description="energy that a step of learning costs"
+        0.0, ge=0, le=1_000_000, description="Cost of a step of learning, in energy."
     )
     cost_per_change: float = Field(
         0.0,
         ge=0,
         le=1_000_000,
-        description="energy per unit of distance between an agent's weights at birth and at death",
+        description=(
+            "Cost per unit of distance between the weights at birth and at death, in energy."
+        ),
     )
 
     @field_validator("steps")
@@ -195,10 +218,13 @@ class Learning(Fields):
 
 
 class Lifetime(Fields):
-    steps: int = Field(5000, ge=1, le=LONGEST_LIFE, description="time steps in a life")
+    steps: int = Field(5000, ge=1, le=LONGEST_LIFE, description="Number of steps of a lifetime.")
     update: Literal["simultaneous", "sequential"] = Field(
         "simultaneous",
-        description="sequential: agent after agent, each finds what the last one left (R7)",
+        description=(
+            "Order of the agents in a step. simultaneous: all agents together; "
+            "sequential: one agent after another (R7)."
+        ),
     )
 
 
@@ -211,7 +237,7 @@ class Experiment(BaseExperiment):
     """
 
     name: Name = "experiment"
-    model: Literal["miniworld"] = Field("miniworld", description="the kind of life")
+    model: Literal["miniworld"] = Field("miniworld", description="Model: what a lifetime is.")
     world: World = World()
     population: Population = Population()
     senses: Senses = Senses()

@@ -31,10 +31,12 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
 
 
 def name_of(path: str, *experiments: BaseModel) -> str:
-    """What is at a path, in a few words for an axis, in the first of these experiments that has it; else the path itself.
+    """Return a short name of a setting, for an axis: "learning rate, per step".
 
-    A number has its meaning, without what follows a colon and without the variant it belongs to: "learning rate, per step". A
-    choice, whose meaning lists what there is to choose, has its name: "evolution: selection". Of several regions, which one.
+    The name of a number is the first clause of its description, without the number of a variant.
+    The name of a choice is its path: "evolution: selection".
+    The name contains the number of the region if there are several.
+    An experiment without the setting is skipped; if none has it, the name is the path.
     """
     for experiment in experiments:
         with suppress(ExperimentError):
@@ -42,10 +44,16 @@ def name_of(path: str, *experiments: BaseModel) -> str:
             if isinstance(value, str):
                 return path.replace(".", ": ").replace("_", " ")
             if meaning:
-                return re.sub(r" \(R\d+\)$", "", re.split("[;:]", meaning)[0]) + _which(
-                    path, experiment
-                )
+                return _first_clause(meaning) + _which(path, experiment)
     return path
+
+
+def _first_clause(description: str) -> str:
+    clause = re.split(r"[;:]|[.](?=\s|$)", description)[0]
+    clause = re.sub(r" \(R\d+\)$", "", clause)
+    # A symbol such as "A" stays a capital letter.
+    is_word = clause[1:2].islower()
+    return clause[0].lower() + clause[1:] if is_word else clause
 
 
 def _which(path: str, experiment: BaseModel) -> str:

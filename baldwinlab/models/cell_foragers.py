@@ -98,19 +98,24 @@ class CellForagers(Model, name="cell-foragers"):
     """Foragers on a grid whose networks learn during life."""
 
     learning: Literal["none", "auto-teaching", "prediction", "random-targets"] = Field(
-        "none", description="what is learned in life"
+        "none", description="Content of learning."
     )
     rate: float = Field(
         0.15,
         ge=0,
         le=10,
-        description="learning rate; 0 is the twin, that has all that learning has but its effect",
+        description="Learning rate. 0: the same genome without learning.",
     )
-    hidden: int = Field(7, ge=1, le=100, description="hidden units of each module")
+    hidden: int = Field(7, ge=1, le=100, description="Number of hidden units per module.")
     environments: int = Field(
-        24, ge=6, le=1000, description="in a life, each with a place of birth and food of its own"
+        24,
+        ge=6,
+        le=1000,
+        description=(
+            "Number of environments in a lifetime, each with its own start position and food."
+        ),
     )
-    moves: int = Field(50, ge=1, le=10_000, description="steps in an environment")
+    moves: int = Field(50, ge=1, le=10_000, description="Number of steps per environment.")
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
@@ -122,18 +127,21 @@ class CellForagers(Model, name="cell-foragers"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "food eaten in an environment"
+    payoff: ClassVar[str] = "food eaten per environment"
     records: ClassVar[Mapping[str, Variable]] = {
         "gain": Variable(
             OF_AGENT,
             np.float32,
             "items",
-            "food in an environment in the last sixth of life, less that in the first",
+            "food per environment in the last sixth of life minus that in the first",
         ),
     }
     views: ClassVar[Mapping[str, View]] = {
         "life": View(
-            "An agent among its food, move by move. What it eats vanishes; each environment of a life has food of its own.",
+            (
+                "An agent and its food, step by step. Eaten food disappears. Each "
+                "environment has its own food."
+            ),
             _life,
         )
     }
@@ -143,7 +151,7 @@ class CellForagers(Model, name="cell-foragers"):
         "gain-20": Measure("gain within life in generation 20, items an environment", _gain(20)),
         "gain-50": Measure("gain within life in generation 50, items an environment", _gain(50)),
         "gain-falls": Measure(
-            "gain within life in generation 10, less that in 50",
+            "gain within life in generation 10 minus that in generation 50",
             lambda runs: _gain(10)(runs) - _gain(50)(runs),
         ),
     }
@@ -459,7 +467,10 @@ class FewMutations(Variation, name="few-mutations"):
     """
 
     mutations: int = Field(
-        5, ge=0, le=1000, description="weights of a child that mutate; one may be drawn twice"
+        5,
+        ge=0,
+        le=1000,
+        description="Number of weights of a child that mutate, drawn with replacement.",
     )
     derived: ClassVar[Mapping[str, Any]] = {
         "size": lambda part, experiment: float(experiment.evolution.mutation_size)

@@ -68,47 +68,54 @@ class CueLearners(Model, name="cue-learners"):
     """Agents that learn which color means food, with smell as the teacher."""
 
     accuracy: float = Field(
-        0.75, ge=0.5, le=1, description="probability that food smells sweet, and poison sour"
+        0.75,
+        ge=0.5,
+        le=1,
+        description="Probability that food smells sweet, and that poison smells sour.",
     )
-    learning: bool = Field(True, description="whether Hebbian links change in life")
-    rate: float = Field(
-        0.1, gt=0, le=2, description="by which a Hebbian link changes at every item"
-    )
-    units: int = Field(3, ge=2, le=8, description="units of a network")
-    items: int = Field(100, ge=1, le=100_000, description="that drift by in a life")
+    learning: bool = Field(True, description="Whether Hebbian links change during life.")
+    rate: float = Field(0.1, gt=0, le=2, description="Change of a Hebbian link per item.")
+    units: int = Field(3, ge=2, le=8, description="Number of units.")
+    items: int = Field(100, ge=1, le=100_000, description="Number of items in a lifetime.")
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
         "evolution": {"generations": 601, "variation": "one-point-of-units", "mutation_rate": 0.01},
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "food less poison eaten, and half the number of items"
+    payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
     records: ClassVar[Mapping[str, Variable]] = {
         "beyond": Variable(
             OF_AGENT,
             np.float32,
             "items",
-            "food less poison eaten, above half-way from what it would be by smell to what it would be by colour",
+            (
+                "food minus poison eaten, above the midpoint between eating by smell and "
+                "eating by color"
+            ),
         ),
         "by_colour": Variable(
             OF_AGENT,
             np.int32,
             "1",
-            "1 where at death it eats what has food's colour, whatever the smell",
+            "1 if the agent eats by color at death, independent of smell",
         ),
-        "born_so": Variable(OF_AGENT, np.int32, "1", "1 where it did so at birth"),
+        "born_so": Variable(OF_AGENT, np.int32, "1", "1 if the agent eats by color at birth"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure(
-            "generations until the average agent is half-way from smell to colour; all where it never is",
+            (
+                "generations until the average agent reaches the midpoint between smell "
+                "and color; all if never"
+            ),
             _time,
         ),
         "evolved": Measure(
-            "1 where the average agent ever is half-way from smell to colour, else 0",
+            ("1 if the average agent ever reaches the midpoint between smell and color, else 0"),
             lambda runs: (_time(runs) < runs.sizes["generation"]) * 1.0,
         ),
         "time-of-half": Measure(
-            "generations until half of the agents learn to eat by colour; all where they never do",
+            ("generations until half of the agents learn to eat by color; all if never"),
             _time_of_half,
         ),
     }

@@ -90,21 +90,30 @@ class DigitReaders(Model, name="digit-readers"):
     """Networks that classify digits and learn from examples during life."""
 
     trials: int = Field(
-        20, ge=0, le=100_000, description="of learning in a life, on average; 0 is to learn nothing"
+        20,
+        ge=0,
+        le=100_000,
+        description="Mean number of learning trials in a lifetime. 0: no learning.",
     )
     allotment: Literal["equal", "spread"] = Field(
         "equal",
-        description="equal: so many trials each; spread: from none to twice as many, all alike probable",
+        description=(
+            "Distribution of the trials. equal: the same for all agents; spread: "
+            "uniform from 0 to twice the mean."
+        ),
     )
-    rate: float = Field(0.5, gt=0, le=10, description="learning rate")
-    noise: float = Field(0.05, ge=0, le=0.5, description="probability that a pixel is turned over")
-    hidden: int = Field(10, ge=1, le=100, description="hidden units")
+    rate: float = Field(0.5, gt=0, le=10, description="Learning rate.")
+    noise: float = Field(0.05, ge=0, le=0.5, description="Probability that a pixel is inverted.")
+    hidden: int = Field(10, ge=1, le=100, description="Number of hidden units.")
     criterion: Literal["strongest", "all"] = Field(
         "strongest",
-        description="a digit is read right: if its output is the strongest; if all ten are on the right side of 1/2",
+        description=(
+            "Criterion of a correct answer: the largest output, or all ten outputs on"
+            " the correct side of 1/2."
+        ),
     )
     each: int = Field(
-        10, ge=1, le=1000, description="of each digit that are read at the end of a life"
+        10, ge=1, le=1000, description="Number of tests per digit at the end of a lifetime."
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -117,21 +126,26 @@ class DigitReaders(Model, name="digit-readers"):
         },
         "record": {"genome_every": 5},
     }
-    payoff: ClassVar[str] = "share of digits read right"
+    payoff: ClassVar[str] = "share of digits classified correctly"
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_error": Variable(OF_AGENT, np.float32, "1", "share of digits misread at birth"),
-        "error": Variable(OF_AGENT, np.float32, "1", "share of digits misread at the end of life"),
+        "innate_error": Variable(
+            OF_AGENT, np.float32, "1", "share of digits misclassified at birth"
+        ),
+        "error": Variable(
+            OF_AGENT, np.float32, "1", "share of digits misclassified at the end of life"
+        ),
         "used": Variable(
-            OF_AGENT, np.int32, "trials", "trials of the agent's life, and the reading at its end"
+            OF_AGENT, np.int32, "trials", "trials in the lifetime, and the test at its end"
         ),
     }
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
-            "share of digits misread at birth in the last generation", _at_last("innate_error")
+            "share of digits misclassified at birth in the last generation",
+            _at_last("innate_error"),
         ),
         "error": Measure(
-            "share of digits misread after learning in the last generation", _at_last("error")
+            "share of digits misclassified after learning in the last generation", _at_last("error")
         ),
     }
 
@@ -314,7 +328,7 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     """
 
     crossed: float = Field(
-        0.5, ge=0, le=1, description="share of the children that have weights of both parents"
+        0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {

@@ -69,33 +69,35 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     Fitness is higher, the earlier a trial is correct at all loci.
     """
 
-    loci: int = Field(20, ge=1, le=60, description="length of a string")
-    trials: int = Field(1000, ge=1, le=100_000, description="for which a life has time")
+    loci: int = Field(20, ge=1, le=60, description="Number of loci.")
+    trials: int = Field(1000, ge=1, le=100_000, description="Number of trials in a lifetime.")
     guessing: bool = Field(
-        True, description="whether a ? is guessed in life; if not, it is never right"
+        True, description="Whether agents guess each ?. Otherwise ? is never correct."
     )
     unset: float = Field(
         0.5,
         ge=0,
         le=1,
-        description="share of ? among the founders' alleles; the rest are 0 and 1 alike",
+        description=(
+            "Share of ? among the alleles of the founders. The others are 0 and 1 in equal shares."
+        ),
     )
-    counts_success: bool = Field(
-        True, description="whether the trial that succeeds is one of those used up"
-    )
+    counts_success: bool = Field(True, description="Whether the successful trial counts as used.")
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
         "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "ones": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 1, the right one"),
+        "ones": Variable(
+            OF_AGENT, np.float32, "1", "share of alleles that are 1, the correct allele"
+        ),
         "unset": Variable(OF_AGENT, np.float32, "1", "share of alleles that are ?"),
         "zeros": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 0"),
         "succeeded": Variable(
-            OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"
+            OF_AGENT, np.int32, "1", "1 if all alleles were correct in a trial, else 0"
         ),
-        "used": Variable(OF_AGENT, np.int32, "trials", "trials of the agent's life"),
+        "used": Variable(OF_AGENT, np.int32, "trials", "number of trials in the lifetime"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
     clock: ClassVar[str] = "used"
@@ -108,15 +110,15 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             "share of ? when half of the agents succeed", _unset_at_take_off
         ),
         "fall": Measure(
-            "share of ? then, less that at last",
+            "share of ? at that time minus that in the last generation",
             lambda runs: _unset_at_take_off(runs) - _at_last("unset")(runs),
         ),
         "taken-off": Measure(
-            "1 where half of the agents ever succeed, else 0",
+            "1 if half of the agents ever succeed, else 0",
             lambda runs: _take_off(runs).notnull() * 1.0,
         ),
         "hit": Measure(
-            "1 where anybody ever succeeds, else 0",
+            "1 if any agent ever succeeds, else 0",
             lambda runs: runs["succeeded"].max(("generation", "agent")).astype(float),
         ),
     }
@@ -201,7 +203,10 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
 
     mutation_law: Literal["uniform", "founders"] = Field(
         "uniform",
-        description="alleles that mutations draw: 0, 1 and ? alike, or in the shares of the founders",
+        description=(
+            "Distribution of mutated alleles. uniform: 0, 1 and ? alike; founders: as"
+            " among the founders."
+        ),
     )
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {

@@ -84,20 +84,30 @@ class LightSwitch(Model, name="light-switch"):
 
     coding: Literal["neurons", "synapses", "strengths"] = Field(
         "neurons",
-        description="genes are sign, rule and rate: of a neuron's synapses, or of each synapse; or sign and strength of each",
+        description=(
+            "Content of the genes: sign, rule and rate per neuron or per synapse, or "
+            "sign and strength per synapse."
+        ),
     )
     sign: Literal["source", "target"] = Field(
         "source",
-        description="whose genes give a synapse's sign, where genes are of neurons; of the source, inputs have a sign, too",
+        description=(
+            "Neuron whose gene sets the sign of a synapse, for genes per neuron: source or target."
+        ),
     )
     plasticity: bool = Field(
-        True, description="whether weights change in life, where genes are rules"
+        True, description="Whether weights change during life, if genes are rules."
     )
-    neurons: int = Field(6, ge=2, le=100, description="of which the last two drive the wheels")
-    moves: int = Field(500, ge=1, le=100_000, description="steps of a life")
+    neurons: int = Field(
+        6, ge=2, le=100, description="Number of neurons. The last two drive the wheels."
+    )
+    moves: int = Field(500, ge=1, le=100_000, description="Number of steps of a lifetime.")
     change: Literal["places", "senses", "wheels"] = Field(
         "places",
-        description="in the life that does not count: lamp and stripe elsewhere, senses half as strong, or the left wheel slower",
+        description=(
+            "Change in the additional test lifetime: other positions, senses of half "
+            "strength, or a slower left wheel."
+        ),
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -114,7 +124,9 @@ class LightSwitch(Model, name="light-switch"):
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     records: ClassVar[Mapping[str, Variable]] = {
         "score": Variable(OF_AGENT, np.float32, "1", "share of steps under the lit lamp"),
-        "changed": Variable(OF_AGENT, np.float32, "1", "the same in a world that is changed"),
+        "changed": Variable(
+            OF_AGENT, np.float32, "1", "share of steps under the lit lamp in a changed world"
+        ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "changed": Measure(
@@ -122,7 +134,7 @@ class LightSwitch(Model, name="light-switch"):
             _last("changed"),
         ),
         "kept": Measure(
-            "share of the score that is kept in a changed world, last ten generations",
+            ("share of the score that remains in a changed world, last ten generations"),
             lambda runs: (
                 _last("changed")(runs) / _last("score")(runs).where(lambda score: score > 0)
             ),

@@ -46,13 +46,15 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         10,
         ge=0,
         le=1_000_000,
-        description="generations after which loci are drawn anew; 0 for never",
+        description="Number of generations between changes of the target. 0: never.",
     )
     redrawn: int = Field(
         2,
         ge=1,
         le=60,
-        description="loci that are drawn, each of all; at each a coin says what is right from then on",
+        description=(
+            "Number of loci drawn at a change, with replacement. The new target of each is random."
+        ),
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -65,17 +67,13 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         for name, of in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
     } | {
-        "right": Variable(
-            OF_AGENT, np.float32, "1", "share of alleles that are right in this generation"
-        ),
-        "wrong": Variable(
-            OF_AGENT, np.float32, "1", "share of alleles that are wrong in this generation"
-        ),
+        "right": Variable(OF_AGENT, np.float32, "1", "share of correct alleles in this generation"),
+        "wrong": Variable(OF_AGENT, np.float32, "1", "share of wrong alleles in this generation"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "fitness": Measure("fitness in the second half of the run", _in_second_half("energy")),
         "right": Measure(
-            "share of right alleles in the second half of the run", _in_second_half("right")
+            "share of correct alleles in the second half of the run", _in_second_half("right")
         ),
         "unset": Measure("share of ? in the second half of the run", _in_second_half("unset")),
         "succeeded": Measure(

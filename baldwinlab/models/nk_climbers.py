@@ -89,18 +89,26 @@ def _climb(model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent:
 class NKClimbers(Model, name="nk-climbers"):
     """Bit strings that climb an NK landscape during life."""
 
-    bits: int = Field(16, ge=2, le=LONGEST, description="length of a string: N")
+    bits: int = Field(16, ge=2, le=LONGEST, description="Number of bits, N.")
     others: int = Field(
-        0, ge=0, le=LONGEST - 1, description="bits beside its own that each table is asked by: K"
+        0,
+        ge=0,
+        le=LONGEST - 1,
+        description="Number of further bits on which the fitness of a bit depends, K.",
     )
     trials: int = Field(
-        30, ge=0, le=10_000, description="in a life, each a flip of one bit; 0 is to learn nothing"
+        30,
+        ge=0,
+        le=10_000,
+        description=(
+            "Number of learning trials in a lifetime, each with one flipped bit. 0: no learning."
+        ),
     )
     cost: float = Field(
         0.0,
         ge=0,
         le=1,
-        description="of each bit in which an agent dies other than it was born, fitness",
+        description="Cost per bit that differs between birth and death, in fitness.",
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -114,20 +122,21 @@ class NKClimbers(Model, name="nk-climbers"):
         "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"
-        ),
+        "innate": Variable(OF_AGENT, np.float32, "1", "fitness of the string at birth, 0 to 1"),
         "learned": Variable(
-            OF_AGENT, np.float32, "1", "fitness of the string at death, without its cost, 0 to 1"
+            OF_AGENT, np.float32, "1", "fitness of the string at death, without the cost, 0 to 1"
         ),
         "changed": Variable(
-            OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"
+            OF_AGENT, np.int32, "bits", "number of bits that differ between birth and death"
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     views: ClassVar[Mapping[str, View]] = {
         "climb": View(
-            "How high a string stands after each trial of its life, beside the average and the best of its generation.",
+            (
+                "Fitness of a string after each trial of its lifetime, compared with the "
+                "average and the best of its generation."
+            ),
             _climb,
         )
     }
@@ -138,7 +147,7 @@ class NKClimbers(Model, name="nk-climbers"):
             "bits changed by learning in generation 2", _mean("changed", 2)
         ),
         "changed-falls": Measure(
-            "bits changed by learning in generation 2, less those in 150",
+            "bits changed by learning in generation 2 minus those in generation 150",
             lambda runs: _mean("changed", 2)(runs) - _mean("changed", 150)(runs),
         ),
     }

@@ -212,16 +212,14 @@ def _numbers(genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
 class PlasticPrisoners(Model, name="plastic-prisoners"):
     """Strategies of the iterated prisoner's dilemma with genes that change during a match."""
 
-    rounds: int = Field(50, ge=1, le=1000, description="of a match")
-    noise: float = Field(
-        1 / 25, ge=0, le=0.5, description="chance that a move is not the one that was meant"
-    )
+    rounds: int = Field(50, ge=1, le=1000, description="Number of rounds per match.")
+    noise: float = Field(1 / 25, ge=0, le=0.5, description="Probability that a move is inverted.")
     learning: bool = Field(
-        True, description="whether plastic entries learn; if not, they stay as they were born"
+        True, description="Whether plastic entries learn. Otherwise they do not change."
     )
     first: Literal["any", "defection", "cooperation"] = Field(
         "any",
-        description="pair of moves that is taken to lie before a match: any of the four alike, DD, or CC",
+        description="Assumed moves before a match: one of four at random, DD or CC.",
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -231,7 +229,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             "genome_every": 21
         },  # those that the assay `innate` lives again, so that none has to be bred again
     }
-    payoff: ClassVar[str] = "mean payoff of a round"
+    payoff: ClassVar[str] = "mean payoff per round"
     records: ClassVar[Mapping[str, Variable]] = {
         "strategy": Variable(
             OF_AGENT,
@@ -241,13 +239,13 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         ),
     }
     shares: ClassVar[Mapping[str, Measure]] = {
-        "plasticity": Measure("share of entries that are plastic", _plasticity),
-        "[x00x]": Measure("share of agents that have this strategy", _outstanding),
+        "plasticity": Measure("share of plastic entries", _plasticity),
+        "[x00x]": Measure("share of agents with this strategy", _outstanding),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     views: ClassVar[Mapping[str, View]] = {
         "payoffs": View(
-            "What the commonest genomes get from each other.",
+            "Payoffs between the most frequent genomes.",
             _against_each_other,
             of_an_agent=False,
         )
@@ -264,18 +262,22 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             "mean payoff of the average agent in generation 2000", _at(_payoff, 2000)
         ),
         "most-plasticity": Measure(
-            "percentage of entries that are plastic, in the generation with most",
+            "largest percentage of plastic entries over the generations",
             lambda runs: 100 * _plasticity(runs).max("generation"),
         ),
         "plasticity-2000": Measure(
-            "percentage of entries that are plastic in generation 2000",
+            "percentage of plastic entries in generation 2000",
             lambda runs: 100 * _at(_plasticity, 2000)(runs),
         ),
         "x00x-leads": Measure(
-            "1 where [x00x] is the commonest strategy in generation 2000, else 0", _at(_leads, 2000)
+            "1 if [x00x] is the most frequent strategy in generation 2000, else 0",
+            _at(_leads, 2000),
         ),
         "x00x-ahead": Measure(
-            "1 where [x00x] is the commonest strategy in generation 2000, -1 where the one is that leads most of the other runs",
+            (
+                "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its "
+                "main rival is"
+            ),
             _at(_ahead, 2000),
         ),
     }

@@ -42,19 +42,19 @@ class SlopeClimbers(Model, name="slope-climbers"):
     """Numbers on a fitness slope that learn one step uphill."""
 
     rise: float = Field(
-        0.0, ge=-10, le=10, description="slope of the logarithm of fitness at x = 0"
+        0.0, ge=-10, le=10, description="Slope of the logarithm of fitness at x = 0."
     )
     bend: float = Field(
         1.0,
         ge=-10,
         le=10,
-        description="curvature of the logarithm of fitness: convex above 0, concave below",
+        description=("Curvature of the logarithm of fitness. Above 0: convex; below 0: concave."),
     )
-    learning: bool = Field(True, description="whether a step is learned in life")
-    step: float = Field(0.3, ge=-10, le=10, description="that learning adds to x")
-    start: float = Field(0.75, ge=-10, le=10, description="mean x of the founders")
+    learning: bool = Field(True, description="Whether agents learn a step.")
+    step: float = Field(0.3, ge=-10, le=10, description="Step that learning adds to x.")
+    start: float = Field(0.75, ge=-10, le=10, description="Mean x of the founders.")
     spread: float = Field(
-        0.1, ge=0, le=10, description="standard deviation of x among the founders"
+        0.1, ge=0, le=10, description="Standard deviation of x among the founders."
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -68,14 +68,12 @@ class SlopeClimbers(Model, name="slope-climbers"):
     }
     records: ClassVar[Mapping[str, Variable]] = {
         "innate_x": Variable(OF_AGENT, np.float32, "x", "x at birth"),
-        "uphill": Variable(
-            OF_AGENT, np.int32, "1", "1 where fitness rises with x at birth, else 0"
-        ),
+        "uphill": Variable(OF_AGENT, np.int32, "1", "1 if fitness rises with x at birth, else 0"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "climb": Measure("rise of mean innate x, first to last generation", _climb),
+        "climb": Measure("increase of mean innate x, first to last generation", _climb),
         "uphill": Measure(
-            "share of agents born where fitness rises, in the generation in which it is least",
+            ("smallest share, over the generations, of agents born where fitness rises"),
             lambda runs: runs["uphill"].mean("agent").min("generation"),
         ),
     }

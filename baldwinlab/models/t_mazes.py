@@ -110,22 +110,27 @@ class TMazes(Model, name="t-mazes"):
     """Networks that learn in which arm of a T-maze the high reward is."""
 
     turns: Literal[1, 2] = Field(
-        1, description="turning points on the way to an end: 1 of the single maze, 2 of the double"
+        1,
+        description=(
+            "Number of turning points on the way to an end. 1: single maze; 2: double maze."
+        ),
     )
     homing: bool = Field(
         False,
-        description="whether the way home is to be found; if not, a trip ends at the maze end",
+        description=(
+            "Whether the agent must return home. Otherwise a trip ends at the end of the maze."
+        ),
     )
-    trips: int = Field(100, ge=4, le=100_000, description="in a life")
+    trips: int = Field(100, ge=4, le=100_000, description="Number of trips in a lifetime.")
     standard: int = Field(
-        3, ge=0, le=50, description="neurons beside the output that excite or inhibit"
+        3, ge=0, le=50, description="Number of standard neurons, without the output."
     )
     modulatory: int = Field(
-        1, ge=0, le=50, description="neurons that gate plasticity; without any, nothing gates it"
+        1, ge=0, le=50, description="Number of modulatory neurons. 0: plasticity is not modulated."
     )
-    plasticity: bool = Field(True, description="whether synapses change in life")
+    plasticity: bool = Field(True, description="Whether synapses change during life.")
     memory: Literal["step", "trip", "life"] = Field(
-        "trip", description="how long activations last, before they are 0 again"
+        "trip", description="Period after which activations are reset to 0."
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -139,19 +144,23 @@ class TMazes(Model, name="t-mazes"):
         },
         "record": {"genome_every": 10},
     }
-    payoff: ClassVar[str] = "reward gained in a life"
+    payoff: ClassVar[str] = "reward gained in a lifetime"
     records: ClassVar[Mapping[str, Variable]] = {
         "high": Variable(OF_AGENT, np.float32, "1", "share of trips that reach the high reward"),
         "crashed": Variable(OF_AGENT, np.float32, "1", "share of trips that end in a crash"),
     }
     views: ClassVar[Mapping[str, View]] = {
         "trips": View(
-            "An agent in its maze, place by place, each trip from home on; where it crashes, it faces the wall. Where the high "
-            "reward lies, and when it moves, is drawn for each generation.",
+            "An agent in its maze, cell by cell, for each trip. After a crash it "
+            "faces the wall. The position of the high reward, and its change, are "
+            "drawn for each generation.",
             _trips,
         ),
         "returns": View(
-            "What an agent has gained after each trip, beside the average and the best of its generation.",
+            (
+                "Gain of an agent after each trip, compared with the average and the best"
+                " of its generation."
+            ),
             _returns,
         ),
     }

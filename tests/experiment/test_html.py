@@ -25,7 +25,7 @@ def test_every_field_has_a_row_with_its_value_and_its_meaning() -> None:
     found = {row.path: row for row in rows(experiment)}
     assert set(found) == leaves(tomllib.loads(to_toml(experiment))) | {"learning.steps"}
     assert found["learning.steps"].value == "not set"  # for which TOML has no word
-    assert found["learning.rate"][1:] == ("0.01", "0.01", "learning rate, per step")
+    assert found["learning.rate"][1:] == ("0.01", "0.01", "Learning rate, per step.")
     assert all(row.meaning for row in found.values() if row.path not in ("name", "model"))
 
 

@@ -32,7 +32,7 @@ def test_learning_for_life_is_not_set_and_so_it_stands_in_toml() -> None:
     assert experiment.learning.steps is None
     text = to_toml(experiment)
     assert "steps" not in tomllib.loads(text)["learning"]
-    assert "# steps is not set: steps of a life after which learning stops" in text
+    assert "# steps is not set: Number of steps after which learning stops" in text
 
 
 def test_the_number_of_before_means_for_life() -> None:

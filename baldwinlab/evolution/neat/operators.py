@@ -55,34 +55,44 @@ class Species(Selection, name="species"):
 
     least: ClassVar[float] = 0.0
     survivors: float = Field(
-        0.2, ge=0, le=1, description="share of a species that breeds, its best, and one more (ours)"
+        0.2,
+        ge=0,
+        le=1,
+        description=(
+            "Share of the best members of a species that reproduce, plus one (our choice)."
+        ),
     )
     champion_of: int = Field(
         5,
         ge=0,
         le=1_000_000,
-        description="the best of a species with more members than this lives on",
+        description="Number of members above which the best member of a species survives.",
     )
     cloned: float = Field(
-        0.25, ge=0, le=1, description="share of the children that have a single parent, and mutate"
+        0.25, ge=0, le=1, description="Share of the children with a single parent, which mutate."
     )
     between: float = Field(
         0.001,
         ge=0,
         le=1,
-        description="probability that the other parent is anybody of the population",
+        description=("Probability that the second parent is drawn from the entire population."),
     )
     stale_after: int = Field(
         15,
         ge=1,
         le=1_000_000,
-        description="generations without a gain after which a species has no children",
+        description=(
+            "Number of generations without improvement after which a species has no children."
+        ),
     )
     narrows_after: int = Field(
         20,
         ge=1,
         le=1_000_000,
-        description="generations in which nobody gains after which the two best species alone breed",
+        description=(
+            "Number of generations without any improvement after which only the two "
+            "best species reproduce."
+        ),
     )
 
     def check(self, experiment: Any) -> None:
@@ -181,47 +191,57 @@ class Neat(Variation, name="neat"):
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }
     mutated: float = Field(
-        0.8, ge=0, le=1, description="share of the children whose weights mutate"
+        0.8, ge=0, le=1, description="Share of the children whose weights mutate."
     )
     perturbed: float = Field(
         0.9,
         ge=0,
         le=1,
-        description="probability that a weight that mutates is perturbed, else drawn anew",
+        description=(
+            "Probability that a mutated weight is perturbed; otherwise it is drawn again."
+        ),
     )
     perturbation: float = Field(
-        1.0, ge=0, le=1000, description="a perturbation adds U(-this, this) (ours)"
+        1.0,
+        ge=0,
+        le=1000,
+        description="Limit P of a perturbation, which adds U(-P, P) (our choice).",
     )
     range: float = Field(
-        5.0, ge=0, le=1000, description="a weight that is drawn anew is of U(-this, this) (ours)"
+        5.0, ge=0, le=1000, description="Limit R of a new weight, drawn from U(-R, R) (our choice)."
     )
     add_node: float = Field(
-        0.03, ge=0, le=1, description="probability that a child has a new node, which splits a link"
+        0.03, ge=0, le=1, description="Probability of a new node, which splits a link."
     )
-    add_link: float = Field(0.05, ge=0, le=1, description="probability that a child has a new link")
+    add_link: float = Field(0.05, ge=0, le=1, description="Probability of a new link.")
     stays_disabled: float = Field(
         0.75,
         ge=0,
         le=1,
-        description="probability that a link that a parent has disabled is so, too",
+        description=(
+            "Probability that a link that is disabled in a parent is disabled in the child."
+        ),
     )
     excess: float = Field(
         1.0,
         ge=0,
         le=1000,
-        description="c1 of the distance: weight of genes beyond the other's last",
+        description="Distance coefficient c1, of excess genes.",
     )
     disjoint: float = Field(
-        1.0, ge=0, le=1000, description="c2 of the distance: weight of genes that the other has not"
+        1.0, ge=0, le=1000, description="Distance coefficient c2, of disjoint genes."
     )
     difference: float = Field(
         0.4,
         ge=0,
         le=1000,
-        description="c3 of the distance: weight of the mean difference of weights",
+        description="Distance coefficient c3, of the mean difference of weights.",
     )
     threshold: float = Field(
-        3.0, gt=0, le=1000, description="networks that are nearer than this are of one species"
+        3.0,
+        gt=0,
+        le=1000,
+        description="Distance below which two networks belong to the same species.",
     )
 
     def check(self, experiment: Any) -> None:

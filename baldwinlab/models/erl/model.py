@@ -89,66 +89,69 @@ class ErlPopulations(Model, name="erl-populations"):
     """
 
     strategy: Literal["ERL", "E", "L", "F", "B"] = Field(
-        "ERL", description="what agents do: evolve, learn, both, or neither"
+        "ERL", description="Adaptation of the agents: evolution, learning, both or none."
     )
     longest: int = Field(
-        30_000, ge=1, le=100_000_000, description="steps after which a population is left alone"
+        30_000, ge=1, le=100_000_000, description="Maximum number of steps of a run."
     )
-    founders_of: int = Field(100, ge=1, le=1000, description="agents that a population begins with")
-    most: int = Field(
-        400, ge=1, le=100_000, description="agents that there can be at once; nobody is born beyond"
-    )
-    side: int = Field(100, ge=12, le=1000, description="cells along an edge, walls among them")
-    plants: int = Field(1000, ge=0, le=1_000_000, description="plants at first")
+    founders_of: int = Field(100, ge=1, le=1000, description="Number of founders.")
+    most: int = Field(400, ge=1, le=100_000, description="Maximum number of living agents.")
+    side: int = Field(100, ge=12, le=1000, description="Number of cells per edge, walls included.")
+    plants: int = Field(1000, ge=0, le=1_000_000, description="Initial number of plants.")
     seeds: int = Field(
         4,
         ge=0,
         le=1_000_000,
-        description="cells in which a plant sprouts in a step, where they are empty",
+        description="Number of cells per step in which a plant appears if they are empty.",
     )
     growth: int = Field(
         0,
         ge=0,
         le=1_000_000,
-        description="cells looked at in a step: a plant there grows another beside it",
+        description=("Number of cells per step in which a plant spreads to a neighboring cell."),
     )
     trees: int = Field(
-        100, ge=0, le=1_000_000, description="trees, in each of which one agent is safe"
+        100, ge=0, le=1_000_000, description="Number of trees. A tree protects one agent."
     )
     carnivores: int = Field(
         10,
         ge=0,
         le=MOST_CARNIVORES,
-        description="carnivores at first; another comes every 200 steps",
+        description="Initial number of carnivores. One more appears every 200 steps.",
     )
     plant: float = Field(
-        0.1, ge=0, le=1, description="energy of a plant, of 1 that an agent can hold"
+        0.1, ge=0, le=1, description="Energy of a plant. The maximum energy of an agent is 1."
     )
-    meat: float = Field(0.2, ge=0, le=1, description="energy of a corpse to an agent")
-    living: float = Field(0.003, ge=0, le=1, description="energy that a step costs an agent")
-    newborn: float = Field(0.4, gt=0, le=1, description="energy of a newborn")
-    fertile: float = Field(0.95, gt=0, le=1, description="energy with which an agent has a child")
-    birth: float = Field(0.8, ge=0, le=1, description="energy that a child costs its parent")
-    healing: float = Field(0.005, ge=0, le=1, description="health that comes back in a step, of 1")
-    bump: float = Field(0.02, ge=0, le=1, description="health that walking into a wall costs")
+    meat: float = Field(0.2, ge=0, le=1, description="Energy that an agent gains from a corpse.")
+    living: float = Field(0.003, ge=0, le=1, description="Cost of a step for an agent, in energy.")
+    newborn: float = Field(0.4, gt=0, le=1, description="Energy at birth.")
+    fertile: float = Field(0.95, gt=0, le=1, description="Energy above which an agent reproduces.")
+    birth: float = Field(0.8, ge=0, le=1, description="Cost of a child for its parent, in energy.")
+    healing: float = Field(
+        0.005, ge=0, le=1, description="Health regained per step. The maximum is 1."
+    )
+    bump: float = Field(0.02, ge=0, le=1, description="Health lost at a wall.")
     blow: float = Field(
-        0.1, ge=0, le=1, description="health that another loses whom an agent walks into"
+        0.1, ge=0, le=1, description="Health that an agent loses when another agent attacks it."
     )
-    bite: float = Field(0.5, ge=0, le=1, description="health that an agent loses by a carnivore")
+    bite: float = Field(
+        0.5, ge=0, le=1, description="Health that an agent loses when a carnivore attacks it."
+    )
     prey: float = Field(
-        0.4, ge=0, le=1, description="energy of a corpse to a carnivore, of 1 that it can hold"
+        0.4,
+        ge=0,
+        le=1,
+        description="Energy that a carnivore gains from a corpse. Its maximum is 1.",
     )
-    hunger: float = Field(0.002, ge=0, le=1, description="energy that a step costs a carnivore")
-    mutation: float = Field(
-        0.003, ge=0, le=1, description="probability that a bit of a child flips"
+    hunger: float = Field(
+        0.002, ge=0, le=1, description="Cost of a step for a carnivore, in energy."
     )
+    mutation: float = Field(0.003, ge=0, le=1, description="Mutation probability per bit.")
     range: float = Field(
-        3.0, ge=0, le=100, description="weights that bits stand for are from minus this to this"
+        3.0, ge=0, le=100, description="Limit R of the weights, which lie in [-R, R]."
     )
-    rate: float = Field(0.3, ge=0, le=10, description="learning rate where things became better")
-    rate_worse: float = Field(
-        0.03, ge=0, le=10, description="learning rate where they became worse"
-    )
+    rate: float = Field(0.3, ge=0, le=10, description="Learning rate after an improvement.")
+    rate_worse: float = Field(0.03, ge=0, le=10, description="Learning rate after a deterioration.")
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1},
@@ -164,29 +167,29 @@ class ErlPopulations(Model, name="erl-populations"):
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
         "extinct": Variable(
-            OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"
+            OF_AGENT, np.int32, "", "1 if the population died out before the last step, else 0"
         ),
-        "born": Variable(OF_AGENT, np.int32, "agents", "agents born after the founders"),
+        "born": Variable(OF_AGENT, np.int32, "agents", "number of births"),
         "living": Variable(
             OF_AGENT,
             np.float32,
             "agents",
-            "agents that lived at once, mean over the steps survived",
+            "number of living agents, mean over the survived steps",
         ),
         "hunters": Variable(
-            OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"
+            OF_AGENT, np.float32, "carnivores", "number of carnivores, mean over the survived steps"
         ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "survived": Measure(
-            "steps that a population survives", _of_population("energy"), _lives_on
+            "steps that the population survives", _of_population("energy"), _lives_on
         ),
         "extinct": Measure(
-            "1 where a population dies out before it is left alone, else 0",
+            "1 if the population dies out before the last step, else 0",
             _of_population("extinct"),
         ),
         "born": Measure("agents born", _of_population("born")),
-        "living": Measure("agents that live at once", _of_population("living")),
+        "living": Measure("number of living agents", _of_population("living")),
     }
 
     def check(self, experiment: Any) -> None:

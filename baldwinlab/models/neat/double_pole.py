@@ -46,19 +46,25 @@ class Poles(Model):
         100_000,
         ge=1,
         le=1_000_000,
-        description="steps of 0.02 s for which the poles must stay upright",
+        description="Number of steps of 0.02 s for which the poles must stay upright.",
     )
     links: int = Field(
         100,
         ge=PARTS + 1,
         le=1000,
-        description="links for which a genome has room, enabled or not (ours)",
+        description="Maximum number of links in a genome (our choice).",
     )
     steepness: float = Field(
-        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+        4.9,
+        gt=0,
+        le=1000,
+        description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
     )
     newborn_range: float = Field(
-        1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)"
+        1.0,
+        ge=0,
+        le=1000,
+        description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
     )
 
     graphs: ClassVar[bool] = True
@@ -119,7 +125,7 @@ class NeatPoles(Poles, name="neat-poles"):
     payoff: ClassVar[str] = "steps balanced"
     records: ClassVar[Mapping[str, Variable]] = {
         "solves": Variable(
-            OF_AGENT, np.int32, "", "1 where both poles stayed upright for the longest time, else 0"
+            OF_AGENT, np.int32, "", "1 if both poles stayed upright for all steps, else 0"
         ),
         **SHAPE,
     }

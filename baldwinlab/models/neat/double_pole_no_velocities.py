@@ -53,13 +53,16 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         1000,
         ge=1,
         le=1_000_000,
-        description="steps of 0.02 s in which fitness is found, from any start",
+        description="Number of steps of 0.02 s of a trial for fitness.",
     )
     proof: int = Field(
         100_000,
         ge=1,
         le=1_000_000,
-        description="steps for which the best of a generation must balance to be tried elsewhere",
+        description=(
+            "Number of steps that the best network of a generation must balance "
+            "before the test of generalization."
+        ),
     )
 
     loops: ClassVar[bool] = True
@@ -72,25 +75,28 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     payoff: ClassVar[str] = "Gruau's fitness"
     records: ClassVar[Mapping[str, Variable]] = {
         "balanced": Variable(
-            OF_AGENT, np.int32, "steps", "steps balanced of those in which fitness is found"
+            OF_AGENT, np.int32, "steps", "steps balanced in the trial for fitness"
         ),
         "proven": Variable(
             OF_AGENT,
             np.int32,
             "steps",
-            "steps that the best of the generation balanced when tried for longer, else 0",
+            ("steps that the best network of the generation balanced in the longer trial, else 0"),
         ),
         "generalises": Variable(
             OF_AGENT,
             np.int32,
             "",
-            "start states of 625 from which it balances, if it did in the longer trial, else 0",
+            (
+                "number of start states, of 625, from which it balances after the longer "
+                "trial, else 0"
+            ),
         ),
         **SHAPE,
     }
     measures: ClassVar[Mapping[str, Measure]] = of_solutions(
         lambda runs: runs["generalises"] >= ENOUGH,
-        {"generalises": "start states, of 625, from which the first solution balances"},
+        {"generalises": "number of start states, of 625, from which the first solution balances"},
     )
 
     def simulate(

@@ -67,13 +67,13 @@ def of_solutions(
         return Measure(meaning, first(lambda runs, place: _at(runs[name], place)))
 
     return {
-        "solved": Measure("1 where a network ever solves it, else 0", ever),
+        "solved": Measure("1 if any network solves the task, else 0", ever),
         "generations": Measure(
             "generations to the first solution",
             first(lambda runs, place: place // runs.sizes["agent"] + 1),
         ),
         "evaluations": Measure(
-            "networks tried to the first solution", first(lambda runs, place: place + 1)
+            "networks evaluated to the first solution", first(lambda runs, place: place + 1)
         ),
         "hidden": of_record("hidden", "hidden nodes of the first solution"),
         "enabled": of_record("enabled", "enabled links of the first solution"),

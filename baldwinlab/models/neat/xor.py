@@ -32,13 +32,19 @@ class NeatXor(Model, name="neat-xor"):
     """Networks with evolving topology that compute the exclusive or."""
 
     links: int = Field(
-        60, ge=3, le=1000, description="links for which a genome has room, enabled or not (ours)"
+        60, ge=3, le=1000, description="Maximum number of links in a genome (our choice)."
     )
     steepness: float = Field(
-        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+        4.9,
+        gt=0,
+        le=1000,
+        description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
     )
     newborn_range: float = Field(
-        1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)"
+        1.0,
+        ge=0,
+        le=1000,
+        description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
     )
 
     graphs: ClassVar[bool] = True
@@ -49,7 +55,7 @@ class NeatXor(Model, name="neat-xor"):
         "record": {"genome_every": 10},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "right": Variable(OF_AGENT, np.int32, "answers", "answers that are right, of four"),
+        "right": Variable(OF_AGENT, np.int32, "answers", "number of correct answers, of four"),
         **SHAPE,
     }
 

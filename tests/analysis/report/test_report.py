@@ -403,9 +403,9 @@ def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way()
     numbers = statistics.Comparison(
         100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
     )
-    found = Finding(comparison, numbers, 0.0051, "holds", "steps that a population survives")
+    found = Finding(comparison, numbers, 0.0051, "holds", "steps that the population survives")
     assert (
         sentence(found)
-        == "steps that a population survives, restricted mean: +304,398 in ERL against B"
+        == "steps that the population survives, restricted mean: +304,398 in ERL against B"
     )
-    assert compared(found) == "ERL 6,002, B 8,343 (steps that a population survives; medians)"
+    assert compared(found) == "ERL 6,002, B 8,343 (steps that the population survives; medians)"

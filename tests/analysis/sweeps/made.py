@@ -13,7 +13,7 @@ GRID_ENERGY = np.array(
 )  # [learning.rate 0.1 and 0.01, items 0, 10 and 50]
 MEANINGS = {
     "learning.rate": "learning rate, per step",
-    "world.food.0.count": "items in the region at any time",
+    "world.food.0.count": "number of items in the region at any time",
     "evolution.selection": "roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)",
 }
 

@@ -30,7 +30,7 @@ def test_it_says_what_was_swept() -> None:
     said = dict(overview(finals(sample(20))))
     assert (
         said["world.food.0.count"]
-        == "1 to 20, 20 different values (items in the region at any time)"
+        == "1 to 20, 20 different values (number of items in the region at any time)"
     )
 
 

@@ -69,7 +69,7 @@ def test_a_table_of_pandas_is_the_study_with_units_and_labels(mixed: Study) -> N
     assert (
         frame.attrs["units"]["food_eaten"] == "items" and frame.attrs["units"]["used"] == "trials"
     )
-    assert frame.attrs["long_name"]["ones"] == "share of alleles that are 1, the right one"
+    assert frame.attrs["long_name"]["ones"] == "share of alleles that are 1, the correct allele"
     assert frame.attrs["seed"] == 5
     assert "energy" not in frame.attrs["units"], "which is of another kind in each model"
 

@@ -73,7 +73,10 @@ def test_a_grid_has_every_combination_and_opens_with_its_fields_as_dimensions(
         ("world.food.0.count", 2), ("evolution.mutation_rate", 3), ("run", 2), ("generation", 2), ("agent", 4)
     ]  # fmt: skip
     assert data["evolution.mutation_rate"].values.tolist() == [0.5, 0, 0.05]  # as in the file
-    assert data["evolution.mutation_rate"].attrs["long_name"] == "probability that the gate opens"
+    assert (
+        data["evolution.mutation_rate"].attrs["long_name"]
+        == "probability of a mutation, per weight or per child"
+    )
     assert (data.attrs["design"], data.attrs["base"], data.attrs["seed"]) == ("grid", "evo/A", 0)
 
 

@@ -108,7 +108,7 @@ class Continuous(Body, name="continuous"):
         36.0,
         ge=0,
         le=180,
-        description="degrees that it turns where one wheel runs and the other stands still",
+        description=("Turn in degrees if one wheel has full speed and the other stands still."),
     )
     actions: ClassVar[tuple[str, ...]] = ("left wheel", "right wheel")
     stride: ClassVar[float] = STRIDE

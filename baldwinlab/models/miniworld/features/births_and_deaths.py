@@ -133,15 +133,13 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     A child of agents with energy replaces it in the same step.
     """
 
-    reserve: float = Field(
-        1.0, gt=0, le=1_000_000, description="with which an agent is born, energy"
-    )
-    upkeep: float = Field(0.001, ge=0, le=1_000_000, description="that a step costs, energy")
+    reserve: float = Field(1.0, gt=0, le=1_000_000, description="Energy at birth.")
+    upkeep: float = Field(0.001, ge=0, le=1_000_000, description="Cost of a step, in energy.")
     oldest: int = Field(
         2_000,
         ge=1,
         le=100_000_000,
-        description="age at which an agent dies, whatever it has left, steps",
+        description="Maximum age, in steps.",
     )
     allows_births: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {

@@ -112,7 +112,7 @@ class Walls(WorldFeature, name="walls"):
         ((280.0, 300.0, 100.0, 160.0), (280.0, 300.0, 180.0, 240.0)),
         min_length=1,
         max_length=64,
-        description="of each wall its left, right, upper and lower edge, units of length",
+        description=("One row per wall: left, right, upper and lower edge, in units of length."),
     )
     derived: ClassVar[Derived] = {
         "edges": _walls_and_images,
@@ -207,7 +207,10 @@ class Patches(WorldFeature, name="patches"):
         ((400.0, 560.0, 80.0, 240.0, 20, -1.0),),
         min_length=1,
         max_length=64,
-        description="of each patch its left, right, upper and lower edge, units of length; its items; the energy of an item",
+        description=(
+            "One row per patch: left, right, upper and lower edge (units of length), "
+            "number of items, energy of an item."
+        ),
     )
 
     def check(self, experiment: Any) -> None:
@@ -242,10 +245,10 @@ class DriftingFood(WorldFeature, name="drifting-food"):
     """
 
     velocity_x: float = Field(
-        0.5, ge=-1000, le=1000, description="to the right, units of length per step"
+        0.5, ge=-1000, le=1000, description="Velocity to the right, in units of length per step."
     )
     velocity_y: float = Field(
-        0.0, ge=-1000, le=1000, description="downwards, units of length per step"
+        0.0, ge=-1000, le=1000, description="Velocity downward, in units of length per step."
     )
 
     def check(self, experiment: Any) -> None:
@@ -286,7 +289,7 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
     """Eaten items that are absent for a number of steps."""
 
     delay: int = Field(
-        100, ge=1, le=100_000_000, description="for which an eaten item is away, steps"
+        100, ge=1, le=100_000_000, description="Number of steps for which an eaten item is absent."
     )
     arrays: ClassVar[Mapping[str, Array]] = {
         "x": per_world("items"),  # where an item that is away will lie
@@ -337,12 +340,17 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
     Le, Brabazon and O'Neill 2018.
     """
 
-    every: int = Field(500, ge=1, le=100_000_000, description="for which a region bears, steps")
+    every: int = Field(
+        500, ge=1, le=100_000_000, description="Number of steps for which one region has food."
+    )
     generations: int = Field(
         0,
         ge=0,
         le=100_000_000,
-        description="after which lives begin with the next region; 0: all begin with the first",
+        description=(
+            "Number of generations after which lifetimes start with the next region. "
+            "0: always the first region."
+        ),
     )
 
     @staticmethod

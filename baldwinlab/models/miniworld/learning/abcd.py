@@ -91,10 +91,12 @@ def _gate_told(agent: Any, naive: Any) -> float:
 class _Told(LearningRule):
     """Coefficients as fields."""
 
-    a: float = Field(1.0, ge=-1, le=1, description="A, of both units together")
-    b: float = Field(0.0, ge=-1, le=1, description="B, of the sending unit")
-    c: float = Field(0.0, ge=-1, le=1, description="C, of the receiving unit")
-    d: float = Field(0.0, ge=-1, le=1, description="D, whatever they do")
+    a: float = Field(
+        1.0, ge=-1, le=1, description="A, coefficient of the product of both activations."
+    )
+    b: float = Field(0.0, ge=-1, le=1, description="B, coefficient of the source activation.")
+    c: float = Field(0.0, ge=-1, le=1, description="C, coefficient of the target activation.")
+    d: float = Field(0.0, ge=-1, le=1, description="D, constant term.")
     derived: ClassVar[Mapping[str, Any]] = LAYERS
 
     @staticmethod
@@ -146,7 +148,10 @@ class _Inherited(LearningRule):
 
     coding: Literal["network", "connection"] = Field(
         "network",
-        description="network: the first gene of each module is that of all connections; connection: each has its own",
+        description=(
+            "Genes of the coefficients. network: one gene for all weights; "
+            "connection: one gene per weight."
+        ),
     )
     arrays: ClassVar[Mapping[str, Array]] = {
         name: per_agent("weights") for name in "abcd"

@@ -87,13 +87,14 @@ class Imitation(LearningRule, name="imitation"):
     """
 
     whom: Literal["best", "nearest"] = Field(
-        "best", description="best: who has eaten most so far; nearest: whoever is nearest"
+        "best",
+        description=("Imitated agent. best: most items eaten so far; nearest: smallest distance."),
     )
     least: int = Field(
         1,
         ge=0,
         le=1_000_000,
-        description="items that the other must have eaten, or nobody learns from it",
+        description="Minimum number of items that the imitated agent has eaten.",
     )
     arrays: ClassVar[Mapping[str, Array]] = {
         "teacher": per_agent("weights"),  # the other's, as they stand

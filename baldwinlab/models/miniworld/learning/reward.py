@@ -117,7 +117,12 @@ class Complementary(_Reinforced, name="crbp"):
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     answers: ClassVar[tuple[str, ...]] = ("worth",)
     punishment: float = Field(
-        0.1, ge=0, le=1, description="rate after a fall, as a share of that after a rise"
+        0.1,
+        ge=0,
+        le=1,
+        description=(
+            "Learning rate after a fall of the evaluation, relative to that after a rise."
+        ),
     )
 
     @staticmethod
@@ -133,7 +138,10 @@ class Reward(_Reinforced, name="reward"):
     """As `crbp`, with the gained energy instead of an evaluation."""
 
     punishment: float = Field(
-        1.0, ge=0, le=1, description="rate after a loss, as a share of that after a gain"
+        1.0,
+        ge=0,
+        le=1,
+        description="Learning rate after a loss of energy, relative to that after a gain.",
     )
     arrays: ClassVar[Mapping[str, Array]] = MEMORY | {"gained": per_agent(1)}
     derived: ClassVar[Mapping[str, Any]] = {

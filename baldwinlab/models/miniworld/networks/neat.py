@@ -50,7 +50,10 @@ class Growing(Network, name="growing"):
         "evolution.selection": "species",
     }
     steepness: float = Field(
-        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+        4.9,
+        gt=0,
+        le=1000,
+        description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
     )
 
     derived: ClassVar[Mapping[str, Any]] = {

@@ -92,7 +92,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         4.0,
         ge=1,
         le=1_000_000,
-        description="of every hidden unit, steps of life; 1: it forgets at once",
+        description=("Time constant of the hidden units, in steps. 1: no memory of the state."),
     )
 
     derived: ClassVar[Mapping[str, Any]] = {

@@ -104,7 +104,7 @@ def notice_all(part: Any, model: Model, state: State, world: int, agent: int) ->
 class _OfItems(Sense):
     """What senses of items share: the kind that they tell of."""
 
-    of: str = Field(FOOD, description="the kind of items that it tells of")
+    of: str = Field(FOOD, description="Kind of the sensed items.")
     only_items: ClassVar[bool] = True
     is_continuous: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Any]] = {
@@ -204,7 +204,7 @@ class Smell(_OfItems, name="smell"):
         5.0,
         gt=0,
         le=100_000,
-        description="how far each nostril is from the middle, units of length",
+        description="Distance of each nostril from the center, in units of length.",
     )
     inputs: ClassVar[tuple[str, ...]] = ("smell left", "smell right")
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
@@ -278,7 +278,7 @@ class Energy(Sense, name="energy"):
     Nolfi and Floreano 2000.
     """
 
-    half: float = Field(10.0, gt=0, le=1_000_000, description="energy at which the input is 1/2")
+    half: float = Field(10.0, gt=0, le=1_000_000, description="Energy at which the input is 1/2.")
     inputs: ClassVar[tuple[str, ...]] = ("own energy",)
     sectors: ClassVar[tuple[None, ...]] = (None,)
     is_continuous: ClassVar[bool] = True
@@ -315,7 +315,9 @@ class Rays(_OfItems, name="rays"):
     Nolfi and Floreano 2000.
     """
 
-    radius: float = Field(5.0, gt=0, le=100_000, description="of items, to a ray, units of length")
+    radius: float = Field(
+        5.0, gt=0, le=100_000, description="Radius of an item for a ray, in units of length."
+    )
     inputs: ClassVar[tuple[str, ...]] = tuple(
         f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead"
         for degrees in DEGREES
