@@ -1,19 +1,19 @@
-# make reproduce and make test do all their own set-up, from a machine with only Python >= 3.11 and make.
+# Every target installs what it needs into .venv. A machine needs only Python >= 3.11 and make.
 
-# The distribution's own Python where it is a supported version, so that tests run what a newcomer has.
+# The Python of the distribution, if it is supported, because most users have it.
 PYTHON ?= $(shell /usr/bin/python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
   && echo /usr/bin/python3 || echo python3)
 VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
-# $(call check,PYTHON): check that the installed versions fit together, which those of an earlier lock may prevent.
+# $(call check,PYTHON): check that the installed versions are compatible. Versions of an earlier lock may not be.
 check = $(1) -m pip check --disable-pip-version-check || { echo "run 'make clean', then the same command again"; exit 1; }
 # $(call install,FILE): install the locked versions of a file.
 install = $(PIP) --require-hashes -r $(1) && { $(call check,$(BIN)/python); }
-# pip compiles one file after the other, the libraries' own tests among them; this uses all cores.
+# pip compiles files one by one, with the tests of the libraries. This command uses all cores.
 BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 
-# System packages can be installed on Debian and its relatives, as root.
+# System packages can be installed on Debian and its derivatives, as root.
 APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
@@ -21,22 +21,22 @@ INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-re
   browser firefox wasm clean
 
 help:
-	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
+	@echo "make reproduce   reproduce the paper: six conditions, assays, all variants, statistics, figures, report"
 	@echo "make test        run all tests"
-	@echo "make docs        build the documentation as a site, site/index.html, which needs no server"
-	@echo "make nightly     run the tests that take long, which make test leaves out"
-	@echo "make faults      try to break it: kills, damaged files, odd inputs, floods"
+	@echo "make docs        build the documentation as a site (site/index.html) that needs no server"
+	@echo "make nightly     run the slow tests that make test skips"
+	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
 	@echo "make lint        check style, docstrings, imports and types"
 	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
-	@echo "make format      put the code into its standard form"
-	@echo "make bench       measure beside what one would pick instead, and fill docs/development/benchmarks.md"
-	@echo "make cuda        add what the GPU backend needs"
-	@echo "make wasm        compile the engine for browsers anew, after a change of what compiled code does"
-	@echo "make slurm       as root: set up a Slurm of one node, and run a study on its jobs"
-	@echo "make lock        resolve the locked files again from pyproject.toml (UPGRADE=--upgrade: to new versions)"
-	@echo "make oldest      run a slice of the tests with the oldest versions that pyproject.toml allows"
-	@echo "make newest      the same with the newest versions"
-	@echo "make clean       remove the virtual environment, the site and what the tools left"
+	@echo "make format      format the code"
+	@echo "make bench       compare the speed with alternatives, and write docs/development/benchmarks.md"
+	@echo "make cuda        install the requirements of the GPU backend"
+	@echo "make wasm        compile the engine for browsers again, after a change of compiled code"
+	@echo "make slurm       as root: set up Slurm with one node, and run a study on it"
+	@echo "make lock        resolve the locked files from pyproject.toml (UPGRADE=--upgrade: new versions)"
+	@echo "make oldest      run a part of the tests with the oldest versions that pyproject.toml allows"
+	@echo "make newest      run a part of the tests with the newest versions"
+	@echo "make clean       remove the virtual environment, the site and caches"
 
 reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab reproduce
@@ -45,8 +45,8 @@ reproduce: $(VENV)/.core
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-# Every page of docs/ and of the papers, a reference made from the code, search, laboratories that run in the page, and the
-# notebooks with what their cells give. About two minutes.
+# All pages of docs/ and of the papers, a reference from the code, search, live laboratories, and the notebooks with
+# the results of their cells. About two minutes.
 docs: $(VENV)/.dev
 	rm -rf $(VENV)/notebooks
 	$(BIN)/python -m scripts.notebooks $(VENV)/notebooks
@@ -56,7 +56,7 @@ docs: $(VENV)/.dev
 nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators browser firefox oldest newest
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
-# What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
+# About ten minutes.
 faults: $(VENV)/.dev
 	FAULTS=all $(BIN)/python -m pytest -n logical --dist worksteal tests/faults
 
@@ -98,12 +98,12 @@ $(VENV)/.dev: $(VENV)/.core requirements-dev.txt
 	$(BYTECODE)
 	@touch $@
 
-# bench, cuda, wasm: what few commands need. wasm is the linker that makes a browser's module of a user's part.
+# bench, cuda, wasm: requirements of few commands. wasm is the linker that compiles parts for browsers.
 $(VENV)/.%: $(VENV)/.core requirements-%.txt
 	$(call install,requirements-$*.txt)
 	@touch $@
 
-# They have an environment of their own: see pyproject.toml.
+# The validators have a separate environment: see pyproject.toml.
 $(VENV)/.validators: $(VENV)/.made requirements-validators.txt
 	@command -v c++ >/dev/null || { $(APT) && $(INSTALL) g++ python3-dev; }
 	$(PYTHON) -m venv --clear $(VENV)/validators
@@ -111,8 +111,8 @@ $(VENV)/.validators: $(VENV)/.made requirements-validators.txt
 	@$(call check,$(VENV)/validators/bin/python)
 	@touch $@
 
-# The extras of pyproject.toml are the one source. The locked files hold hashes, no addresses, and are valid for
-# every supported Python.
+# The extras of pyproject.toml are the only source. The locked files contain hashes and no addresses, and are valid
+# for every supported Python.
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
   --custom-compile-command "make lock" $(UPGRADE)
 extras = $(foreach extra,$(1),--extra $(extra))
@@ -126,7 +126,7 @@ lock: $(VENV)/.dev
 	$(foreach extra,bench cuda wasm,$(COMPILE) pyproject.toml --extra $(extra) --constraints requirements-dev.txt \
 	  --output-file requirements-$(extra).txt &&) true
 
-# Both ends of what pyproject.toml allows, each in an environment of its own, on tests that take a few minutes.
+# Both ends of the bounds of pyproject.toml, each in a separate environment, on tests that take a few minutes.
 SLICE := tests/engine tests/experiment tests/analysis/statistics tests/evolution tests/api/export \
   tests/core/test_console.py tests/core/test_netcdf.py tests/core/test_output_paths.py tests/cli/test_cli.py
 oldest: RESOLUTION := lowest-direct
@@ -139,38 +139,38 @@ oldest newest: $(VENV)/.dev
 	$(BIN)/uv pip check --python $(VENV)/$@
 	$(VENV)/$@/bin/python -m pytest -n auto --dist loadfile $(SLICE)
 
-# The wheel and the source archive, each tried from an empty folder: see CONTRIBUTING.md.
+# The wheel and the source archive, each tested in an empty folder: see CONTRIBUTING.md.
 dist: $(VENV)/.dev
 	rm -rf dist
 	$(BIN)/python -m hatchling build
 	$(BIN)/python -m pytest -n0 tests/test_packaging.py
 
-# Beside what one would pick instead: see docs/development/benchmarks.md. About four minutes.
+# About four minutes: see benchmarks/README.md.
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.compare
 	$(BIN)/python -m benchmarks.scaling
 	$(BIN)/python -m benchmarks.publish
 
-# Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
+# 0.5 GB. Kernels can be compiled without a GPU.
 cuda: $(VENV)/.cuda
 
-# What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.
+# The package contains the engine as WebAssembly. A test fails if it is out of date. A few minutes.
 wasm: $(VENV)/.dev $(VENV)/.wasm
 	$(BIN)/python scripts/browser_modules.py
 
-# Installs Slurm from the distribution's packages where it is missing, and runs it on loopback only while it is tested.
+# Slurm is installed from the packages of the distribution if it is missing. It runs on loopback, only during the test.
 slurm: $(VENV)/.dev
 	scripts/check_slurm.sh $(BIN)/python
 
-# Pages are tested in real browsers. Without one, and without the right to install it, its tests are skipped.
-# $(1): packages, of which the first that there is will do; $(2): programs, of which any will do.
+# Pages are tested in real browsers. Their tests are skipped if no browser is installed and none can be installed.
+# $(1): packages, of which the first available one is installed; $(2): programs, of which one is enough.
 define installed
 @$(foreach program,$(2),command -v $(program) >/dev/null 2>&1 ||) \
 { $(APT) && { $(foreach package,$(1),$(INSTALL) $(package) >/dev/null 2>&1 ||) false; }; } \
-|| echo "none of $(2) is installed, nor could be: its tests will be skipped"
+|| echo "none of $(2) is installed or can be installed: the tests in this browser will be skipped"
 endef
 
-# The headless shell draws no window around a page, for which Chromium takes as long as for the page.
+# The headless shell is faster than Chromium, which also draws a window around a page.
 browser:
 	$(call installed,chromium-headless-shell chromium,chromium-headless-shell chromium chromium-browser google-chrome)
 
