@@ -1,4 +1,4 @@
-"""The classics: each is reproduced as its page says, and its page says what was found."""
+"""Verdicts and pages of the reproduced papers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from baldwinlab import papers
 from tests.commands import Command
 
-FOUND = {
+VERDICTS = {
     "hinton-nowlan-1987": {"H3": "does not hold"}
     | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
     "keesing-stork-1991": {"D1": "undecided", "D2": "undecided", "D3": "holds", "D4": "holds"},
@@ -38,17 +38,15 @@ FOUND = {
 
 
 @pytest.mark.nightly  # a minute each
-@pytest.mark.parametrize("name", FOUND)
-def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(
+@pytest.mark.parametrize("name", VERDICTS)
+def test_a_paper_is_reproduced_with_the_verdicts_of_its_page(
     command: Command, tmp_path: Path, name: str
 ) -> None:
     assert command("reproduce", name, "--out", str(tmp_path / "study")).code == 0
     claims = json.loads((tmp_path / "study" / "claims.json").read_text())["claims"]
-    assert {claim["id"]: claim["verdict"] for claim in claims} == FOUND[name]
-    asked = "innate" in papers.load(name).about.assays
-    assert (tmp_path / "study" / "baldwin.json").exists() == asked, (
-        "where anybody learns, whether it is the Baldwin effect"
-    )
+    assert {claim["id"]: claim["verdict"] for claim in claims} == VERDICTS[name]
+    has_assay = "innate" in papers.load(name).about.assays
+    assert (tmp_path / "study" / "baldwin.json").exists() == has_assay
 
 
 @pytest.mark.nightly  # ten minutes of a core
@@ -85,16 +83,14 @@ def test_the_page_of_a_paper_has_its_command_and_the_sections_of_all_pages(name:
     assert [heading for heading in headings if heading in SECTIONS] == SECTIONS
 
 
-SOON = ("mayley-1996", "stanley-miikkulainen-2002")  # of a kind each: somebody learns, and nobody
+QUICK = ("mayley-1996", "stanley-miikkulainen-2002")  # one with learning, one without
 
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=[] if name in SOON else [pytest.mark.nightly]) for name in FOUND],
+    [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.nightly]) for name in VERDICTS],
 )
-def test_a_classic_is_short_enough_to_be_tried_small(
-    command: Command, tmp_path: Path, name: str
-) -> None:
+def test_a_paper_runs_with_few_generations(command: Command, tmp_path: Path, name: str) -> None:
     assert (
         command(
             "reproduce", name, "--runs", "2", "--generations", "3", "--out", str(tmp_path / name)
