@@ -45,7 +45,7 @@ def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study)
 
 def test_only_its_first_conditions_are_drawn(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = len(study._repr_html_())
-    monkeypatch.setattr("baldwinlab.api.study.SHOWN", 1)
+    monkeypatch.setattr("baldwinlab.api.study.MAX_LISTED", 1)
     page = study._repr_html_()
     assert "and 1 more conditions" in page
     assert len(page) < whole

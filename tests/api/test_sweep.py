@@ -33,7 +33,7 @@ def test_a_dict_says_what_a_file_says(tmp_path: Path) -> None:
 
 
 def test_a_dict_that_cannot_be_a_sweep_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(bl.BaldwinLabError, match="needs out"):
+    with pytest.raises(bl.BaldwinLabError, match="out is missing"):
         bl.sweep(FOOD)
     with pytest.raises(bl.ExperimentError, match="sweep: fields: name at least one field to sweep"):
         bl.sweep({**FOOD, "fields": {}}, out=tmp_path / "study")
