@@ -13,7 +13,7 @@ from baldwinlab.api.publish.study import Published, need, publish
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, show_contrasts, variants_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.core.files import is_local, require_place
+from baldwinlab.core.files import is_local, require_writable_path
 from baldwinlab.core.output_paths import REPORT, require_writable
 from baldwinlab.core.resources import require
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
@@ -76,7 +76,7 @@ def report(
         require_writable("--out", out, REPORT.encode(), force=force)
     # Each path stands for all files of its folder.
     for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
-        require_place(path)
+        require_writable_path(path)
     require(f"the report of {study.directory}", need(study), force=force)
     if study.kind == MULTIVERSE:
         _report_multiverse(study, page, last)

@@ -20,7 +20,7 @@ from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing, run_
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.resources import Need
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
@@ -72,7 +72,7 @@ class Reproduction:
     @property
     def directory(self) -> Path:
         """Return the directory of the study."""
-        return Path("results") / self.folder_name if self.out is None else location(self.out)
+        return Path("results") / self.folder_name if self.out is None else parse_location(self.out)
 
     @property
     def folder_name(self) -> str:

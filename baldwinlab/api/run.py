@@ -13,7 +13,7 @@ from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.factors import Factors
@@ -117,7 +117,7 @@ def run_loaded(
         )
     console.info_if_any(_describe_too_few(names, runs, baseline))
     folder = "-".join(name.replace("/", "-") for name in names)
-    directory = Path("results") / folder if out is None else location(out)
+    directory = Path("results") / folder if out is None else parse_location(out)
     return Study(run_missing(StudyRequest(experiments, directory, runs, seed), options))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from baldwinlab.core import console, variables
 from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, require_positive
-from baldwinlab.core.files import require_place, write_atomically
+from baldwinlab.core.files import require_writable_path, write_atomically
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NOTHING, Need, require
 from baldwinlab.experiment import Experiment
@@ -282,7 +282,7 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
         return
     for condition, assays in missing.items():
         for name in assays:
-            require_place(assay_path(study.directory, name, condition))
+            require_writable_path(assay_path(study.directory, name, condition))
     runs = {condition: len(study.runs(condition)) for condition in missing}
     need = estimate_assays(study, missing, runs, executor.workers)
     need = _need_on_this_machine(need, executor)

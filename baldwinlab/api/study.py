@@ -22,7 +22,7 @@ from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.api.load import load_installed
 from baldwinlab.api.run_study import RunOptions, run_missing_assays
 from baldwinlab.core.errors import require_positive
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.resources import require
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
@@ -689,4 +689,4 @@ def open_study(directory: str | Path) -> Study:
         There is no study, or its files are damaged.
     """
     load_installed()
-    return Study(StudyStore(location(directory)))
+    return Study(StudyStore(parse_location(directory)))

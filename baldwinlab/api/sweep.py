@@ -14,7 +14,7 @@ from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.memory import of_tables
 from baldwinlab.studies.sweeps.design import FILE, experiments, require_as_many
@@ -83,7 +83,7 @@ def sweep(
         path = Path(plan)
         design = read(path)
         content = path.read_bytes()
-    directory = Path("results") / path.stem if out is None else location(out)
+    directory = Path("results") / path.stem if out is None else parse_location(out)
     points = experiments(design, path)
     require_as_many(directory, points)
     console.info_if_any(describe_too_few_runs(design, len(points)))

@@ -18,7 +18,7 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import location, write_atomically
+from baldwinlab.core.files import parse_location, write_atomically
 from baldwinlab.core.output_paths import EXPORT, is_study, require_writable
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
@@ -65,7 +65,7 @@ class ExportOptions(NamedTuple):
     @property
     def store(self) -> StudyStore:
         """Open the study."""
-        return StudyStore(location(self.source))
+        return StudyStore(parse_location(self.source))
 
 
 def export(

@@ -22,7 +22,7 @@ from cyclopts import (
 
 from baldwinlab._version import __version__
 from baldwinlab.core import console
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.suggestions import suggest
 
 HELP: Final = """\
@@ -40,7 +40,7 @@ Studies are written to results/ in the working directory."""
 
 
 def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
-    return location(tokens[0].value)
+    return parse_location(tokens[0].value)
 
 
 def _read_integer(kind: object, tokens: Sequence[Token]) -> int:

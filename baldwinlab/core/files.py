@@ -1,7 +1,7 @@
-"""Files: read up to the size of their kind, and written whole or not at all, at any location that fsspec reaches.
+"""Read files up to a size limit, and write them completely or not at all, also in remote storage.
 
-Every file of the package is written by `appearing`, `write_atomically`, `write_exclusively` or
-`append_line`. These follow no link that leads out of a study.
+Every file of the package is written by `atomic_path`, `write_atomically`, `write_exclusively` or
+`append_line`. They do not follow a link that leads out of a study.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from uuid import uuid4
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra
 
-DEEPEST: Final = 32  # levels of JSON
+MAX_JSON_DEPTH: Final = 32
 PARTIAL = ".partial"  # the ending of a file that is being written
-STUDY: Final = "study.toml"  # the file that makes a study of a folder
+STUDY: Final = "study.toml"  # a folder with this file is a study
 
 
 class FileKind(NamedTuple):
-    """A kind of file that is read whole, so that its size must be limited."""
+    """A kind of file that is read into memory, with the limit of its size in bytes."""
 
     name: str
-    limit: int  # bytes
+    limit: int
 
 
 EXPERIMENT_FILE: Final = FileKind("the TOML file of an experiment", 2 * 2**20)
@@ -44,61 +44,76 @@ RESULTS_FILE: Final = FileKind("a JSON file of results", 256 * 2**20)
 ASSAY_FILE: Final = FileKind("an assay", 4 * 2**30)  # netCDF holds at most 2 GiB of a variable
 
 
-def toml_of(text: str) -> dict[str, Any]:
-    """The tables of a TOML text. Raises tomllib.TOMLDecodeError, also where they are nested deeper than Python can read."""
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return the tables of a TOML text. Raise tomllib.TOMLDecodeError for invalid or deep nesting."""
     try:
         return tomllib.loads(text)
     except RecursionError:
         raise tomllib.TOMLDecodeError("it is nested too deeply") from None
 
 
-def json_of(text: str | bytes) -> Any:
-    """What JSON says. Raises ValueError where it is none, and for what nests too deep to be anything that we know."""
+def parse_json(text: str | bytes) -> Any:
+    """Return the value of a JSON text. Raise ValueError if it is invalid or nested too deeply."""
     try:
-        found = json.loads(text)
-        level = [found]
-        for _ in range(DEEPEST):
-            level = [below for each in level for below in _inside(each)]
+        value = json.loads(text)
+        level = [value]
+        for _ in range(MAX_JSON_DEPTH):
+            level = [child for parent in level for child in _list_children(parent)]
     except RecursionError:
         level = [None]
     if level:
-        raise ValueError(f"JSON may nest {DEEPEST} levels deep here, and this nests deeper")
-    return found
+        raise ValueError(f"JSON may have {MAX_JSON_DEPTH} nested levels; this text has more")
+    return value
 
 
-def _inside(value: Any) -> Iterable[Any]:
-    return value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+def _list_children(value: Any) -> Iterable[Any]:
+    if isinstance(value, dict):
+        return value.values()
+    return value if isinstance(value, list) else ()
 
 
-def location(text: str | Path) -> Path:
-    """The place that a path or a URL such as s3://bucket/study names.
+def parse_location(text: str | Path) -> Path:
+    """Return the path that a text names: a local path, or a URL such as s3://bucket/study.
 
-    A path and a file:// URL give a Path. Any other URL gives what `universal_pathlib` makes of it: no Path by type, but with
-    the methods of one that this package uses. Raises RefusedError, with a sentence for the user, where it cannot be reached.
+    Parameters
+    ----------
+    text
+        A path, a file:// URL, or a URL that fsspec can open.
+
+    Returns
+    -------
+    pathlib.Path
+        For a URL of remote storage it is a UPath, which has the same methods.
+
+    Raises
+    ------
+    RefusedError
+        The location cannot be reached, or the extra `cluster` is not installed.
     """
     if isinstance(text, Path) or "://" not in str(text):
         return Path(text)
     if str(text).startswith("file://"):
-        from urllib.request import url2pathname  # here, because to load it takes a while
+        # Imported late: it takes a while to load.
+        from urllib.request import url2pathname
 
         return Path(url2pathname(urlsplit(str(text)).path))
     require_cluster_extra(str(text))
     from upath import UPath
 
     try:
-        place = UPath(
-            text, use_listings_cache=False
-        )  # workers elsewhere write there too, so nothing stays as it was listed
-        place.exists()
-    except Exception as error:  # every kind of store has faults of its own
+        # Remote workers also write there, so listings must not be cached.
+        path = UPath(text, use_listings_cache=False)
+        path.exists()
+    except Exception as error:
+        # Each kind of storage raises its own errors.
         raise RefusedError(f"{text} cannot be reached: {' '.join(str(error).split())}") from None
-    return cast(Path, place)
+    return cast(Path, path)
 
 
-def require_cluster_extra(what: str) -> None:
-    """Raises RefusedError, with a sentence for the user, where the extra `cluster` is not installed."""
+def require_cluster_extra(feature: str) -> None:
+    """Raise RefusedError if the extra `cluster`, which a feature needs, is not installed."""
     if not all(find_spec(name) for name in ("upath", "distributed", "dask_jobqueue")):
-        raise missing_extra("cluster", what)
+        raise missing_extra("cluster", feature)
 
 
 def read_bytes(path: Path, kind: FileKind) -> bytes:
@@ -107,13 +122,13 @@ def read_bytes(path: Path, kind: FileKind) -> bytes:
     Raises
     ------
     OSError
-        If the file cannot be read.
+        The file cannot be read.
     ValueError
-        If it is a pipe, device or folder, or larger than files of its kind may be. The text is
-        part of a sentence, without the path.
+        The path is a pipe, a device or a folder, or the file is larger than its kind allows. The
+        message is part of a sentence, without the path.
     """
     if is_local(path) and path.exists() and not path.is_file():
-        raise ValueError("it is no file")
+        raise ValueError("it is not a regular file")
     size = path.stat().st_size
     if size <= kind.limit:
         with path.open("rb") as file:
@@ -121,8 +136,8 @@ def read_bytes(path: Path, kind: FileKind) -> bytes:
     raise ValueError(f"it has {size:,} bytes, and {kind.name} may have at most {kind.limit:,}")
 
 
-def text_of(path: Path, kind: FileKind) -> str:
-    """Read a text file. Raises OSError, and ValueError as `read_bytes` does and for other text than UTF-8."""
+def read_text(path: Path, kind: FileKind) -> str:
+    """Return the text of a UTF-8 file. Raise as `read_bytes`, and ValueError for other encodings."""
     try:
         text = read_bytes(path, kind).decode()
     except UnicodeDecodeError:
@@ -131,88 +146,104 @@ def text_of(path: Path, kind: FileKind) -> str:
 
 
 def is_local(path: Path) -> bool:
-    """Whether a path lies in this machine's file system, rather than in a store that only fsspec reaches."""
+    """Return whether a path is in the local file system, and not in remote storage."""
     return isinstance(path, Path)
 
 
 def require_inside_study(path: Path, folder: Path | None = None) -> None:
-    """Refuse a write that a link would lead out of a study.
+    """Raise RefusedError if a link would lead a write out of a study.
 
     Parameters
     ----------
-    path : Path
-        The file or folder that is about to be written.
-    folder : Path, optional
+    path
+        The file or folder to write.
+    folder
         The study. By default, every folder above `path` that holds a study is checked.
 
     Raises
     ------
     RefusedError
-        If a folder between the study and `path` is a link to a place outside of the study.
+        A folder between the study and `path` is a link to a path outside of the study.
     """
     if not is_local(path):
         return
-    place = path.absolute()
-    target = Path(os.path.realpath(place.parent))
-    studies = [folder.absolute()] if folder else _studies_above(place)
+    absolute = path.absolute()
+    target = Path(os.path.realpath(absolute.parent))
+    studies = [folder.absolute()] if folder else _studies_above(absolute)
     for study in studies:
         if not target.is_relative_to(os.path.realpath(study)):
-            steps = [study / step for step in reversed(place.relative_to(study).parents)]
+            steps = [study / step for step in reversed(absolute.relative_to(study).parents)]
             link = next(step for step in steps[1:] if step.is_symlink())
             raise RefusedError(
-                f"{path} cannot be written: {link} is a link that leads out of the study in {study}; remove the link"
+                f"{path} cannot be written: {link} is a link that leads out of the study {study}. "
+                "Remove the link."
             )
 
 
-def require_place(path: Path) -> None:
-    """Refuse a file that could not be written later, before anything is computed for it.
+def require_writable_path(path: Path) -> None:
+    """Raise RefusedError if a file cannot be written, before its content is computed.
 
-    Raises RefusedError as `require_inside_study` does, and where the file or the folder that it
-    would lie in is read-only.
+    Raises
+    ------
+    RefusedError
+        The file or its folder is read-only, or a link leads out of a study.
     """
     if not is_local(path):
         return
     require_inside_study(path)
-    there = next(each for each in (path, *path.absolute().parents) if each.exists())
-    if not os.access(there if there.is_dir() else there.parent, os.W_OK) or not os.access(
-        there, os.W_OK
-    ):
+    parents = (path, *path.absolute().parents)
+    existing = next(parent for parent in parents if parent.exists())
+    folder = existing if existing.is_dir() else existing.parent
+    if not (os.access(folder, os.W_OK) and os.access(existing, os.W_OK)):
         raise RefusedError(
-            f"{path} cannot be written: {there} is read-only here; copy the study to a folder that can "
-            "be written, and use the copy"
+            f"{path} cannot be written: {existing} is read-only. Copy the study to a folder that "
+            "can be written, and use the copy."
         )
 
 
-def _studies_above(place: Path) -> Iterator[Path]:
-    """The folders with a study in which a path lies as it is written, its links not followed."""
-    for folder in place.parents:
-        if ".." not in place.relative_to(folder).parts and (folder / STUDY).exists():
+def _studies_above(path: Path) -> Iterator[Path]:
+    """Yield the folders above a path that hold a study. Links are not followed."""
+    for folder in path.parents:
+        if ".." not in path.relative_to(folder).parts and (folder / STUDY).exists():
             yield folder
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Whatever cannot be written in here is said of this file; and where no space is left, in which folder that is."""
+def name_file_in_errors(path: Path) -> Iterator[None]:
+    """Name the file in an OSError of this context; for a full disk also name the folder."""
     try:
         yield
     except OSError as error:
-        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        why = f"no space is left in {path.parent}" if full else error.strerror or str(error)
-        named = str(error.filename or path)
-        name = str(path) if full or named.endswith(PARTIAL) else named
-        raise OSError(error.errno, why, name) from None
+        is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        reason = error.strerror or str(error)
+        if is_full:
+            reason = f"no space is left in {path.parent}"
+        name = str(error.filename or path)
+        if is_full or name.endswith(PARTIAL):
+            name = str(path)
+        raise OSError(error.errno, reason, name) from None
 
 
 @contextmanager
-def appearing(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
-    """Give the name under which to write a file or folder of this machine; at the end it is renamed to `path`.
+def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
+    """Yield a temporary path for a local file or folder, and rename it to `path` at the end.
 
-    The name lies in the same folder, which is made where it is missing. Where `exclusive`, `path`
-    must not exist at the end. Raises OSError, leaving no trace, and RefusedError as
-    `require_inside_study` does.
+    Parameters
+    ----------
+    path
+        The final path. Its folder is created if it does not exist.
+    exclusive
+        Raise FileExistsError if `path` exists at the end.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written. Nothing remains of it.
+    RefusedError
+        A link leads out of a study.
     """
     require_inside_study(path)
-    with writing(path):
+    with name_file_in_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
         try:
@@ -229,19 +260,21 @@ def appearing(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
 
 
 def _link(partial: Path, path: Path) -> None:
-    """Give a file the name `path`. Of several processes one does, the others raise FileExistsError."""
+    """Give a file the name `path`. One of several processes succeeds; the others raise FileExistsError."""
     try:
         os.link(partial, path)
     except FileExistsError:
         raise
-    except OSError:  # a file system without hard links
+    except OSError:
+        # The file system has no hard links.
         with path.open("xb") as file:
             file.write(partial.read_bytes())
 
 
 def _remove(partial: Path) -> None:
     if partial.is_dir():
-        import shutil  # here, because to load it takes a while
+        # Imported late: it takes a while to load.
+        import shutil
 
         shutil.rmtree(partial, ignore_errors=True)
     else:
@@ -249,27 +282,26 @@ def _remove(partial: Path) -> None:
 
 
 def write_atomically(path: Path, content: bytes) -> Path:
-    """Write a file whole or not at all. Raises as `appearing` does."""
+    """Write a file completely or not at all. Raise as `atomic_path` does."""
     if is_local(path):
-        with appearing(path) as partial, partial.open("xb") as file:
+        with atomic_path(path) as partial, partial.open("xb") as file:
             file.write(content)
     else:
-        with writing(path):
+        with name_file_in_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(
-                content
-            )  # an object appears with its last byte: a put to a store is atomic, a rename is not
+            # In remote storage a write is atomic, and a rename is not.
+            path.write_bytes(content)
     return path
 
 
 def write_exclusively(path: Path, content: bytes) -> None:
-    """Write a file that must not exist yet. Of several processes that try, one succeeds.
+    """Write a file that must not exist yet. One of several processes succeeds.
 
-    Raises FileExistsError in the others, and as `appearing` does. A store that knows no exclusive
-    creation is asked for the file before and after: two writers at the same moment see one content.
+    The others raise FileExistsError. Other errors are those of `atomic_path`. In remote storage without exclusive creation
+    the file is compared after the write, so that two writers see one content.
     """
     if is_local(path):
-        with appearing(path, exclusive=True) as partial, partial.open("xb") as file:
+        with atomic_path(path, exclusive=True) as partial, partial.open("xb") as file:
             file.write(content)
         return
     taken = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
@@ -279,7 +311,8 @@ def write_exclusively(path: Path, content: bytes) -> None:
             file.write(content)
     except FileExistsError:
         raise taken from None
-    except (ValueError, NotImplementedError):  # the store knows no exclusive creation
+    except (ValueError, NotImplementedError):
+        # The storage has no exclusive creation.
         if path.exists():
             raise taken from None
         write_atomically(path, content)
@@ -288,16 +321,16 @@ def write_exclusively(path: Path, content: bytes) -> None:
 
 
 def append_line(path: Path, line: str, kind: FileKind) -> None:
-    """Add a line to a file. Raises as `appearing` does, and RefusedError where the file is a link.
+    """Add a line to a file. Raise as `atomic_path`, and RefusedError if the file is a link.
 
-    An object cannot grow, so elsewhere than in a file system the file is written again, and so is
-    one that has another name elsewhere (a hard link), whose content must stay as it is.
+    In remote storage a file cannot grow, so it is written again. So is a file with another hard link,
+    whose content must not change.
     """
     require_inside_study(path)
     if is_local(path) and path.is_symlink():
-        raise RefusedError(f"{path} cannot be written: it is a link; remove it")
+        raise RefusedError(f"{path} cannot be written: it is a link. Remove it.")
     if is_local(path) and not (path.exists() and path.stat().st_nlink > 1):
-        with writing(path), path.open("a", encoding="utf-8") as file:
+        with name_file_in_errors(path), path.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
     else:
         before = read_bytes(path, kind) if path.exists() else b""

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from baldwinlab.core.files import toml_of
+from baldwinlab.core.files import parse_toml
 from baldwinlab.experiment.fields import ExperimentError, plain
 
 
@@ -99,6 +99,6 @@ def parse(assignment: str) -> tuple[str, Any]:
     if not equals:
         raise ExperimentError(f"{assignment}: must be path=value, such as lifetime.steps=1000")
     try:
-        return path.strip(), toml_of(f"value = {text.strip()}")["value"]
+        return path.strip(), parse_toml(f"value = {text.strip()}")["value"]
     except tomllib.TOMLDecodeError:
         return path.strip(), text.strip()

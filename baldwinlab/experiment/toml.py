@@ -10,7 +10,7 @@ from typing import Any
 import tomlkit
 from pydantic import BaseModel
 
-from baldwinlab.core.files import toml_of
+from baldwinlab.core.files import parse_toml
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
 
 
@@ -67,7 +67,7 @@ def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
 def parse_tree(text: str, where: str) -> dict[str, Any]:
     """Return the tables of a TOML text. Raises ExperimentError, which names `where`, for any other text."""
     try:
-        return toml_of(text)
+        return parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
 

@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 
-from baldwinlab.evolution import Genome, GenerationKey
+from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.concurrency import QueuedResponse

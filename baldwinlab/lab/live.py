@@ -21,7 +21,7 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from baldwinlab.core.files import json_of
+from baldwinlab.core.files import parse_json
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.limits import check_size, memory_of
@@ -228,7 +228,7 @@ async def _listen(websocket: WebSocket, run: LiveRun) -> None:
     """Do what the page asks."""
     async for text in websocket.iter_text():
         try:
-            run.obey(json_of(text))
+            run.obey(parse_json(text))
         except ValueError as error:
             await _send(websocket, {"type": "problem", "message": str(error)})
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
-from baldwinlab.core.files import json_of
+from baldwinlab.core.files import parse_json
 
 Query = Mapping[str, str]
 MAX_BODY_SIZE: Final = 2**20  # bytes; an experiment has some thousands
@@ -55,7 +55,7 @@ async def body(request: Request) -> dict[str, Any]:
         if len(content) > MAX_BODY_SIZE:
             raise HTTPException(413, f"the body may have at most {MAX_BODY_SIZE:,} bytes")
     try:
-        value = json_of(bytes(content))
+        value = parse_json(bytes(content))
     except (json.JSONDecodeError, UnicodeDecodeError):
         value = None
     if not isinstance(value, dict):

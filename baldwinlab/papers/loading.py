@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.files import PAPER_FILE, text_of, toml_of
+from baldwinlab.core.files import PAPER_FILE, parse_toml, read_text
 
 
 class PaperError(BaldwinLabError, ValueError):
@@ -38,7 +38,7 @@ M = TypeVar("M", bound=BaseModel)
 def read(path: Path) -> dict[str, Any]:
     """The tables of a TOML file. Raises PaperError."""
     try:
-        return toml_of(text_of(path, PAPER_FILE))
+        return parse_toml(read_text(path, PAPER_FILE))
     except FileNotFoundError:
         raise PaperError(f"there is no {path}") from None
     except OSError as error:

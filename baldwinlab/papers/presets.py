@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from baldwinlab import papers
-from baldwinlab.core.files import EXPERIMENT_FILE, text_of
+from baldwinlab.core.files import EXPERIMENT_FILE, read_text
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import (
     BaseExperiment,
@@ -134,7 +134,7 @@ def factors() -> dict[str, Factors]:
 def _load_file(path: Path, files: tuple[Path, ...] = ()) -> Loaded:
     """Read an experiment file; `files` are the files that are based on it, one on the other."""
     try:
-        content = text_of(path, EXPERIMENT_FILE)
+        content = read_text(path, EXPERIMENT_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from baldwinlab.core.files import RESULTS_FILE, json_of, text_of, write_atomically
+from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text, write_atomically
 from baldwinlab.core.netcdf import claimed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -44,7 +44,7 @@ def claims_in(study: StudyStore) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        found = json_of(text_of(path, RESULTS_FILE))
+        found = parse_json(read_text(path, RESULTS_FILE))
     except (OSError, ValueError) as error:
         raise StudyError(f"{path} cannot be read: {error}; {again}") from None
     if isinstance(found, list):

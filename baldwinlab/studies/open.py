@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.variables import DIMENSIONS, PARENTS, RUN
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import coordinates
@@ -43,7 +43,7 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
     DamagedRecordError
         A stored run is damaged.
     """
-    study = StudyStore(location(directory))
+    study = StudyStore(parse_location(directory))
     return open_conditions(study, list(study.experiments if conditions is None else conditions))
 
 

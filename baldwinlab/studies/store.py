@@ -10,7 +10,7 @@ A file appears whole or not at all: it is written under another name and then re
 of workers may write to one study, and a study that was interrupted lacks its unfinished runs and
 nothing else. `study.toml` is written last, and only where there is none, so that of several
 processes that create different studies in one directory, one succeeds. The directory may lie in an
-object store, or wherever fsspec reaches (`files.location`). Format 1, which had no kind and no
+object store, or wherever fsspec reaches (`files.parse_location`). Format 1, which had no kind and no
 factors, and format 2, without seals, can be read.
 """
 
@@ -34,10 +34,10 @@ from baldwinlab.core.files import (
     STUDY_FILE,
     append_line,
     is_local,
+    parse_toml,
     read_bytes,
     require_inside_study,
-    require_place,
-    toml_of,
+    require_writable_path,
     write_atomically,
     write_exclusively,
 )
@@ -84,7 +84,7 @@ class StudyStore:
         path = directory / STUDY
         try:
             text = read_own_text(path, STUDY_FILE)
-            facts = toml_of(text)
+            facts = parse_toml(text)
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
             require_sense(self.seed, names)
@@ -192,7 +192,7 @@ class StudyStore:
         if is_local(sessions) and sessions.is_symlink():
             raise RefusedError(f"{sessions} cannot be written: it is a link; remove it")
         for path in (*paths, sessions):
-            require_place(path)
+            require_writable_path(path)
 
     def add_session(self, facts: dict[str, Any]) -> None:
         append_line(self.directory / SESSIONS, json.dumps(facts), SESSIONS_FILE)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from baldwinlab.core.files import FileKind, is_local, text_of
+from baldwinlab.core.files import FileKind, is_local, read_text
 from baldwinlab.experiment import NAME_PATTERN
 from baldwinlab.experiment.factors import KINDS, SWEEP, Factors, Kind
 from baldwinlab.studies import format_1, part_sources
@@ -64,10 +64,10 @@ def require_seal(text: str, written: int) -> None:
 
 
 def read_own_text(path: Path, kind: FileKind) -> str:
-    """Read a text file of a study. Raises as `text_of` does, and ValueError for a link to another folder."""
+    """Read a text file of a study. Raises as `read_text` does, and ValueError for a link to another folder."""
     if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
         raise ValueError("it is a link to a file elsewhere")
-    return text_of(path, kind)
+    return read_text(path, kind)
 
 
 def require_sense(seed: Any, names: Any) -> None:

@@ -92,7 +92,9 @@ def test_a_claim_that_cannot_be_decided_is_refused_in_a_sentence(
 
 
 def test_what_is_not_there_is_refused(command: Command, study: Path) -> None:
-    assert "nothing.toml does not exist" in command("claims", "study", "--claims", "nothing.toml").err
+    assert (
+        "nothing.toml does not exist" in command("claims", "study", "--claims", "nothing.toml").err
+    )
     assert command("claims", "nowhere", "--claims", "nothing.toml").code == 2
     Path("thesis").write_text("mine", encoding="utf-8")
     assert (

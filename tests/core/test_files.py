@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.core.files import location, write_atomically
+from baldwinlab.core.files import parse_location, write_atomically
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_no_trace(
@@ -42,16 +42,20 @@ def test_where_no_space_is_left_the_file_and_the_folder_are_named(
 
 
 def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> None:
-    assert location("results/study") == location(Path("results/study")) == Path("results/study")
-    assert location("file:///results/a%20study") == Path("/results/a study")
+    assert (
+        parse_location("results/study")
+        == parse_location(Path("results/study"))
+        == Path("results/study")
+    )
+    assert parse_location("file:///results/a%20study") == Path("/results/a study")
     pytest.importorskip("upath")
-    place = location("memory://tests/location")
+    place = parse_location("memory://tests/location")
     write_atomically(place / "folder" / "file", b"content")
-    assert location(place / "folder").name == "folder"
-    assert [entry.name for entry in location("memory://tests/location/folder").iterdir()] == [
+    assert parse_location(place / "folder").name == "folder"
+    assert [entry.name for entry in parse_location("memory://tests/location/folder").iterdir()] == [
         "file"
     ]
     with pytest.raises(
         ValueError, match="nowhere://study cannot be reached: Unsupported filesystem: 'nowhere'"
     ):
-        location("nowhere://study")
+        parse_location("nowhere://study")

@@ -133,5 +133,5 @@ def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path
         deep = CLIENT.post(address, content='{"a":' * depth + "1" + "}" * depth)
         assert (deep.status_code, deep.json()["error"]) == (
             400,
-            "JSON may nest 32 levels deep here, and this nests deeper",
+            "JSON may have 32 nested levels; this text has more",
         )

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import location, write_exclusively
+from baldwinlab.core.files import parse_location, write_exclusively
 from baldwinlab.parts import Source
 from baldwinlab.studies import part_sources
 from baldwinlab.studies.records import StudyError
@@ -84,7 +84,7 @@ def test_two_processes_with_the_same_study_both_succeed(race: Path) -> None:
 
 def test_a_file_that_exists_is_never_written_exclusively(tmp_path: Path) -> None:
     pytest.importorskip("upath")
-    for place in (tmp_path / "study.toml", location("memory://exclusive/study.toml")):
+    for place in (tmp_path / "study.toml", parse_location("memory://exclusive/study.toml")):
         write_exclusively(place, b"first")
         with pytest.raises(FileExistsError):
             write_exclusively(place, b"second")

@@ -18,7 +18,7 @@ import pytest
 
 from baldwinlab import cli
 from baldwinlab.core.extras import installation_command
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.studies.assays.run import ASSAYS, missing_assays, run_assays
@@ -149,7 +149,7 @@ def test_workers_end_tasks_that_nobody_waits_for(
 
 
 def test_workers_refuse_a_study_that_they_do_not_see(on_dask: Executor) -> None:
-    study = create(location("memory://unseen"), [small("evo/A")], seed=5)
+    study = create(parse_location("memory://unseen"), [small("evo/A")], seed=5)
     with pytest.raises(
         StudyError, match=r"does not see memory://unseen: a study must lie where all workers see it"
     ):
@@ -212,7 +212,7 @@ def test_workers_refuse_to_mix_engines(
 
 
 def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None:
-    study = create(location(f"local://{tmp_path}/far"), [small("evo/A")], seed=5)
+    study = create(parse_location(f"local://{tmp_path}/far"), [small("evo/A")], seed=5)
     assert not isinstance(study.directory, Path)
     list(amounts(on_dask, study, runs=3))
     assert contents(tmp_path / "far") == contents(
@@ -288,7 +288,7 @@ def test_without_the_extra_threads_work_and_the_rest_names_it(
     for ask in (
         lambda: choose("dask:tcp://127.0.0.1:9"),
         lambda: choose("slurm", 2),
-        lambda: location("s3://bucket/study"),
+        lambda: parse_location("s3://bucket/study"),
     ):
         with pytest.raises(ValueError, match=re.escape(installation_command("cluster"))):
             ask()
@@ -335,8 +335,8 @@ def test_a_study_and_its_report_may_lie_in_an_object_store(
     code, out, _ = command(monkeypatch, capsys, tmp_path, "report", "memory://tests/paper")
     assert code == 0
     assert "report: memory://tests/paper/report.html" in out
-    assert "<html" in location("memory://tests/paper/report.html").read_text("utf-8")
-    assert location("memory://tests/paper/figures").exists()
+    assert "<html" in parse_location("memory://tests/paper/report.html").read_text("utf-8")
+    assert parse_location("memory://tests/paper/figures").exists()
     assert not list(tmp_path.iterdir())
 
 

@@ -81,7 +81,7 @@ def test_a_read_only_study_is_told_before_anything_is_computed(
     )
     assert done.returncode == 2
     assert f"{file} cannot be written: " in " ".join(done.stderr.split())
-    assert "is read-only here; copy the study to a folder that can be written" in " ".join(
+    assert "is read-only. Copy the study to a folder that can be written" in " ".join(
         done.stderr.split()
     )
     assert "the engine" not in done.stdout and ".partial" not in done.stderr

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.executors import THREADS
@@ -183,7 +183,7 @@ def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
 
 def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) -> None:
     pytest.importorskip("upath")
-    far = small_study(location("memory://tests/study"), runs=2)
+    far = small_study(parse_location("memory://tests/study"), runs=2)
     near = small_study(tmp_path, runs=2)
     xr.testing.assert_identical(open_runs("memory://tests/study"), open_runs(tmp_path))
     for condition in near.experiments:
@@ -194,11 +194,11 @@ def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) ->
     assert missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
     assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
     assert path.with_name("0001.nc.damaged").exists()
-    small_study(location("memory://tests/study"), runs=2)
+    small_study(parse_location("memory://tests/study"), runs=2)
     xr.testing.assert_identical(open_runs(far.directory), open_runs(tmp_path))
     assert len(list(far.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
-        create(location("memory://tests/study"), [small("evo/A")], seed=5)
+        create(parse_location("memory://tests/study"), [small("evo/A")], seed=5)
 
 
 def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:

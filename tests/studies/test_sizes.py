@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.core import files
-from baldwinlab.core.files import FileKind, read_bytes, text_of
+from baldwinlab.core.files import FileKind, read_bytes, read_text
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.papers import PaperError
 from baldwinlab.papers import load as load_paper
@@ -31,7 +31,7 @@ def test_a_file_is_read_up_to_the_size_of_its_kind(tmp_path: Path) -> None:
     kind, path = FileKind("a note", 5), tmp_path / "note"
     path.write_bytes(b"12345")
     assert read_bytes(path, kind) == b"12345"
-    assert text_of(path, kind) == "12345"
+    assert read_text(path, kind) == "12345"
     path.write_bytes(b"123456")
     with pytest.raises(ValueError, match="it has 6 bytes, and a note may have at most 5"):
         read_bytes(path, kind)
@@ -103,7 +103,7 @@ def test_an_input_that_is_huge_or_no_file_is_refused_before_it_is_read(
             os.mkfifo(path)
         else:
             path.symlink_to("/dev/zero")
-    why = "it has 20,000,000,000 bytes" if kind == "huge" else "it is no file"
+    why = "it has 20,000,000,000 bytes" if kind == "huge" else "it is not a regular file"
     with pytest.raises(ExperimentError, match=f"cannot read {experiment}: {why}"):
         load(experiment)
     with pytest.raises(ExperimentError, match=f"cannot read {sweep}: {why}"):
@@ -139,5 +139,5 @@ def test_sessions_that_are_no_file_are_named(tmp_path: Path) -> None:
     study = small_study(tmp_path, [small("evo/A")], runs=1)
     (tmp_path / "sessions.jsonl").unlink()
     (tmp_path / "sessions.jsonl").mkdir()
-    with pytest.raises(StudyError, match=r"sessions\.jsonl cannot be read: it is no file"):
+    with pytest.raises(StudyError, match=r"sessions\.jsonl cannot be read: it is not a regular file"):
         list(study.sessions())

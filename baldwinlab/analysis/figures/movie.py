@@ -19,7 +19,7 @@ from PIL import Image, ImageColor, ImageDraw
 from baldwinlab.analysis.figures.palette import MOVIE, shade
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra
-from baldwinlab.core.files import write_atomically, writing
+from baldwinlab.core.files import name_file_in_errors, write_atomically
 from baldwinlab.core.output_paths import REPLAY
 
 # Pixels of the longer side.
@@ -107,7 +107,7 @@ def write_scenes(
     frames = _frames(scenes, range(0, n_steps, stride), report_progress)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
-        with writing(draft):
+        with name_file_in_errors(draft):
             if path.suffix == ".gif":
                 _write_gif(frames, draft, _gif_palette(scenes))
             else:

@@ -14,7 +14,7 @@ from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.frames import frame_of
 from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import appearing, write_atomically
+from baldwinlab.core.files import atomic_path, write_atomically
 from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.assays.descent import HEADER, phylogeny_lines
 from baldwinlab.studies.store import StudyStore
@@ -59,7 +59,7 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
         for column in table.columns
     ]
     schema = pa.schema(fields, {"PANDAS_ATTRS": json.dumps(table.attributes)})
-    with appearing(path) as partial, pq.ParquetWriter(partial, schema) as writer:
+    with atomic_path(path) as partial, pq.ParquetWriter(partial, schema) as writer:
         for blocks in _groups(table):
             batches = [
                 pa.record_batch([array(column, block) for column in table.columns], schema=schema)
@@ -91,7 +91,7 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     metadata_path = path.with_name(f"{path.name}{CSVW}")
     require_writable("--out", path, f",{','.join(KEY[1:])},".encode(), force=force)
     require_writable("--out", metadata_path, MARK.encode(), force=force)
-    with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         for number, block in enumerate(table.blocks()):
             frame_of(table, block).to_csv(file, index=False, header=not number, lineterminator="\n")
     write_atomically(
@@ -161,7 +161,7 @@ def write_phylogeny(
     study.require_runs()
     names = list(study.experiments) if condition is None else [study.experiment(condition).name]
     count = 0
-    with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         file.write(HEADER + ",condition,run" * (run is None) + "\n")
         for name in names:
             for number in study.runs(name) if run is None else [run]:

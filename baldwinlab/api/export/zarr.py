@@ -15,7 +15,7 @@ from baldwinlab._version import __version__
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import MARK
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import appearing
+from baldwinlab.core.files import atomic_path
 from baldwinlab.core.output_paths import owner
 from baldwinlab.core.variables import OF_AGENT
 from baldwinlab.experiment.factors import SWEEP
@@ -74,7 +74,7 @@ def write_zarr(study: StudyStore, path: Path) -> None:
         {name: texts.pop(name) for name in layout.frame.coords if name in texts}
     ).assign(texts)
     told.attrs["made_by"] = f"{MARK} {__version__}"
-    with appearing(path) as partial:
+    with atomic_path(path) as partial:
         told.to_zarr(LocalStore(partial), mode="w-", zarr_format=3, consolidated=False)
         _write_records(study, layout, zarr.open_group(LocalStore(partial), mode="r+"))
 

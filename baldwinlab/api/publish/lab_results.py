@@ -20,7 +20,7 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
-from baldwinlab.core.files import RESULTS_FILE, text_of, write_atomically
+from baldwinlab.core.files import RESULTS_FILE, read_text, write_atomically
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.studies.assays.storage import read
 from baldwinlab.studies.claims_file import digest_records
@@ -196,7 +196,7 @@ def keep(study: StudyStore, data: xr.Dataset | None = None) -> None:
 def kept(study: StudyStore) -> dict[str, Any] | None:
     """What was kept, if it is of the records that are stored now; else None."""
     try:
-        record = json.loads(text_of(study.directory / FILE, RESULTS_FILE))
+        record = json.loads(read_text(study.directory / FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
         if (record["version"], record["records"], checksum) == (
             __version__,

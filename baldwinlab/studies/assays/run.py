@@ -14,7 +14,7 @@ import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.netcdf import sealed
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
@@ -126,7 +126,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     Raises StudyError for an assay or a condition that there is not, for one that has not been measured yet, and for a file
     that cannot be read.
     """
-    study = StudyStore(location(directory))
+    study = StudyStore(parse_location(directory))
     _require_known([assay])
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)

@@ -23,7 +23,7 @@ from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
 from baldwinlab.core.errors import PartError, RefusedError
-from baldwinlab.core.files import is_local, location
+from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.engine.cache import sources_hash
 from baldwinlab.models.miniworld.backends.choice import Backend, choose
@@ -180,7 +180,7 @@ def _work(sent: bytes) -> Any:
         raise StudyError(
             f"the worker {worker.address} has another version of baldwinlab or Numba than this process"
         )
-    directory = location(order.directory)
+    directory = parse_location(order.directory)
     if not is_study(directory):
         raise StudyError(
             f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it"

@@ -21,7 +21,7 @@ import numpy.typing as npt
 import tomlkit
 import xarray as xr
 
-from baldwinlab.core.files import location
+from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.fields import lines
@@ -215,7 +215,7 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     DamagedRecordError
         A stored run is damaged.
     """
-    folder = location(directory)
+    folder = parse_location(directory)
     study = StudyStore(folder)
     if study.kind != SWEEP or not (folder / FILE).exists():
         raise StudyError(f"{folder} is no sweep: it has no {FILE}")

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
-from baldwinlab.core.files import SWEEP_FILE, text_of, toml_of
+from baldwinlab.core.files import SWEEP_FILE, parse_toml, read_text
 from baldwinlab.experiment import ExperimentError, Fields
 from baldwinlab.experiment.fields import brief, lines
 from baldwinlab.simulation.simulate import SEED_LIMIT
@@ -159,7 +159,7 @@ def _plain(value: Any) -> bool:
 def read(path: Path) -> Sweep:
     """The sweep in a TOML file. Raises ExperimentError with a line for every fault."""
     try:
-        tree = toml_of(text_of(path, SWEEP_FILE))
+        tree = parse_toml(read_text(path, SWEEP_FILE))
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{path} is not TOML: {error}") from None
     except (OSError, ValueError) as error:
