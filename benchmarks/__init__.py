@@ -1,1 +1,1 @@
-"""Benchmarks: baldwinlab compared with what a user would pick instead. See README.md in this folder."""
+"""Benchmarks that compare baldwinlab with alternatives: see README.md in this folder."""

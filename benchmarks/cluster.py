@@ -1,9 +1,9 @@
 """Extrapolate a study to a cluster: `python -m benchmarks.cluster`, about three minutes.
 
-The command needs the extra `cluster`. It measures the cost of a run, of one and two worker processes
-and threads, and of a task and an event in a separate Dask scheduler. From these it computes the cost
-of a million runs on 10,000 cores. The work of a process is its CPU time, which other processes hardly
-change.
+The command needs the extra `cluster`. It measures the cost of a run, of one and two worker
+processes and threads, and of a task and an event in a separate Dask scheduler. From these it
+computes the cost of a million runs on 10,000 cores. The work of a process is its CPU time, which
+other processes hardly change.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     python benchmarks/phases.py
 
 The peak is that of independent additions and multiplications of sixteen float32 in registers. The
-counts of operations are those of the paper's networks (3-10-3, no biases) and of 50 items, according to
-the source code. A division counts as one operation.
+counts of operations are those of the paper's networks (3-10-3, no biases) and of 50 items,
+according to the source code. A division counts as one operation.
 """
 
 from __future__ import annotations

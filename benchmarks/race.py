@@ -1,7 +1,7 @@
 """Measure contenders in turns, each in a fresh process.
 
-A temporary load of the machine slows all contenders, so ratios within a round are more reliable than
-rates.
+A temporary load of the machine slows all contenders, so ratios within a round are more reliable
+than rates.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class Process:
         )
 
     def measure(self, fill: float) -> dict[str, Any]:
-        """Return a measurement; raise RuntimeError with the last line of errors of a failed worker."""
+        """Return a measurement; raise RuntimeError with the last error of a failed worker."""
         self._send({"fill": fill})
         line = self._answers.readline()
         if not line:

@@ -1,9 +1,9 @@
 """Detect a loss of speed: `python benchmarks/regression.py [--record]`.
 
 The script measures baldwinlab and the NumPy contender in turns, and compares the ratio of their
-speeds with recorded.json. Both use one core and are timed by CPU time, so other processes matter less.
-The exit status is 1 if the ratio of a scenario fell by more than 15 %. A ratio is valid for one kind of
-CPU.
+speeds with recorded.json. Both use one core and are timed by CPU time, so other processes matter
+less. The exit status is 1 if the ratio of a scenario fell by more than 15 %. A ratio is valid for
+one kind of CPU.
 """
 
 from __future__ import annotations

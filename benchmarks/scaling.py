@@ -1,8 +1,8 @@
 """Measure the cost of larger experiments: `python -m benchmarks.scaling [--out DIR]`.
 
-The command varies threads, worlds per batch, agents, items and hidden units separately, in interleaved
-rounds. All agents are self-taught newborns among the food of map A, where a step costs most. It writes
-scaling.json, scaling.md, scaling.png and scaling.svg.
+The command varies threads, worlds per batch, agents, items and hidden units separately, in
+interleaved rounds. All agents are self-taught newborns among the food of map A, where a step costs
+most. It writes scaling.json, scaling.md, scaling.png and scaling.svg.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Scenarios: lifetimes of 5000 steps of 20 agents with genomes that evolved for 50 generations.
 
-Evolved agents find food, so they sense, learn and eat more than agents with random genomes, and cost
-more time.
+Evolved agents find food, so they sense, learn and eat more than agents with random genomes, and
+cost more time.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from baldwinlab.experiment import Experiment
 
 Genomes = list[list[list[list[float]]]]
-"""[world][agent][module][weight], weights in the order of `baldwinlab.core.variables.WEIGHT_ORDER`."""
+"""[world][agent][module][weight], in the order of `baldwinlab.core.variables.WEIGHT_ORDER`."""
 
 Simulate = Callable[[int], Any]
 """Simulate the lifetimes with a seed; return the items eaten, [world][agent], or None."""
@@ -59,7 +59,7 @@ class Setting:
         return sum(self.food_x) / 2, sum(self.food_y) / 2
 
     def span(self, margin: float) -> tuple[float, float]:
-        """Return the largest distances in x and y from the center at which an item can be within `margin`."""
+        """Return the largest x and y distances from the center with an item within `margin`."""
         width = self.food_x[1] - self.food_x[0]
         height = self.food_y[1] - self.food_y[0]
         return width / 2 + margin, height / 2 + margin

@@ -1,6 +1,7 @@
-"""Make the WebAssembly modules that ship: about five minutes, with a linker (docs/how-to/export-page.md).
+"""Compile the WebAssembly modules of the package: about five minutes.
 
-A test holds what ships to what it was made of, so this is to be run after every change of what compiled code does.
+Run the script after every change of compiled code: a test fails until then.
+It needs a linker: see docs/how-to/export-page.md.
 """
 
 import json

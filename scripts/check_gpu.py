@@ -2,8 +2,9 @@
 
     python scripts/check_gpu.py [--quick]
 
-First every kind of life, on both; the script ends with status 1 if any bit differs. Then agent-steps a second of whole
-generations (genomes in, 5000 steps, what was eaten out; compilation apart) for several numbers of worlds and threads.
+The script first simulates every kind of experiment on both, and exits with status 1 if a bit
+differs. Then it prints agent-steps per second of complete generations, without compilation, for
+several numbers of worlds and threads.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ FOOD = {"x": [400, 560], "y": [80, 240]}
 
 
 def experiments() -> Iterator[tuple[str, Experiment]]:
-    """Every path through the engine, with newborns where the food is."""
+    """Yield experiments for every path through the engine, with newborns at the food."""
     for condition in ("evo/A", "evo+self-taught/A", "evo+self-taught/B"):
         yield condition, load(condition)
         yield (
@@ -55,7 +56,7 @@ def experiments() -> Iterator[tuple[str, Experiment]]:
     yield "poison and walls", base.replace(world=walls, senses={"kinds": ["food", "poison"]})
     yield "memory", base.replace(network={"kind": "elman"})
     yield (
-        "items round the edge",
+        "items across the edge",
         base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]}),
     )
 
@@ -66,7 +67,7 @@ def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
 
 
 def differences(experiment: Experiment, worlds: int) -> list[str]:
-    """The names of what is not the same after a life on the GPU and on the CPU; `awake` is scratch."""
+    """Return the names of arrays that differ between GPU and CPU, without scratch memory."""
     batches: list[Batch] = [
         cpu.Batch(experiment, 7, range(worlds)),
         cuda.Batch(experiment, 7, range(worlds)),
@@ -74,23 +75,22 @@ def differences(experiment: Experiment, worlds: int) -> list[str]:
     for batch in batches:
         batch.begin(3, genomes(experiment, worlds))
         batch.simulate(0, experiment.lifetime.steps)
-    one, other = (
+    on_cpu, on_gpu = (
         named_arrays(batch.state, worlds, experiment.population.size) for batch in batches
     )
-    return [
-        name
-        for name, array in one.items()
-        if name != "awake" and array.tobytes() != other[name].tobytes()
-    ]
+    names = [name for name in on_cpu if name != "awake"]
+    return [name for name in names if on_cpu[name].tobytes() != on_gpu[name].tobytes()]
 
 
 def speed(experiment: Experiment, worlds: int) -> float:
-    """Agent-steps a second of whole generations, the best of three."""
-    batch, made = cuda.Batch(experiment, 7, range(worlds)), genomes(experiment, worlds)
+    """Return agent-steps per second of complete generations, the best of three."""
+    batch = cuda.Batch(experiment, 7, range(worlds))
+    population = genomes(experiment, worlds)
     seconds = []
-    for generation in range(4):  # the first may compile
+    # The first generation may compile, so it is not counted.
+    for generation in range(4):
         began = time.perf_counter()
-        batch.begin(generation, made)
+        batch.begin(generation, population)
         batch.simulate(0, experiment.lifetime.steps)
         batch.eaten_in_life()
         seconds.append(time.perf_counter() - began)
@@ -101,30 +101,27 @@ def main(quick: bool) -> int:
     if problem := cuda.available():
         print(problem)
         return 1
-    name = numba_cuda.get_current_device().name
-    print(
-        f"{name.decode() if isinstance(name, bytes) else name}; numba {numba.__version__}, {numba_cuda.__name__}"
-    )
+    device = numba_cuda.get_current_device().name
+    name = device.decode() if isinstance(device, bytes) else device
+    print(f"{name}; numba {numba.__version__}, {numba_cuda.__name__}")
     failed = 0
     for title, experiment in experiments():
-        found = differences(experiment, 40)
-        failed += bool(found)
-        print(
-            f"{title}: {'differs in ' + ', '.join(found) if found else 'the same bits'}", flush=True
-        )
+        arrays = differences(experiment, 40)
+        failed += bool(arrays)
+        result = f"differs in {', '.join(arrays)}" if arrays else "bit-identical"
+        print(f"{title}: {result}", flush=True)
     for condition in ("evo/A", "evo+self-taught/A"):
-        for place, start in (
-            ("of the paper", {}),
-            ("at the food", {"start": {"x": 480, "y": 160, "radius": 70}}),
+        for title, start in (
+            ("start of the paper", {}),
+            ("start at the food", {"start": {"x": 480, "y": 160, "radius": 70}}),
         ):
             experiment = load(condition).replace(world=start)
             for worlds in WORLDS[-3:-1] if quick else WORLDS:
                 for threads in (128,) if quick or worlds < 5280 else THREADS:
                     cuda.THREADS = threads  # type: ignore[misc]
-                    print(
-                        f"{condition} {place}: {worlds} worlds, {threads} threads: {speed(experiment, worlds):.3g} /s",
-                        flush=True,
-                    )
+                    rate = f"{speed(experiment, worlds):.3g} agent-steps/s"
+                    setting = f"{worlds} worlds, {threads} threads"
+                    print(f"{condition}, {title}: {setting}: {rate}", flush=True)
     return int(failed > 0)
 
 

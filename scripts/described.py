@@ -35,7 +35,7 @@ class Entry(NamedTuple):
 
 
 class Docstring(NamedTuple):
-    """A docstring in numpydoc form: the text before the first section, and the sections by title."""
+    """A numpydoc docstring: the text before the first section, and the sections by title."""
 
     text: str
     sections: dict[str, str]

@@ -1,12 +1,11 @@
 """Build the documentation site: `python -m scripts.documentation [FOLDER] [NOTEBOOKS]`.
 
-`make docs` writes the site to site/.
-The pages are Markdown files of this repository.
-Sphinx reads them under their paths, so that a link between two files becomes a link between two pages.
+`make docs` writes the site to site/. The pages are Markdown files of this repository. Sphinx reads
+them under their paths, so that a link between two files becomes a link between two pages.
 `scripts.reference` generates further pages from the code, and `scripts.llms` generates llms.txt.
-`scripts.glossary` links the terms of the glossary.
-Every warning of Sphinx is an error, for example a dead link or a page that is in no section.
-NOTEBOOKS is the folder to which `scripts.notebooks` has written the executed notebooks.
+`scripts.glossary` links the terms of the glossary. Every warning of Sphinx is an error, for example
+a dead link or a page that is in no section. NOTEBOOKS is the folder to which `scripts.notebooks`
+has written the executed notebooks.
 """
 
 from __future__ import annotations
@@ -84,7 +83,8 @@ def build(out: Path, notebooks: Path | None = None) -> bool:
     """
     if out.exists() and any(out.iterdir()) and not (out / SPHINX_MARK).exists():
         raise RefusedError(
-            f"{out}: the folder contains files that are not a site. Give another or an empty folder."
+            f"{out}: the folder contains files that are not a site. "
+            "Give another or an empty folder."
         )
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "source"
@@ -263,7 +263,8 @@ def add_notebook(source: Path, files: Path, executed: Path) -> None:
 def _frame(address: str, first: Experiment) -> str:
     title = f"Evolution of {first.name}"
     return (
-        f'<div class="laboratory"><iframe src="{address}" title="{title}" loading="lazy"></iframe>\n'
+        f'<div class="laboratory"><iframe src="{address}" title="{title}" loading="lazy">'
+        "</iframe>\n"
         "<p>Press <em>start</em> to run evolution in your browser. "
         f'<a href="{address}">Open the laboratory as a page</a>.</p></div>\n'
     )

@@ -1,7 +1,7 @@
-"""Record the life that the lab shows while its engine is compiled: `python scripts/first_life.py`.
+"""Record the lifetime that the lab shows while the engine compiles: `python scripts/first_life.py`.
 
-It is generation 20 of a run in which agents eat early; the 20 before it are lived first. To be run again where a test says that
-the engine gives another life, or that recordings look otherwise.
+It is generation 20 of a run in which agents eat early. Run the script again if a test reports that
+the engine or the format of recordings changed.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Fit the rational function that stands for the logistic one in engine/arithmetic.py, and print its coefficients.
+"""Fit the rational approximation of the logistic function in engine/arithmetic.py.
 
-sigmoid(z) - 1/2 = z P(z^2) / Q(z^2) on |z| <= 15.5, P and Q of degree 4 with Q(0) = 1: iteratively reweighted least squares
-(Lawson's weights for the largest error, and 1/Q for the linearised denominator).
+sigmoid(z) - 1/2 = z P(z^2) / Q(z^2) for |z| <= 15.5, with P and Q of degree 4 and Q(0) = 1. The
+method is iteratively reweighted least squares, with Lawson's weights for the largest error and 1/Q
+for the linearized denominator. The script prints the coefficients.
 """
 
 from __future__ import annotations
@@ -9,22 +10,27 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-LIMIT, DEGREE, ROUNDS = 15.5, 4, 400
+LIMIT = 15.5
+DEGREE = 4
+ROUNDS = 400
 Row = npt.NDArray[np.float64]
 
 
 def fit() -> tuple[float, Row, Row]:
-    """The largest error, and the coefficients of P and Q."""
+    """Return the largest error, and the coefficients of P and Q."""
     z = np.cos(np.linspace(0, np.pi / 2, 4001))[:-1] * LIMIT
-    target, x = np.tanh(z / 2) / 2, (z / LIMIT) ** 2
+    target = np.tanh(z / 2) / 2
+    x = (z / LIMIT) ** 2
     powers = x[:, None] ** np.arange(DEGREE + 1)
     matrix = np.hstack([powers * (z / LIMIT)[:, None], -powers[:, 1:] * target[:, None]])
-    linear, lawson = np.ones_like(z), np.ones_like(z)
+    linear = np.ones_like(z)
+    lawson = np.ones_like(z)
     best = (np.inf, np.empty(0), np.empty(0))
     for _ in range(ROUNDS):
         weight = np.sqrt(lawson) * linear
         solution = np.linalg.lstsq(matrix * weight[:, None], target * weight, rcond=None)[0]
-        p, q = solution[: DEGREE + 1], np.append(1, solution[DEGREE + 1 :])
+        p = solution[: DEGREE + 1]
+        q = np.append(1, solution[DEGREE + 1 :])
         error = np.abs((powers @ p) * (z / LIMIT) / (powers @ q) - target)
         if error.max() < best[0]:
             best = (

@@ -1,7 +1,7 @@
-"""Makes the pictures of the gallery anew, of all its papers or of those named: `python -m scripts.gallery_pictures mayley-1996`.
+"""Draw the pictures of papers: `python -m scripts.gallery_pictures [PAPER ...]`.
 
-Each is drawn twice, in docs/ and small on the paper's card, `card.png` in its folder. It runs what they show; where that takes
-too long, the card is cut from a picture in docs/.
+The script runs each paper, and draws its picture for docs/ and a small one, `card.png`, for its
+folder. If a paper takes too long, its card is cut from a picture in docs/.
 """
 
 from __future__ import annotations
@@ -25,13 +25,18 @@ from baldwinlab.analysis.report import content
 from baldwinlab.papers.paper import CARD
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
-WIDTH, HEIGHT = 640, 320  # pixels of a card
-COLOURS: Final = (128, 64, 32)  # of a card, as many as keep it small
-LARGEST: Final = 30_000  # bytes
+# Pixels of a card.
+WIDTH = 640
+HEIGHT = 320
+# Numbers of colors of a card. The first one that gives a small file is used.
+COLORS: Final = (128, 64, 32)
+# Bytes.
+MAX_SIZE: Final = 30_000
 
 
 def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.draw_shares(content.shares(study, {one.name: one for one in experiments}))
+    conditions = {experiment.name: experiment for experiment in experiments}
+    return figures.draw_shares(content.shares(study, conditions))
 
 
 def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
@@ -41,7 +46,7 @@ def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
 def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     paper = papers.load(name)
     return lambda study, experiments: figures.draw_measures(
-        study, [figures.MeasureValues(*one) for one in compared(study, paper)]
+        study, [figures.MeasureValues(*measure) for measure in compared(study, paper)]
     )
 
 
@@ -64,12 +69,10 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "soltoggio-2008": _curves,
     "le-2018": _shares,
 }
-PANEL: Final = {
-    "mayley-1996": 1,
-    "nolfi-parisi-1993": 1,
-    "nolfi-elman-parisi-1994": 1,
-}  # on the card; else the first
-CUT: Final = {  # the picture, and left, upper, right and lower edge in it
+# The panel on the card; by default the first one.
+PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}
+# The picture, and the left, upper, right and lower edge in it.
+CUT: Final = {
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
     "worlds-and-minds": ("worlds-and-minds.png", (292, 816, 988, 1136)),
 }
@@ -92,7 +95,7 @@ def main() -> None:
 
 
 def _card(figure: Figure, panel: int) -> bytes:
-    """One panel of a picture, without its words."""
+    """Return one panel of a figure, without text."""
     shown = figure.axes[panel]
     for axes in [*figure.axes]:
         if axes is not shown:
@@ -111,14 +114,14 @@ def _card(figure: Figure, panel: int) -> bytes:
 
 
 def _small(picture: Image.Image) -> bytes:
-    """A picture in the size of a card, in few colours."""
+    """Return a picture in the size of a card, with few colors."""
     resized = picture.convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
-    for colours in COLOURS:
-        made = io.BytesIO()
-        resized.quantize(colours).save(made, "png", optimize=True)
-        if made.tell() <= LARGEST:
+    for colors in COLORS:
+        file = io.BytesIO()
+        resized.quantize(colors).save(file, "png", optimize=True)
+        if file.tell() <= MAX_SIZE:
             break
-    return made.getvalue()
+    return file.getvalue()
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ class Call(NamedTuple):
     scope: str
     """"agent", "world" or "population"; for the engine, the text of the row."""
     writes: str
-    """What the hook may write, and what the hook returns."""
+    """The data that the hook may write, and its return value."""
     condition: str = ""
     """When the engine calls the hook, if it does not call it always."""
 

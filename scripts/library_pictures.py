@@ -1,4 +1,7 @@
-"""Makes the pictures of the library's pages in docs/ anew: `python -m scripts.library_pictures STUDY`, of `worlds-and-minds`."""
+"""Draw the pictures of built-in parts: `python -m scripts.library_pictures STUDY`.
+
+STUDY is the study of `baldwinlab reproduce worlds-and-minds`.
+"""
 
 from __future__ import annotations
 
@@ -33,24 +36,24 @@ def main() -> None:
         "study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`"
     )
     study = bl.open_runs(parser.parse_args().study)
-    standings = figures.overview_cells(
+    cells = figures.overview_cells(
         study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST
     )
-    there = {name: bl.load(f"evo/{name}") for name in WORLDS}
-    worlds = {f"Map {name}": experiment.world for name, experiment in there.items()}
-    looks = {f"Map {name}": look(experiment).to_dict() for name, experiment in there.items()}
+    presets = {name: bl.load(f"evo/{name}") for name in WORLDS}
+    worlds = {f"Map {name}": experiment.world for name, experiment in presets.items()}
+    looks = {f"Map {name}": look(experiment).to_dict() for name, experiment in presets.items()}
     rays = bl.load("evo/A").replace(senses={"kinds": ["rays"]})
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
-        grown = figures.draw_fitness_curves(bl.open_runs(Path(folder) / "xor"))
+        neat = figures.draw_fitness_curves(bl.open_runs(Path(folder) / "xor"))
         bred = [bl.load("evo/A", variant).replace(name=variant) for variant in BREEDING]
         bl.run(bred, runs=20, out=Path(folder) / "breeding")
         breeding = figures.draw_fitness_boxes(bl.open_runs(Path(folder) / "breeding"), [], LAST)
     drawn = {
-        "worlds-and-minds": figures.draw_overview({"": standings}),
+        "worlds-and-minds": figures.draw_overview({"": cells}),
         "worlds": figures.draw_world_maps(worlds, 20, looks),
         "senses": figures.draw_agent_senses(look(rays).to_dict()),
-        "neat": grown,
+        "neat": neat,
         "breeding": breeding,
     }
     for name, figure in drawn.items():

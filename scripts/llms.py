@@ -55,7 +55,8 @@ def _list(title: str, lines: Iterable[str]) -> str:
 
 def _links(title: str, paths: Iterable[str], pages: Mapping[str, str]) -> str:
     lines = [
-        f"[{page_title(pages[path])}]({path.removesuffix('.md')}.html): {first_sentence(pages[path])}"
+        f"[{page_title(pages[path])}]({path.removesuffix('.md')}.html): "
+        f"{first_sentence(pages[path])}"
         for path in paths
     ]
     return _list(title, lines)

@@ -1,7 +1,7 @@
-"""Executes the notebooks and writes each as a page with what its cells gave: `python -m scripts.notebooks OUT`.
+"""Run the notebooks, and write each as a page with its results: `python -m scripts.notebooks OUT`.
 
-Pages need no other file and ask nobody for anything. The notebooks live in a folder of their own, which is gone afterwards.
-Needs the extra `notebook` and nbconvert.
+A page needs no other file and no network. The notebooks run in a temporary folder.
+The script needs the extra `notebook` and nbconvert.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ from traitlets.config import Config
 from baldwinlab.analysis.figures import palette
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
-LONGEST: Final = 600  # seconds that a cell may take
-SECRET: Final = {
-    "transport_encryption": "auto"
-}  # else a kernel warns that others on this machine could listen to it
-LIGHT, DARK = "default", "github-dark"  # how Pygments colours code
+# Largest duration of a cell, in seconds.
+MAX_DURATION: Final = 600
+# Without encryption, a kernel warns that other users of the machine could read its messages.
+ENCRYPTION: Final = {"transport_encryption": "auto"}
+# Styles of Pygments.
+LIGHT = "default"
+DARK = "github-dark"
 
 
 def main() -> None:
@@ -42,22 +44,25 @@ def main() -> None:
 
 
 def paths() -> list[Path]:
-    """The notebooks; the page that lists them is none."""
+    """Return the notebooks, without the page that lists them."""
     return sorted(path for path in NOTEBOOKS.glob("*.md") if path.name != "README.md")
 
 
 def executed(path: Path, folder: Path) -> Any:
-    """A notebook with its outputs; what it writes lies in a folder. Raises nbclient's CellExecutionError where a cell fails."""
+    """Return a notebook with its outputs, run in a folder.
+
+    Raises CellExecutionError of nbclient if a cell fails.
+    """
     copy = shutil.copy(path, folder)
     notebook = jupytext.read(copy)
-    place = {"metadata": {"path": str(folder)}}
+    resources = {"metadata": {"path": str(folder)}}
     return NotebookClient(
-        notebook, timeout=LONGEST, resources=place, config=Config(KernelManager=SECRET)
+        notebook, timeout=MAX_DURATION, resources=resources, config=Config(KernelManager=ENCRYPTION)
     ).execute()
 
 
 def page(notebook: Any) -> str:
-    """An executed notebook as HTML. Links to other notebooks lead to their pages."""
+    """Return a notebook with outputs as HTML, with links to the pages of other notebooks."""
     exporter = HTMLExporter(
         template_name="basic",
         exclude_input_prompt=True,
@@ -77,7 +82,7 @@ def page(notebook: Any) -> str:
         HtmlFormatter(style=style).get_style_defs(".highlight") for style in (LIGHT, DARK)
     )
     return environment.get_template("notebook.html").render(
-        title=title, colours=palette.report_css(), light=light, dark=dark, body=body
+        title=title, colors=palette.report_css(), light=light, dark=dark, body=body
     )
 
 

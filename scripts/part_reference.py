@@ -1,4 +1,4 @@
-"""Generate the reference pages of the kinds of part: hooks, arrays, conventions, oracles and helpers."""
+"""Generate the reference pages of the kinds of part: hooks, arrays, oracles and helpers."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ PAGES_OF_BUILT_IN_PARTS: Final = {
     "fitness": "breeding.md",
     "model": "models.md",
 }
-"""The kinds of part in the order of the site, with the page of docs/reference/ of the built-in parts."""
+"""The kinds of part in the order of the site, with the pages of the built-in parts."""
 
 SCOPES: Final = {
     "agent": "Per agent. The hook must not read or write the arrays of other agents.",

@@ -1,7 +1,7 @@
-"""Makes the pictures of the lab in docs/ anew: `python -m scripts.pictures results/paper`, of the study of `make reproduce`.
+"""Make the pictures of the lab in docs/: `python -m scripts.pictures results/paper`.
 
-Those of papers are of the studies beside it, among which `baldwinlab reproduce nolfi-parisi-1993` must have left its own.
-Needs the extra `lab`, playwright and a Chromium, as the browser tests do.
+The argument is the study of `make reproduce`. Its folder must also contain the study of
+`baldwinlab reproduce nolfi-parisi-1993`. The script needs the extra `lab`, playwright and Chromium.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ from benchmarks.lab import chromium, serving
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 LIFE: Final = "condition=evo%2Bself-taught/B&generation=99&step=3200"
 CELLS: Final = "study=nolfi-parisi-1993&condition=auto-teaching&generation=50&step=1180"
-DESK, PHONE = (1280, 800), (390, 844)
-WORLDS: Final = {  # what is opened, in which window
+DESK = (1280, 800)
+PHONE = (390, 844)
+# State and window of each picture.
+WORLDS: Final = {
     "world": (LIFE, DESK),
     "guide": (f"{LIFE}&guide=open", DESK),
     "inside": (f"{LIFE}&agent=12", DESK),
@@ -30,12 +32,12 @@ WORLDS: Final = {  # what is opened, in which window
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", type=Path, help="the paper's study, as `make reproduce` leaves it")
+    parser.add_argument("study", type=Path, help="the study of `make reproduce`")
     study = parser.parse_args().study
-    of_papers(study.parent)
+    capture_papers(study.parent)
     with serving(study) as address, chromium() as browser:
         for name, (state, window) in WORLDS.items():
-            page = opened(
+            page = open_page(
                 browser,
                 f"{address}#/world?{state}",
                 window,
@@ -44,33 +46,33 @@ def main() -> None:
             expect(page.locator("[data-ready]")).to_have_count(
                 2 if name == "beside" else 1, timeout=60_000
             )
-            keep(page, name)
-        page = opened(browser, f"{address}#/results?study=.", (1280, 1000), closed=("results",))
+            save_picture(page, name)
+        page = open_page(browser, f"{address}#/results?study=.", (1280, 1000), closed=("results",))
         page.get_by_test_id("curves").locator("canvas").wait_for(timeout=120_000)
-        keep(page, "results")
-        page = opened(
+        save_picture(page, "results")
+        page = open_page(
             browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",)
         )
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-caption")).to_contain_text("Generation 9", timeout=120_000)
-        keep(page, "live")
+        save_picture(page, "live")
 
 
-def of_papers(folder: Path) -> None:
-    """Their cards, and a life of one of them."""
+def capture_papers(folder: Path) -> None:
+    """Capture the cards of papers, and a lifetime of one paper."""
     with serving(folder) as address, chromium() as browser:
-        page = opened(browser, f"{address}#/papers", (1280, 1000), closed=("papers",))
+        page = open_page(browser, f"{address}#/papers", (1280, 1000), closed=("papers",))
         page.locator(".paper-card").first.wait_for()
-        keep(page, "papers")
-        page = opened(browser, f"{address}#/world?{CELLS}", DESK, closed=("world",))
+        save_picture(page, "papers")
+        page = open_page(browser, f"{address}#/world?{CELLS}", DESK, closed=("world",))
         expect(page.locator("[data-ready]")).to_have_count(1)
-        keep(page, "cells")
+        save_picture(page, "cells")
 
 
-def opened(
+def open_page(
     browser: Browser, address: str, window: tuple[int, int], closed: tuple[str, ...]
 ) -> Page:
-    """A page of a reader who has closed the words about these views."""
+    """Open a page on which the guides of the given views are closed."""
     page = browser.new_page(
         viewport={"width": window[0], "height": window[1]}, color_scheme="light"
     )
@@ -80,8 +82,9 @@ def opened(
     return page
 
 
-def keep(page: Page, name: str) -> None:
-    page.wait_for_timeout(1500)  # until all is drawn
+def save_picture(page: Page, name: str) -> None:
+    # The page needs time to draw.
+    page.wait_for_timeout(1500)
     page.screenshot(path=PICTURES / f"lab-{name}.png")
     page.close()
 

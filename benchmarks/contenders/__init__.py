@@ -1,1 +1,4 @@
-"""The contenders: each offers what `benchmarks.setting.Contender` says; those on our model also `trace`, for the tests."""
+"""The contenders, with the functions of `benchmarks.setting.Contender`.
+
+Those with the same model also have a function `trace`, for the tests.
+"""

@@ -1,11 +1,12 @@
 """The multi-agent WaterWorld of EvoJAX, a published task, with EvoJAX's simulation manager.
 
-Source: Tang, Tian and Ha, *EvoJAX: Hardware-Accelerated Neuroevolution* (GECCO 2022, arXiv 2202.05008), and its
-`evojax.task.ma_waterworld`.
+Source: Tang, Tian and Ha, *EvoJAX: Hardware-Accelerated Neuroevolution* (GECCO 2022, arXiv
+2202.05008), and its `evojax.task.ma_waterworld`.
 
 Common features with baldwinlab: many agents in a square world, each with its network, and items to
-collect. Differences: 182 inputs instead of 3 (30 range sensors of 6 numbers, and the velocity), moving
-items of which half are poison, no reappearing items, walls, 4 random actions, and no learning.
+collect. Differences: 182 inputs instead of 3 (30 range sensors of 6 numbers, and the velocity),
+moving items of which half are poison, no reappearing items, walls, 4 random actions, and no
+learning.
 """
 
 from __future__ import annotations

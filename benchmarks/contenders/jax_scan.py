@@ -1,7 +1,7 @@
 """The standard variant in JAX, float32: a pure function for a step, with vmap, scan and jit.
 
-vmap is over worlds, scan over steps. Compiled code has fixed shapes, so every agent reads every item in
-every step. Source: docs/explanation/model.md.
+vmap is over worlds, scan over steps. Compiled code has fixed shapes, so every agent reads every
+item in every step. Source: docs/explanation/model.md.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 
 from benchmarks.setting import Genomes, Setting, Simulate
 
-# The fastest of 1 to 64 worlds, without and with learning. The weights of more worlds exceed the first
-# cache.
+# The fastest of 1 to 64 worlds, without and with learning. The weights of more worlds exceed the
+# first cache.
 WORLDS = {False: 16, True: 4}
 
 TAN_15 = math.tan(math.radians(15))

@@ -5,8 +5,8 @@ Source: `mesa.examples.basic.boid_flockers`, after Reynolds, *Flocks, Herds, and
 Source Software 10(107), 2025).
 
 Common features with baldwinlab: agents on a torus that sense their neighborhood and turn.
-Differences: boids sense positions and directions of other boids, without food, networks and learning,
-in one world.
+Differences: boids sense positions and directions of other boids, without food, networks and
+learning, in one world.
 """
 
 from __future__ import annotations

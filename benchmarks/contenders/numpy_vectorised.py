@@ -1,8 +1,8 @@
 """The standard variant in NumPy, float32: one operation for all agents, worlds and near items.
 
-Source: docs/explanation/model.md. An agent is a lane: the last dimension of every array of the networks.
-The agents x items arrays contain only agents near food.
-Networks that do not learn are tables of the eight possible inputs.
+Source: docs/explanation/model.md. An agent is a lane: the last dimension of every array of the
+networks. The agents x items arrays contain only agents near food. Networks that do not learn are
+tables of the eight possible inputs.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ class Worlds:
         self.y = (self.y + speed * SINE[self.heading]) % np.float32(self.setting.height)
 
     def _eat(self, lanes: Integers, time: int) -> None:
-        """Give every touched item to the first agent in the order of the step, and replace the item."""
+        """Give every touched item to the first agent in the order of the step; replace the item."""
         dx, dy = self._distances(lanes)
         row, item = np.nonzero(dx * dx + dy * dy < self.setting.reach**2)
         lane = lanes[row]

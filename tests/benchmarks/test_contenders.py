@@ -98,5 +98,6 @@ def test_a_ratio_that_fell_by_more_than_15_percent_is_reported() -> None:
     recorded = {"ratios": {"evo/A": 10.0, "evo/B": 20.0}}
     assert describe_loss({"evo/A": 8.6, "evo/B": 25.0}, recorded) is None
     assert describe_loss({"evo/A": 8.4, "evo/B": 25.0}, recorded) == (
-        "baldwinlab has become slower by more than 15% in evo/A (8.4 times NumPy's speed, recorded were 10)."
+        "baldwinlab has become slower by more than 15% in evo/A "
+        "(8.4 times NumPy's speed, recorded were 10)."
     )

@@ -1,4 +1,4 @@
-"""Write a trace as a movie (.mp4 or .gif): the map, its food, and agents with headings and trails."""
+"""Write a trace as a movie (.mp4 or .gif): the map, its food, and agents with their trails."""
 
 from __future__ import annotations
 

@@ -3,10 +3,11 @@
 People with any kind of color vision can distinguish the basic colors. Some are lighter on a dark
 background.
 
-A color has one meaning. On a map, blue is an agent, green is food and eating, orange is the input of
-an agent, plum is the selection of the reader, and purple is a teaching signal. In text, green is good
-and vermilion is bad. Conditions have the colors of `SERIES`, in the order of the study. Lifetimes
-under the circumstances of an assay, and newborns, have colors that the first conditions do not have.
+A color has one meaning. On a map, blue is an agent, green is food and eating, orange is the input
+of an agent, plum is the selection of the reader, and purple is a teaching signal. In text, green is
+good and vermilion is bad. Conditions have the colors of `SERIES`, in the order of the study.
+Lifetimes under the circumstances of an assay, and newborns, have colors that the first conditions
+do not have.
 
 References
 ----------

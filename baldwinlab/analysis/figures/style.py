@@ -1,7 +1,8 @@
 """The style of all figures, and how they are saved.
 
-Colors are those of `baldwinlab.analysis.figures.palette`. Conditions also differ in line and marker, so that they
-can be distinguished in a gray print. Figures are 7.2 inches wide, and no text is smaller than 8 points.
+Colors are those of `baldwinlab.analysis.figures.palette`. Conditions also differ in line and
+marker, so that they can be distinguished in a gray print. Figures are 7.2 inches wide, and no text
+is smaller than 8 points.
 """
 
 from __future__ import annotations
