@@ -36,6 +36,7 @@ DETERMINERS: Final = r"(?:a|an|the|each|every|one|two|this|its|per|several|all|o
 NOT_LINKED: Final = (
     nodes.reference,
     nodes.title,
+    nodes.thead,
     nodes.literal,
     nodes.literal_block,
     nodes.raw,

@@ -130,7 +130,8 @@ def overview() -> str:
 A part is one piece of a model.
 Each kind of part is a class of `baldwinlab.parts`.
 A custom part is a class derived from one of them, in a file of yours.
-[Own learning rule](../../../notebooks/own-learning-rule.md) shows how to write one.
+[Your own learning rule](../../tutorials/learning-rule.md) is a tutorial.
+[Write a part](../../how-to/write-a-part.md) and [write a model](../../how-to/write-a-model.md) show examples.
 
 {table(("kind", "setting", "hooks", "built-in parts"), rows)}
 A hook is a static method of a part.
