@@ -55,14 +55,14 @@ def test_a_port_that_cannot_be_is_refused(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said = complaint(["--port", "65536"], capsys, monkeypatch)
-    assert said == "baldwinlab: --port 65536 must be at least 0 and at most 65535\n"
+    assert said == "baldwinlab: --port 65536 must be from 0 to 65535\n"
 
 
 def test_a_folder_that_is_not_there_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said = complaint([str(tmp_path / "none")], capsys, monkeypatch)
-    assert said.startswith(f"baldwinlab: {tmp_path / 'none'}: does not exist")
+    assert said.startswith(f"baldwinlab: {tmp_path / 'none'} does not exist")
 
 
 def test_without_its_extra_it_says_how_to_get_it(

@@ -109,7 +109,7 @@ def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_varia
     done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
     assert done.code == 0, done.err
     assert (
-        "paper is a study of the paper: its report is written again, with the variants" in done.out
+        "paper: writing the report of this study again, with the variants" in done.out
     )
     assert done.out.rstrip().endswith("report: paper/report.html")
     assert (
@@ -161,7 +161,7 @@ def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
     refused = command("multiverse", str(folder(tmp_path / "bare")), "--out", "there")
     assert (
         refused.code == 2
-        and "a multiverse needs claims.toml, and a variant beside the standard in variants/"
+        and "a multiverse needs claims.toml and at least one variant besides standard.toml in variants/"
         in refused.err
     )
     (own / "variants" / "short-sighted.toml").write_text(
