@@ -1,4 +1,4 @@
-"""Extras: groups of optional packages, what each is for, which package is missing, and how to install them."""
+"""Groups of optional packages (extras): their purposes, missing packages, and how to install them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from urllib.request import url2pathname
 
 from baldwinlab.core.errors import RefusedError
 
-PURPOSES: Final = {  # extras for users; those that only developers need are not listed
-    "cuda": "lives on an NVIDIA GPU",
-    "cluster": "studies on the workers of a Dask or Slurm cluster, and in object stores",
-    "exchange": "studies as Zarr, as Parquet, in polars, and as RO-Crates",
+# The extras for users. Those that only developers need are not listed.
+PURPOSES: Final = {
+    "cuda": "simulation on an NVIDIA GPU",
+    "cluster": "studies on a Dask or Slurm cluster, and in object stores",
+    "exchange": "export to Zarr, Parquet, polars and RO-Crates",
     "lab": "the lab in the browser",
-    "notebook": "the notebooks, kept as text",
-    "rl": "worlds as environments of PettingZoo and Gymnasium",
-    "video": "lives as .mp4",
-    "wasm": "pages in which parts of your own run",
+    "notebook": "the notebooks",
+    "rl": "environments of PettingZoo and Gymnasium",
+    "video": "movies as .mp4",
+    "wasm": "exported pages with custom parts",
 }
 CORE: Final = ""  # the key of the packages that every installation needs
 
@@ -28,9 +29,9 @@ CORE: Final = ""  # the key of the packages that every installation needs
 def missing_extra(extra: str, feature: str) -> RefusedError:
     """Return the error for a feature whose extra is not installed."""
     missing = missing_packages(extra)
-    which = f" (not installed: {', '.join(missing)})" if missing else ""
+    packages = f" (not installed: {', '.join(missing)})" if missing else ""
     return RefusedError(
-        f"{feature} needs the extra {extra!r}{which}: {installation_command(extra)}"
+        f"{feature} needs the extra {extra!r}{packages}: {installation_command(extra)}"
     )
 
 
@@ -41,21 +42,20 @@ def missing_packages(extra: str) -> list[str]:
 
 def required_packages() -> dict[str, list[str]]:
     """Return the packages that the installed metadata requires, by extra; `CORE` has those of no extra."""
-    found: dict[str, list[str]] = {}
+    packages: dict[str, list[str]] = {}
     for line in _requirements():
         name = re.match(r"[A-Za-z0-9._-]+", line)
         extra = re.search(r"extra == ['\"]([^'\"]+)", line)
         if name:
-            found.setdefault(extra.group(1) if extra else CORE, []).append(name.group())
-    return found
+            packages.setdefault(extra.group(1) if extra else CORE, []).append(name.group())
+    return packages
 
 
 def _requirements() -> list[str]:
     try:
         return importlib.metadata.requires("baldwinlab") or []
-    except (
-        importlib.metadata.PackageNotFoundError
-    ):  # imported from its source, without an installation
+    except importlib.metadata.PackageNotFoundError:
+        # The package is imported from its source, without an installation.
         return []
 
 

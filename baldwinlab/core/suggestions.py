@@ -1,4 +1,4 @@
-"""What an error says of a name that is not known: the nearest name, and all names or the nearest ones."""
+"""Describe an unknown name in an error: the most similar name, and all names or the similar ones."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Final
 
-LISTED: Final = 20  # names that are listed at most; of more names, the nearest ones are
-NEAREST: Final = 5
+MAX_LISTED: Final = 20  # names; of more names, only the most similar are listed
+MAX_SIMILAR: Final = 5
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
@@ -17,15 +17,15 @@ def suggest(name: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return ` (did you mean 'x'?)` for a known name that is close to this one, else nothing."""
-    near = get_close_matches(name, list(known), n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
+    """Return ` (did you mean 'x'?)` for the most similar known name, or ""."""
+    similar = get_close_matches(name, list(known), n=1)
+    return f" (did you mean {similar[0]!r}?)" if similar else ""
 
 
 def list_names(name: str, known: Iterable[str]) -> str:
-    """Return `there are x, y`, or, of more than `LISTED` names, the five that are nearest to this one."""
+    """Return `there are x, y`. Of more than `MAX_LISTED` names, list the most similar ones."""
     names = list(dict.fromkeys(known))
-    if len(names) <= LISTED:
+    if len(names) <= MAX_LISTED:
         return f"there are {', '.join(names)}" if names else "there are none"
-    nearest = get_close_matches(name, names, n=NEAREST, cutoff=0)
-    return f"the nearest of {len(names)} names are {', '.join(nearest)}"
+    similar = get_close_matches(name, names, n=MAX_SIMILAR, cutoff=0)
+    return f"the most similar of {len(names)} names are {', '.join(similar)}"

@@ -1,10 +1,12 @@
-"""Experiments by name: the presets of the papers, and experiment files.
+"""Load experiments by name: presets of the papers, and experiment files.
 
-A preset is named CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`; a variant is one more layer. Where two papers have a
-name, it is the first one's, and PAPER:NAME is that of another; PAPER may be the folder of a user's own.
+The name of a preset is CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`. A variant changes
+further settings. If two papers have a name, it means that of the first paper. PAPER:NAME means that
+of another paper, and PAPER may be the folder of a custom paper.
 
-An experiment file is TOML. Its key `base` names a preset or another experiment file, whose fields it changes. Without `base` it
-changes the defaults of its model. Its stem is the name of the experiment unless it gives one.
+An experiment file is TOML. Its key `base` names a preset or another experiment file whose settings it
+changes. Without `base` it changes the defaults of its model. Without `name`, the name of the
+experiment is the name of the file.
 """
 
 from __future__ import annotations
@@ -31,52 +33,77 @@ from baldwinlab.papers.paper import KINDS, STANDARD, Paper
 __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 
-def names(kind: str) -> list[str]:
-    """The presets of a kind (one of `KINDS`) of all papers, the standard variant first."""
-    return list(
-        dict.fromkeys(name for one in papers.built_in().values() for name in one.names(kind))
-    )
-
-
-def describe(kind: str, name: str) -> str:
-    """What a preset is, in a line."""
-    return _having(kind, name).describe(kind, name)
-
-
-def changes(variant: str) -> dict[str, Any]:
-    """The fields that a variant sets, as `Experiment.replace` takes them. Raises ExperimentError for an unknown one."""
-    return _having("variants", variant).changes("variants", variant)
-
-
-def _having(kind: str, name: str) -> Paper:
-    return next(
-        (one for one in papers.built_in().values() if name in one.names(kind)), papers.load()
-    )
-
-
-MOST_BASES: Final = 20  # files that are based on each other
+MAX_BASES: Final = 20  # files in a chain of bases
 ALL_NAMES: Final = "`baldwinlab list presets` lists all; an experiment file ends in .toml"
 
 
+def names(kind: str) -> list[str]:
+    """Return the presets of a kind (one of `KINDS`) of all papers, the standard variant first."""
+    by_paper = [paper.names(kind) for paper in papers.built_in().values()]
+    return list(dict.fromkeys(name for names_of_paper in by_paper for name in names_of_paper))
+
+
+def describe(kind: str, name: str) -> str:
+    """Return a line that describes a preset."""
+    return _find_paper(kind, name).describe(kind, name)
+
+
+def changes(variant: str) -> dict[str, Any]:
+    """Return the settings of a variant, for `Experiment.replace`. Raise ExperimentError if unknown."""
+    return _find_paper("variants", variant).changes("variants", variant)
+
+
+def _find_paper(kind: str, name: str) -> Paper:
+    """Return the first paper that has a preset; the default paper if none has it."""
+    candidates = papers.built_in().values()
+    return next((paper for paper in candidates if name in paper.names(kind)), papers.load())
+
+
 class Loaded(NamedTuple):
-    """An experiment, and the one that its author changed: the preset, the base of its file, or None for the defaults."""
+    """An experiment and its origin.
+
+    Attributes
+    ----------
+    experiment
+        The experiment.
+    origin
+        The experiment that its author changed: the preset, or the base of its file; None for the
+        defaults.
+    """
 
     experiment: Any
     origin: BaseExperiment | None = None
 
 
 def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
-    """An experiment by the name of a preset (`evo+self-taught/B`) or of a model that is a part, or from a TOML file.
+    """Return an experiment by its name or from a file.
 
-    `variant` lays one of the named variants of the paper over it. Raises ExperimentError when there is no such preset, file
-    or variant, or when the file's experiment is not valid.
+    Parameters
+    ----------
+    experiment
+        A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; or a file
+        that ends in .toml.
+    variant
+        Name of a variant of the paper's model, whose settings are applied last.
+
+    Returns
+    -------
+    Experiment
+        The settings of the experiment.
+
+    Raises
+    ------
+    ExperimentError
+        The preset, the file or the variant does not exist, or the file is not valid.
+    PaperError
+        The paper does not exist or is not valid.
     """
     loaded: Experiment = load_with_origin(experiment, variant).experiment
     return loaded
 
 
 def load_with_origin(experiment: str | Path, variant: str = STANDARD) -> Loaded:
-    """Load as `load` does, and return the origin of the experiment, too."""
+    """Return an experiment and its origin. Raise as `load`."""
     if not is_file(experiment):
         preset = _load_preset(str(experiment), variant)
         return Loaded(preset, preset)
@@ -85,54 +112,58 @@ def load_with_origin(experiment: str | Path, variant: str = STANDARD) -> Loaded:
 
 
 def is_file(experiment: str | Path) -> bool:
-    """Return whether what names an experiment is a file and not a preset."""
+    """Return whether the name of an experiment is that of a file, and not of a preset."""
     return str(experiment).endswith(".toml")
 
 
 def _load_preset(text: str, variant: str) -> Experiment:
-    named, _, name = text.rpartition(":")
-    if named:
-        return papers.load(named).experiment(name, variant)
+    paper_name, _, name = text.rpartition(":")
+    if paper_name:
+        return papers.load(paper_name).experiment(name, variant)
     if text in registry.names("model") and text not in registry.BUILT_IN["model"]:
-        made: Experiment = validate({"model": text})
-        return made
-    having = [one for one in papers.built_in().values() if name in one.experiment_names()]
-    if not having:
-        raise _unknown(name)
-    if variant in (STANDARD, *having[0].names("variants")):
-        return having[0].experiment(name, variant)
-    return having[0].experiment(name).replace(**changes(variant))
+        experiment: Experiment = validate({"model": text})
+        return experiment
+    candidates = [paper for paper in papers.built_in().values() if name in paper.experiment_names()]
+    if not candidates:
+        raise _unknown_name_error(name)
+    if variant in (STANDARD, *candidates[0].names("variants")):
+        return candidates[0].experiment(name, variant)
+    return candidates[0].experiment(name).replace(**changes(variant))
 
 
-def _unknown(name: str) -> ExperimentError:
-    """What to say of a name that no paper has, by the half of it that is wrong."""
-    for one in papers.built_in().values():
-        if one.lacks_map(name):
-            return one.missing_map(name)
-    known = factors()
-    learner, slash, place = name.rpartition("/")
-    maps = sorted({of.map for of in known.values() if of.map and of.learner == learner})
+def _unknown_name_error(name: str) -> ExperimentError:
+    """Return the error for an unknown name, which says whether condition or map is wrong."""
+    for candidate in papers.built_in().values():
+        if candidate.lacks_map(name):
+            return candidate.missing_map(name)
+    presets = factors()
+    learner, slash, map_name = name.rpartition("/")
+    maps = sorted(
+        {preset.map for preset in presets.values() if preset.map and preset.learner == learner}
+    )
     if slash and maps:
-        return ExperimentError(f"there is no map {place!r} of {learner}{suggest(place, maps)}")
+        return ExperimentError(
+            f"there is no map {map_name!r} of {learner}{suggest(map_name, maps)}"
+        )
     if slash:
-        learners = sorted({of.learner for of in known.values() if of.map})
+        learners = sorted({preset.learner for preset in presets.values() if preset.map})
         return ExperimentError(
             f"there is no condition {learner!r}{suggest(learner, learners)}; {ALL_NAMES}"
         )
-    return ExperimentError(f"there is no preset {name!r}{suggest(name, known)}; {ALL_NAMES}")
+    return ExperimentError(f"there is no preset {name!r}{suggest(name, presets)}; {ALL_NAMES}")
 
 
 def factors() -> dict[str, Factors]:
-    """Learner and map of every preset, by the name that `load` takes and gives it."""
-    found: dict[str, Factors] = {}
-    for one in papers.built_in().values():
-        for name, of in one.factors().items():
-            found.setdefault(name, of)
-    return found
+    """Return the learner and the map of every preset, by the name that `load` accepts."""
+    by_name: dict[str, Factors] = {}
+    for candidate in papers.built_in().values():
+        for name, factors_of_preset in candidate.factors().items():
+            by_name.setdefault(name, factors_of_preset)
+    return by_name
 
 
-def _load_file(path: Path, files: tuple[Path, ...] = ()) -> Loaded:
-    """Read an experiment file; `files` are the files that are based on it, one on the other."""
+def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> Loaded:
+    """Read an experiment file. `chain` are the files whose bases led to it."""
     try:
         content = read_text(path, EXPERIMENT_FILE)
     except (OSError, ValueError) as error:
@@ -141,44 +172,45 @@ def _load_file(path: Path, files: tuple[Path, ...] = ()) -> Loaded:
     tree = {"name": _name_of_file(path), **parse_tree(content, str(path))}
     base = tree.pop("base", None)
     if base is not None:
-        origin = _load_base(base, path, (*files, path))
+        origin = _load_base(base, path, (*chain, path))
         if tree.get("model", origin.model) != origin.model:
             raise ExperimentError(
-                f"{path}: model = {tree['model']!r}: the base {base!r} is of the model {origin.model!r}; "
-                "remove model, or choose another base"
+                f"{path}: model = {tree['model']!r}: the base {base!r} is of the model "
+                f"{origin.model!r}; remove model, or choose another base"
             )
         with faults_in(str(path)):
             return Loaded(origin.replace(**tree), origin)
     with faults_in(str(path)):
-        made: Experiment = validate(tree)
-    if isinstance(made, Experiment) and "food" not in tree.get("world", {}):
-        _warn_of_missing_food(made, path)
-    return Loaded(made)
+        experiment: Experiment = validate(tree)
+    if isinstance(experiment, Experiment) and "food" not in tree.get("world", {}):
+        _warn_of_missing_food(experiment, path)
+    return Loaded(experiment)
 
 
-def _load_base(base: Any, path: Path, files: tuple[Path, ...]) -> Experiment:
-    """Load the base that a file names: a preset, or a file whose path is relative to that file."""
+def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
+    """Load the base of a file: a preset, or a file whose path is relative to that file."""
     where = f"{path}: base = {base!r}"
     if not isinstance(base, str):
         raise ExperimentError(f"{where}: must be the name of a preset or of a TOML file")
     if not is_file(base):
-        paper, colon, name = base.rpartition(":")
-        inside = path.parent / paper
+        paper_name, colon, name = base.rpartition(":")
+        folder = path.parent / paper_name
+        is_custom_paper = bool(colon) and folder.is_dir()
         with faults_in(where):
-            return _load_preset(f"{inside}:{name}" if colon and inside.is_dir() else base, STANDARD)
-    below = path.parent / base
-    if below.resolve() in [file.resolve() for file in files]:
-        chain = " -> ".join(str(file) for file in (*files, below))
-        raise ExperimentError(f"{where}: the bases form a cycle: {chain}")
-    if len(files) > MOST_BASES:
-        raise ExperimentError(f"{where}: more than {MOST_BASES} files are based on each other")
+            return _load_preset(f"{folder}:{name}" if is_custom_paper else base, STANDARD)
+    base_path = path.parent / base
+    if base_path.resolve() in [file.resolve() for file in chain]:
+        cycle = " -> ".join(str(file) for file in (*chain, base_path))
+        raise ExperimentError(f"{where}: the bases form a cycle: {cycle}")
+    if len(chain) > MAX_BASES:
+        raise ExperimentError(f"{where}: more than {MAX_BASES} files are based on each other")
     with faults_in(where):
-        origin: Experiment = _load_file(below, files).experiment
+        origin: Experiment = _load_file(base_path, chain).experiment
     return origin
 
 
 def _name_of_file(path: Path) -> str:
-    """Return the stem of a file as a name of a condition."""
+    """Return the name of a file, changed to a valid name of a condition."""
     return re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", path.stem).strip("-") or "experiment"
 
 
@@ -193,5 +225,5 @@ def _warn_of_missing_food(experiment: Experiment, path: Path) -> None:
 
 
 def paper(variant: str = STANDARD) -> list[Experiment]:
-    """The six conditions of the paper that baldwinlab began with."""
+    """Return the six conditions of the default paper, le-2019."""
     return papers.load().experiments(variant)

@@ -108,9 +108,7 @@ def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_varia
     small_study(tmp_path / "paper", runs=1)
     done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
     assert done.code == 0, done.err
-    assert (
-        "paper: writing the report of this study again, with the variants" in done.out
-    )
+    assert "paper: writing the report of this study again, with the variants" in done.out
     assert done.out.rstrip().endswith("report: paper/report.html")
     assert (
         '<h2 id="every-variant">Every variant</h2>' in (tmp_path / "paper/report.html").read_text()

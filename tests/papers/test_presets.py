@@ -112,7 +112,7 @@ def test_the_defaults_are_the_standard_variant_of_the_paper() -> None:
             "le-2019:evo+self-taught",
             "evo+self-taught names no map; there are A, B: write evo+self-taught/A",
         ),
-        ("le-2019:nothing", "there is no preset 'nothing'; the nearest of "),
+        ("le-2019:nothing", "there is no preset 'nothing'; the most similar of "),
         ("absent.toml", "cannot read absent.toml: No such file or directory"),
     ],
 )

@@ -139,5 +139,7 @@ def test_sessions_that_are_no_file_are_named(tmp_path: Path) -> None:
     study = small_study(tmp_path, [small("evo/A")], runs=1)
     (tmp_path / "sessions.jsonl").unlink()
     (tmp_path / "sessions.jsonl").mkdir()
-    with pytest.raises(StudyError, match=r"sessions\.jsonl cannot be read: it is not a regular file"):
+    with pytest.raises(
+        StudyError, match=r"sessions\.jsonl cannot be read: it is not a regular file"
+    ):
         list(study.sessions())
