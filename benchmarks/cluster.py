@@ -27,7 +27,7 @@ from distributed import Client, get_worker
 
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.presets import load, paper
-from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.executors import THREADS, Executor, choose, dask
 from baldwinlab.studies.records import encode
@@ -128,7 +128,7 @@ class Run(NamedTuple):
 
 def measure_run() -> Run:
     """Measure the cost of a run."""
-    warm_up(paper())
+    compile_experiments(paper())
     costs = []
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), paper(), seed=0)
@@ -250,7 +250,7 @@ def measure_scheduler() -> Costs:
         tasks = [Evolve(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
         orders = dask._orders(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
-            client.run(warm_up, paper())
+            client.run(compile_experiments, paper())
             begin = mean(worker.cpu() for worker in started)
             wait_until_idle(process)
             before = process.cpu()

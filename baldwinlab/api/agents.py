@@ -14,7 +14,7 @@ from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN, TRACE
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.agent_parts import forward
-from baldwinlab.simulation.reevaluation import born, stored_genome
+from baldwinlab.simulation.reevaluation import make_batch, stored_genome
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -137,7 +137,7 @@ def make_network(
         raise RefusedError(f"module = {module!r} is not a network of {condition}; {names}")
     study.require_parts(condition)
     genome = _read_genome(study, condition, run, generation)
-    newborns = born(experiment, study.seed, [run], generation, genome[None]).state
+    newborns = make_batch(experiment, study.seed, [run], generation, genome[None]).state
     source = newborns.weights if module == "action" else newborns.genes
     weights = source[: experiment.weight_count, agent].copy()
     return AgentNetwork(experiment, newborns.network, weights)

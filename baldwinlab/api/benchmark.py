@@ -26,7 +26,7 @@ from baldwinlab.experiment import Experiment, registry
 from baldwinlab.models.miniworld.backends.choice import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.papers.presets import load, paper
 from baldwinlab.parts.loading import load_file, parts_in
-from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.run import agent_steps_of_run, available_cores, missing_runs, run_study
 from baldwinlab.studies.store import create
@@ -104,7 +104,7 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     """Measure one case in this process."""
     agents = int(case.removeprefix("world-")) if case.startswith("world-") else WORLD_SIZES[0]
     chosen = choose(backend, GPU_PAYS if agents == WORLD_SIZES[0] else 1, agents)
-    compile_seconds = warm_up(_experiments(case), chosen)
+    compile_seconds = compile_experiments(_experiments(case), chosen)
     if case == "study":
         runs = 8 if chosen is CPU else 30
         agent_steps, seconds, threads = _study(chosen, runs=2 if quick else runs)
@@ -135,7 +135,7 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
         else experiment
         for experiment in experiments
     ]
-    compile_seconds = warm_up(experiments, chosen)
+    compile_seconds = compile_experiments(experiments, chosen)
     measured = [_runs(chosen, experiment) for experiment in experiments]
     agent_steps, seconds = (sum(column) for column in zip(*measured, strict=True))
     return Record(file.stem, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), 1)

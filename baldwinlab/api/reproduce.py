@@ -255,6 +255,6 @@ def _need_after_runs(
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
     need = plan.need(runs, workers or available_cores(), paper.about.assays)
-    tables = memory.of_tables([(experiment, runs) for experiment in experiments])
+    tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
     shown = by_name.get(paper.about.emergence, experiments[0])
     return need.then(tables).then(of_emergence(shown))

@@ -190,12 +190,12 @@ def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool
         (experiment, _count_missing_files(request, experiment.name))
         for experiment in request.experiments
     ]
-    need = memory.of_runs(missing, machinery.tasks, machinery.backend.worlds)
+    need = memory.estimate_runs(missing, machinery.tasks, machinery.backend.worlds)
     need = _need_on_this_machine(need, machinery.executor).then(request.later_need)
     require(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:
         memory.require_storable(
-            variables.of_record(experiment), memory.sizes(experiment), experiment.name
+            variables.of_record(experiment), memory.dimension_sizes(experiment), experiment.name
         )
 
 

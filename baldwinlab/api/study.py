@@ -26,7 +26,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.core.resources import require
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.simulation.memory import of_tables
+from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
 from baldwinlab.studies.open import open_runs
@@ -477,7 +477,9 @@ class Study:
             `path` exists, a library is missing, or too little memory is free.
         """
         self._store.require_runs()
-        need = max(of_tables([(self.experiment(condition), 1)]) for condition in self.conditions)
+        need = max(
+            estimate_tables([(self.experiment(condition), 1)]) for condition in self.conditions
+        )
         require(f"one run of {self.directory}", need, force=force)
         write_zarr(self._store, Path(path))
 

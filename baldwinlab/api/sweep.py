@@ -16,7 +16,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.simulation.memory import of_tables
+from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.sweeps.design import FILE, experiments, require_as_many
 from baldwinlab.studies.sweeps.file import read, validate
 
@@ -94,6 +94,6 @@ def sweep(
         seed=design.seed,
         kind=SWEEP,
         extra_files={FILE: content},
-        later_need=of_tables([(point, design.runs) for point in points]),
+        later_need=estimate_tables([(point, design.runs) for point in points]),
     )
     return Study(run_missing(request, RunOptions(workers, backend, executor, force)))

@@ -24,7 +24,7 @@ from baldwinlab.core.files import is_local
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.access import Access
 from baldwinlab.models.miniworld.backends.cpu import is_compiled
-from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.compilation import compile_experiments
 
 RESULTS = Path("results")
 PORT = 8642
@@ -122,7 +122,7 @@ def _warm_up() -> None:
     if not is_compiled(Experiment()):
         time.sleep(HEAD_START)
     try:
-        seconds = warm_up([Experiment()])
+        seconds = compile_experiments([Experiment()])
     except BaldwinLabError as error:
         # The page shows the error again at the first simulation.
         console.warn(str(error))

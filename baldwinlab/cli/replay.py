@@ -27,7 +27,7 @@ from baldwinlab.core.output_paths import REPLAY, require_writable
 from baldwinlab.core.resources import Need, require
 from baldwinlab.core.variables import TRACE
 from baldwinlab.experiment import Experiment
-from baldwinlab.simulation.memory import of_replay, require_storable, sizes
+from baldwinlab.simulation.memory import dimension_sizes, estimate_replay, require_storable
 from baldwinlab.studies.store import StudyStore
 
 ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
@@ -65,8 +65,10 @@ def replay(
     condition = only_condition(store, condition)
     experiment = store.experiment(condition)
     if out.suffix == ".nc" and isinstance(experiment, Experiment):
-        require_storable(TRACE, sizes(experiment), f"a life of {condition}")
-        require(f"--out {out}", Need(disk=of_replay(experiment).disk), out.parent, force=force)
+        require_storable(TRACE, dimension_sizes(experiment), f"a life of {condition}")
+        require(
+            f"--out {out}", Need(disk=estimate_replay(experiment).disk), out.parent, force=force
+        )
     trace = Study(store).replay(condition, run=run, generation=generation, force=force)
     _write_trace(trace, experiment, out)
     console.info(

@@ -218,7 +218,7 @@ WEIGHT_ORDER = (
 )
 
 
-def packed(run: xr.Dataset) -> xr.Dataset:
+def to_storage(run: xr.Dataset) -> xr.Dataset:
     """A run as `RUN` declares it, or is stored already, as it is stored."""
     if "kept_genome" in run:
         return run
@@ -228,7 +228,7 @@ def packed(run: xr.Dataset) -> xr.Dataset:
     )
 
 
-def whole(record: xr.Dataset) -> xr.Dataset:
+def from_storage(record: xr.Dataset) -> xr.Dataset:
     """A run as `RUN` declares it, from how it is stored: its genomes are NaN in generations that are not kept."""
     genome = record.kept_genome.rename(kept_generation="generation").reindex(
         generation=record.generation

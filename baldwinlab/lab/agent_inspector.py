@@ -26,8 +26,8 @@ from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.lookup import AskTeacher, Reflex, Teacher, kind_of_recall
 from baldwinlab.parts.agent_parts import forward, links
-from baldwinlab.simulation.recorder import Series, follow
-from baldwinlab.simulation.reevaluation import born, lived
+from baldwinlab.simulation.recorder import Series, record_batch
+from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 
 # With more inputs, the table of all input combinations is left out.
 MAX_TABLE_INPUTS = 4
@@ -93,7 +93,7 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     require_agent(experiment, agent)
     parents = life.load_parents()
     seed, run, generation = life.moment
-    batch = born(experiment, seed, [run], generation, parents.genome[None])
+    batch = make_batch(experiment, seed, [run], generation, parents.genome[None])
     arrays = _record_agent(experiment, batch, span, agent)
     has_few_inputs = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
     if has_few_inputs and experiment.part("network.kind").is_memoryless:
@@ -103,7 +103,7 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     network_links = _links(batch, arrays["weights"][0])
     if network_links.size:
         arrays["links"] = network_links
-    energy = lived(experiment, batch, parents.genome[None]).energy[0]
+    energy = collect_outcomes(experiment, batch, parents.genome[None]).energy[0]
     header = {
         "kind": "inside",
         "agent": agent,
@@ -137,7 +137,7 @@ def _record_agent(
     }
     if kind_of_recall(experiment) is AskTeacher:
         series["teacher_activations"] = Series("teacher_activations", after, agent)
-    follow(batch, list(series.values()))
+    record_batch(batch, list(series.values()))
     arrays = {"sample_step": samples}
     arrays |= {name: recorder.values for name, recorder in series.items()}
     arrays["eaten_in_life"] = binary_frames.narrow(arrays["eaten_in_life"])

@@ -18,7 +18,7 @@ from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import MAX_BYTES
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.reevaluation import stored_genomes
-from baldwinlab.simulation.replay import genome_at
+from baldwinlab.simulation.replay import recompute_genomes
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -69,9 +69,9 @@ def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
     experiment = live.experiment
     history = live.history(run, generation)
     _require_alleles(experiment, 1)
-    stored_generation, genome = history.kept_until(generation)
+    stored_generation, genome = history.saved_genomes_until(generation)
     if stored_generation != generation:
-        genome = genome_at(
+        genome = recompute_genomes(
             experiment,
             GenerationKey(live.seed, run, generation),
             live.energy(run, generation),

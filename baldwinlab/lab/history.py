@@ -15,7 +15,7 @@ from baldwinlab.lab import Lab, life_query, studies
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.descent import Parents, ancestors, fitter_line
 
 Counts = npt.NDArray[np.int32]
@@ -119,5 +119,5 @@ def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
         shortened = experiment.replace(
             evolution={"generations": generation + 1}, record={"genome_every": generation + 1}
         )
-        (history,) = live_batch(shortened, seed, [run])
-    return history.parents, history.of_agents("food_eaten")
+        (history,) = simulate_histories(shortened, seed, [run])
+    return history.parents, history.recorded_values("food_eaten")

@@ -16,7 +16,7 @@ from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.reevaluation import stored_genome
-from baldwinlab.simulation.replay import energy_before, genome_at
+from baldwinlab.simulation.replay import recompute_genomes, simulate_energy_before
 from baldwinlab.simulation.simulate import check_seed
 
 MAX_STEPS = 20_000  # in one response
@@ -147,7 +147,7 @@ def _named_life(lab: Lab, query: Query) -> Life:
     moment = GenerationKey(number(query, "seed", 0), number(query, "run", 0), generation)
     check_seed(moment.seed, moment.run)
     experiment = studies.load_preset(text(query, "preset"))
-    return _recomputed_life(experiment, moment, lambda: energy_before(experiment, moment))
+    return _recomputed_life(experiment, moment, lambda: simulate_energy_before(experiment, moment))
 
 
 def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
@@ -174,6 +174,6 @@ def _recomputed_life(
 
     def load_parents() -> ParentGeneration:
         energy = load_energy()
-        return ParentGeneration(genome_at(experiment, moment, energy), energy)
+        return ParentGeneration(recompute_genomes(experiment, moment, energy), energy)
 
     return Life(experiment, moment, load_parents)

@@ -16,8 +16,8 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab.limits import memory_of, steps_at_once
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.simulation.compilation import warm_up
-from baldwinlab.simulation.simulate import History, live_batch
+from baldwinlab.simulation.compilation import compile_experiments
+from baldwinlab.simulation.simulate import History, simulate_histories
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
@@ -121,7 +121,7 @@ class LiveRun:
         lived = {"energy": [history.energy[first:last] for history in self._histories]}
         if isinstance(self.experiment, Experiment):
             lived["food_eaten"] = [
-                history.of_agents("food_eaten")[first:last] for history in self._histories
+                history.recorded_values("food_eaten")[first:last] for history in self._histories
             ]
         some = xr.Dataset(
             {
@@ -167,10 +167,10 @@ class LiveRun:
 
     def _live(self) -> None:
         try:
-            warm_up([self.experiment])
+            compile_experiments([self.experiment])
             self._ready = True
             in_pieces = CPU._replace(batch=partial(InPieces, self._look))
-            live_batch(self.experiment, self.seed, range(self.runs), in_pieces, self._lived)
+            simulate_histories(self.experiment, self.seed, range(self.runs), in_pieces, self._lived)
             self._end = "done"
         except StoppedError:
             self._end = "stopped"

@@ -15,8 +15,8 @@ from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.experiment_form import appearance_of
 from baldwinlab.lab.life_query import Life, Span, queue_container
 from baldwinlab.models.miniworld.appearance import look
-from baldwinlab.simulation.recorder import Moves, Series, follow
-from baldwinlab.simulation.reevaluation import born
+from baldwinlab.simulation.recorder import ItemMoves, Series, record_batch
+from baldwinlab.simulation.reevaluation import make_batch
 
 # In each step, without inputs: x and y, heading, action, items eaten, teacher.
 BYTES_PER_AGENT = 16
@@ -92,7 +92,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
 def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     experiment = life.experiment
     seed, run, generation = life.moment
-    batch = born(experiment, seed, [run], generation, life.load_parents().genome[None])
+    batch = make_batch(experiment, seed, [run], generation, life.load_parents().genome[None])
     agents = slice(experiment.population.size)
     # Positions are recorded before a step, and actions and their results after it.
     before = range(*span)
@@ -101,7 +101,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     appearance = look(experiment)
     heading_type = _smallest_type(appearance.headings)
     action_type = _smallest_type(len(appearance.actions))
-    moves = Moves(before)
+    moves = ItemMoves(before)
     series = {
         "x": Series("x", before, agents),
         "y": Series("y", before, agents),
@@ -113,7 +113,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     if experiment.part("learning.rule").teacher_array:
         agent_type = _smallest_type(experiment.population.size)
         series["teacher"] = Series("teacher", after, agents, agent_type)
-    follow(batch, [moves, *series.values()])
+    record_batch(batch, [moves, *series.values()])
     arrays = {name: recorder.values for name, recorder in series.items()}
     arrays["item_x"] = moves.items[:, 0]
     arrays["item_y"] = moves.items[:, 1]

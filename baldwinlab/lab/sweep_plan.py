@@ -19,8 +19,8 @@ from baldwinlab.lab.query import whole_number
 from baldwinlab.lab.studies import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
-from baldwinlab.simulation.compilation import available_cores, warm_up
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.compilation import available_cores, compile_experiments
+from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.run import agent_steps_of_run
 from baldwinlab.studies.sweeps.design import FILE, experiments
 from baldwinlab.studies.sweeps.file import Sweep, validate
@@ -49,7 +49,7 @@ class Plan(NamedTuple):
     @property
     def disk(self) -> int:
         """Bytes that its runs take."""
-        return memory.of_runs(
+        return memory.estimate_runs(
             [(point, self.sweep.runs) for point in self.points], WORKERS, CPU.worlds
         ).disk
 
@@ -64,9 +64,9 @@ class Plan(NamedTuple):
 @lru_cache(maxsize=16)
 def _seconds_of_generation(experiment: Experiment, runs: int) -> float:
     with _measuring:
-        warm_up([experiment])
+        compile_experiments([experiment])
         began = time.perf_counter()
-        live_batch(experiment.replace(evolution={"generations": 1}), 0, range(runs))
+        simulate_histories(experiment.replace(evolution={"generations": 1}), 0, range(runs))
         return time.perf_counter() - began
 
 

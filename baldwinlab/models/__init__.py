@@ -1,4 +1,4 @@
-"""The models: kinds of life. `living` is how runs and assays live them, whichever it is."""
+"""The models: kinds of life. `make_simulator` is how runs and assays live them, whichever it is."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.model_part import LifeResults
 
 
-class Living(Protocol):
+class Simulator(Protocol):
     """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others."""
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
@@ -20,7 +20,7 @@ class Living(Protocol):
         ...
 
 
-class _OfModel:
+class _ModelSimulator:
     """The lives of a model that is a part."""
 
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
@@ -31,16 +31,16 @@ class _OfModel:
         return lives
 
 
-def living(
+def make_simulator(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
-) -> Living:
+) -> Simulator:
     """Runs of an experiment, ready to live on a backend, the CPU unless one is given. Raises ValueError where it cannot."""
     if isinstance(experiment, Experiment):
-        from baldwinlab.models.miniworld.lifetimes import Foragers
+        from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 
-        return Foragers(experiment, seed, runs, backend)
+        return MiniWorldSimulator(experiment, seed, runs, backend)
     if backend is not None and backend.name != "cpu":
         raise ValueError(
             f"the model {experiment.model!r} lives on the CPU alone: backend = {backend.name!r} must be cpu or auto"
         )
-    return _OfModel(experiment, seed, runs)
+    return _ModelSimulator(experiment, seed, runs)

@@ -102,7 +102,7 @@ def inherit(part: Any, born: Any, learned: Any, inherited: Any) -> None:
 def assign_teachers(part: Any, born: Any, learned: Any, taught: Any) -> None:
     """Change the reinforcement module that an agent's children are born with, `taught` [weight], its own until then.
 
-    `born` and `learned` are the agent's action module, at birth and at death.
+    `make_batch` and `learned` are the agent's action module, at birth and at death.
     """
 
 

@@ -28,7 +28,7 @@ from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.parts import sources_of
 from baldwinlab.parts.loading import load_text
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 MOST_TOGETHER: Final = (
     32  # combinations that a process compiles: with each it holds some 15 MiB more
@@ -42,7 +42,7 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def warm_up(
+def compile_experiments(
     experiments: Iterable[BaseExperiment],
     backend: Backend = CPU,
     tell: Callable[[str], None] = lambda sentence: None,
@@ -58,7 +58,7 @@ def warm_up(
     if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
         _compile_together(absent, tell)
     for one in ones:
-        live_batch(one, 0, [0], backend)
+        simulate_histories(one, 0, [0], backend)
     return time.perf_counter() - began
 
 
@@ -98,7 +98,7 @@ def _compile_together(experiments: list[Experiment], tell: Callable[[str], None]
     while waiting and len(busy) < available_cores():
         busy.append(_compile_elsewhere(waiting.pop(0)))
     _breed(experiments[-1])
-    live_batch(experiments[-1], 0, [0])
+    simulate_histories(experiments[-1], 0, [0])
     while busy:
         try:
             busy[0].wait(SECONDS)

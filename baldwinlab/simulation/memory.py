@@ -40,7 +40,7 @@ Runs = Sequence[
 ]  # experiments, and how many runs of each are to be lived
 
 
-def sizes(experiment: BaseExperiment) -> dict[str, int]:
+def dimension_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """The sizes of the dimensions of records and traces."""
     found = _of_record(experiment)
     if isinstance(experiment, Experiment):
@@ -82,9 +82,9 @@ def record_bytes(experiment: BaseExperiment) -> int:
     return sum(variable_bytes(of_record(experiment), _of_record(experiment)).values())
 
 
-def whole_bytes(experiment: BaseExperiment) -> int:
+def dataset_bytes(experiment: BaseExperiment) -> int:
     """What a run takes as `simulate` gives it: there is room for the genomes that are not kept, too."""
-    there = sizes(experiment)
+    there = dimension_sizes(experiment)
     return record_bytes(experiment) + (there["generation"] - there["kept_generation"]) * _genomes(
         experiment
     )
@@ -93,11 +93,12 @@ def whole_bytes(experiment: BaseExperiment) -> int:
 def _genomes(experiment: BaseExperiment) -> int:
     """What the genomes of one generation take."""
     return variable_bytes(
-        {"genome": Variable(("agent", "module", "weight"), np.float32, "", "")}, sizes(experiment)
+        {"genome": Variable(("agent", "module", "weight"), np.float32, "", "")},
+        dimension_sizes(experiment),
     )["genome"]
 
 
-def living_bytes(experiment: BaseExperiment, worlds: int) -> int:
+def simulation_bytes(experiment: BaseExperiment, worlds: int) -> int:
     """Memory that a generation of so many runs side by side takes."""
     of_state = state_bytes(experiment, worlds) if isinstance(experiment, Experiment) else 0
     return of_state + GENOMES * worlds * _genomes(experiment)
@@ -105,26 +106,26 @@ def living_bytes(experiment: BaseExperiment, worlds: int) -> int:
 
 def _batch(experiment: BaseExperiment, worlds: int) -> int:
     """Memory for so many runs side by side, from their first generation until they are stored."""
-    return living_bytes(experiment, worlds) + (worlds + STORING) * record_bytes(experiment)
+    return simulation_bytes(experiment, worlds) + (worlds + STORING) * record_bytes(experiment)
 
 
-def of_simulate(experiment: BaseExperiment) -> Need:
+def estimate_simulation(experiment: BaseExperiment) -> Need:
     """One run, given as it is: to make it whole takes it twice."""
     return Need(
         ENGINE
-        + living_bytes(experiment, 1)
+        + simulation_bytes(experiment, 1)
         + record_bytes(experiment)
-        + 2 * whole_bytes(experiment)
+        + 2 * dataset_bytes(experiment)
     )
 
 
-def of_runs(wanted: Runs, workers: int, worlds: int) -> Need:
+def estimate_runs(wanted: Runs, workers: int, worlds: int) -> Need:
     """Runs that are stored, on so many threads, in batches of at most so many worlds: `studies.study.plan` plans them."""
     total = sum(runs for _, runs in wanted)
     if not total:
         return NOTHING
     size = max(1, min(worlds, total // workers))
-    memory = most(
+    memory = largest_total(
         [(_batch(one, min(size, runs)), -(-runs // size)) for one, runs in wanted if runs], workers
     )
     header = HEADER + len(to_toml(wanted[0][0]).encode())  # those of a study are about as long
@@ -134,7 +135,7 @@ def of_runs(wanted: Runs, workers: int, worlds: int) -> Need:
     return Need(ENGINE + memory + A_RUN * total, disk)
 
 
-def most(tasks: Iterable[tuple[int, int]], workers: int) -> int:
+def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
     """The most that so many tasks at a time take, of (what one takes, how many there are)."""
     memory = 0
     for bytes_of_one, number in sorted(tasks, reverse=True):
@@ -143,7 +144,7 @@ def most(tasks: Iterable[tuple[int, int]], workers: int) -> int:
     return memory
 
 
-def of_tables(stored: Runs) -> Need:
+def estimate_tables(stored: Runs) -> Need:
     """All runs of a study but for their genomes as one dataset, in which each has room for the longest and the largest."""
     declared = {name: variable for name, variable in RECORD.items() if name != "kept_genome"}
     there = [one for one, runs in stored if runs]
@@ -156,10 +157,12 @@ def of_tables(stored: Runs) -> Need:
     return Need(TABLES * longest * sum(runs for _, runs in stored) + READING * read)
 
 
-def of_replay(experiment: Experiment, lives: int = 1) -> Need:
+def estimate_replay(experiment: Experiment, lives: int = 1) -> Need:
     """So many lives that are written down, every step, and one of them stored."""
-    trace = sum(variable_bytes(of_trace(experiment), sizes(experiment)).values())
-    return Need(ENGINE + living_bytes(experiment, 1) + (lives + TRACING) * trace, trace + HEADER)
+    trace = sum(variable_bytes(of_trace(experiment), dimension_sizes(experiment)).values())
+    return Need(
+        ENGINE + simulation_bytes(experiment, 1) + (lives + TRACING) * trace, trace + HEADER
+    )
 
 
 def require_storable(declared: Mapping[str, Variable], there: Mapping[str, int], what: str) -> None:

@@ -40,7 +40,7 @@ VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
 }
 
 
-class Note(Protocol):
+class Recorder(Protocol):
     """Something that is to be known of a batch at some moments."""
 
     @property
@@ -49,9 +49,9 @@ class Note(Protocol):
     def take(self, batch: Batch, moment: int) -> None: ...
 
 
-def follow(batch: Batch, notes: Sequence[Note], lived: int = 0) -> None:
-    """Live a batch, of which `lived` steps have been lived, through all moments of `notes`, and let each take what it wants."""
-    takers: dict[int, list[Note]] = {}
+def record_batch(batch: Batch, notes: Sequence[Recorder], lived: int = 0) -> None:
+    """Live a batch, of which `collect_outcomes` steps have been lived, through all moments of `notes`, and let each take what it wants."""
+    takers: dict[int, list[Recorder]] = {}
     for note in notes:
         for moment in note.moments:
             takers.setdefault(int(moment), []).append(note)
@@ -92,7 +92,7 @@ class Series:
         self._row += 1
 
 
-class Moves:
+class ItemMoves:
     """Where the items of a batch's only world lie at the first moment, and from which moment on which of them lies elsewhere."""
 
     def __init__(self, moments: range) -> None:
@@ -131,7 +131,7 @@ class Moves:
         }
 
 
-class First:
+class FirstTime:
     """The first moment at which something holds that then holds for good, for each of an array of things; NaN for never.
 
     Between two of `moments` at which something has come about, it goes back and lives in halves, down to the step.
@@ -144,15 +144,15 @@ class First:
         self.moments = moments
         self.values: npt.NDArray[np.float32] = np.empty(0, np.float32)
         self._holds, self._lived = holds, 0
-        self._before: list[Array] = []  # the state at the moment `_lived`
+        self._before: list[Array] = []  # the state at the moment `_make_outcomes`
 
     def take(self, batch: Batch, moment: int) -> None:
         if moment == self.moments[0]:
             self.values = np.where(self._holds(batch), np.float32(moment), np.float32(np.nan))
         elif self._new(batch).any():
-            _go_to(batch, self._before)
+            _restore_state(batch, self._before)
             self._halve(batch, self._lived, moment)
-        self._before, self._lived = _kept(batch), moment
+        self._before, self._lived = _copy_state(batch), moment
 
     def _new(self, batch: Batch) -> npt.NDArray[np.bool_]:
         return self._holds(batch) & np.isnan(self.values)
@@ -165,17 +165,17 @@ class First:
             return
         middle = (first + last) // 2
         for begin, end in ((first, middle), (middle, last)):
-            before = _kept(batch)
+            before = _copy_state(batch)
             batch.simulate(begin, end)
             if self._new(batch).any():
-                _go_to(batch, before)
+                _restore_state(batch, before)
                 self._halve(batch, begin, end)
 
 
-def _kept(batch: Batch) -> list[Array]:
+def _copy_state(batch: Batch) -> list[Array]:
     return [array.copy() for array in arrays_of(batch.state)]
 
 
-def _go_to(batch: Batch, kept: list[Array]) -> None:
+def _restore_state(batch: Batch, kept: list[Array]) -> None:
     for array, value in zip(arrays_of(batch.state), kept, strict=True):
         array[:] = value

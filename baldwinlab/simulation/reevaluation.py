@@ -13,38 +13,40 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.core.variables import packed
+from baldwinlab.core.variables import to_storage
 from baldwinlab.evolution import GenerationKey, Genome, fitness, make_generation, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models import living
+from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.cpu import Batch
-from baldwinlab.models.miniworld.lifetimes import lives_in
+from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.parts import model_part
-from baldwinlab.simulation.replay import genome_at
+from baldwinlab.simulation.replay import recompute_genomes
 
 
-class Lives(NamedTuple):
+class Outcomes(NamedTuple):
     """What became of the agents of several runs at one generation."""
 
     energy: npt.NDArray[
         np.float64
     ]  # [run, agent], the fitness: of the items eaten, less the cost of learning
     weights: npt.NDArray[np.float32]  # [run, agent, weight], of the first module, at death
-    told: bool  # whether they are: of models that do not tell what is learned, the weights are those at birth
+    has_learned_weights: bool  # whether they are: of models that do not tell what is learned, the weights are those at birth
 
 
 def reevaluate(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
-) -> Lives:
+) -> Outcomes:
     """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
 
     A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
     """
     genomes = genomes[:, :, : len(experiment.modules)]
-    return _lived(experiment, living(experiment, seed, runs).simulate(generation, genomes), genomes)
+    return _make_outcomes(
+        experiment, make_simulator(experiment, seed, runs).simulate(generation, genomes), genomes
+    )
 
 
-def born(
+def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> Batch:
     """The batch in which such lives begin, before their first step."""
@@ -53,21 +55,23 @@ def born(
     return batch
 
 
-def lived(experiment: Experiment, batch: Batch, genomes: Genome) -> Lives:
+def collect_outcomes(experiment: Experiment, batch: Batch, genomes: Genome) -> Outcomes:
     """What has become of the lives in a batch, which began with `genomes` [run, agent, module, weight]."""
-    return _lived(experiment, lives_in(experiment, batch, genomes), genomes)
+    return _make_outcomes(experiment, collect_results(experiment, batch, genomes), genomes)
 
 
-def _lived(experiment: BaseExperiment, lives: model_part.LifeResults, genomes: Genome) -> Lives:
+def _make_outcomes(
+    experiment: BaseExperiment, lives: model_part.LifeResults, genomes: Genome
+) -> Outcomes:
     worth = [fitness(experiment, *of_run) for of_run in zip(lives.energy, lives.cost, strict=True)]
     unchanged = genomes[:, :, 0, : experiment.weight_count]
     told = lives.learned is not None
-    return Lives(np.stack(worth), unchanged if lives.learned is None else lives.learned, told)
+    return Outcomes(np.stack(worth), unchanged if lives.learned is None else lives.learned, told)
 
 
 def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again of the last that were."""
-    record = packed(record)
+    record = to_storage(record)
     place = (
         int(np.searchsorted(record["kept_generation"].values, generation, side="right")) - 1
     )  # the founders are kept
@@ -78,7 +82,7 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     if last == generation:
         return genome
-    return genome_at(
+    return recompute_genomes(
         experiment, GenerationKey(seed, run, generation), record.energy, (last, genome)
     )
 
@@ -86,7 +90,7 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
     """Those of every generation of a stored run, one after the other: as `stored_genome`, but each bred of the one before it."""
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
-    record = packed(record)
+    record = to_storage(record)
     genome, kept = (
         stored_genome(experiment, record, 0),
         set(record["kept_generation"].values.tolist()),

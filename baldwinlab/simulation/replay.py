@@ -22,8 +22,8 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import as_text, look
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.simulation.memory import of_replay, of_simulate
-from baldwinlab.simulation.recorder import Series, follow
+from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
+from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.simulate import check_seed, provenance, simulate_batch
 
 
@@ -81,7 +81,7 @@ def replay(
         _need(experiment, 0 if energy is not None else generation),
         force=force,
     )
-    genome = genome_at(experiment, GenerationKey(seed, run, generation), energy)
+    genome = recompute_genomes(experiment, GenerationKey(seed, run, generation), energy)
     batch = Batch(experiment, seed, [run])
     batch.begin(generation, genome[None])
     arrays = _record(experiment, batch)
@@ -98,15 +98,15 @@ def replay(
 
 def _need(experiment: Experiment, before: int) -> Need:
     """What a replay takes for which so many generations are lived before."""
-    need = of_replay(experiment)
+    need = estimate_replay(experiment)
     return (
-        need.then(of_simulate(experiment.replace(evolution={"generations": before})))
+        need.then(estimate_simulation(experiment.replace(evolution={"generations": before})))
         if before
         else need
     )
 
 
-def energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
+def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
     """What the generations before `key` ate, (generation, agent), lived for it; None before the first."""
     seed, run, generation = key
     if generation == 0:
@@ -115,7 +115,7 @@ def energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArra
     return simulate_batch(experiment.replace(**before), seed, [run])[0]["energy"]
 
 
-def genome_at(
+def recompute_genomes(
     experiment: BaseExperiment,
     key: GenerationKey,
     energy: xr.DataArray | None,
@@ -141,7 +141,7 @@ def genome_at(
             np.float32,
         )
     if energy is None:
-        energy = energy_before(experiment, key)
+        energy = simulate_energy_before(experiment, key)
     first, genome = known or (0, draw_genomes(experiment, GenerationKey(seed, run, 0)))
     for earlier in range(first, generation):
         assert energy is not None
@@ -165,7 +165,7 @@ def _record(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]
         "action": Series("action", done, agents, np.int8),
         "eaten": Series("eaten_in_life", done, agents),
     }
-    follow(batch, list(notes.values()))
+    record_batch(batch, list(notes.values()))
     arrays = {name: note.values for name, note in notes.items()}
     arrays["heading"] *= np.float32(360 / HEADING_COUNT)
     arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)

@@ -27,10 +27,10 @@ from baldwinlab.evolution import (
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.experiment.unused_settings import require_effect
-from baldwinlab.models import living
+from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose
 from baldwinlab.parts.model_part import LifeResults
-from baldwinlab.simulation.memory import of_simulate
+from baldwinlab.simulation.memory import estimate_simulation
 
 SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
@@ -74,7 +74,7 @@ def simulate(
         The backend cannot be used on this machine, or too little memory is free.
     """
     require_effect([experiment])
-    require(experiment.name, of_simulate(experiment), force=force)
+    require(experiment.name, estimate_simulation(experiment), force=force)
     return simulate_batch(experiment, seed, [run], choose(backend))[0]
 
 
@@ -85,14 +85,14 @@ def simulate_batch(
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `live_batch`."""
+    """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `simulate_histories`."""
     return [
         history.dataset()
-        for history in live_batch(experiment, seed, runs, backend, after_generation)
+        for history in simulate_histories(experiment, seed, runs, backend, after_generation)
     ]
 
 
-def live_batch(
+def simulate_histories(
     experiment: BaseExperiment,
     seed: int,
     runs: Sequence[int],
@@ -104,7 +104,7 @@ def live_batch(
     `after_generation` is called, when a generation has lived, with each run as far as it is; what it raises ends the batch.
     """
     check_seed(seed, *runs)
-    lives = living(experiment, seed, runs, backend)
+    lives = make_simulator(experiment, seed, runs, backend)
     histories = [History(experiment, seed, run) for run in runs]
     for generation in range(experiment.evolution.generations):
         lived = lives.simulate(generation, np.stack([history.genome for history in histories]))
@@ -164,11 +164,11 @@ class History:
                 remap_parents(lives.final_population.origin[number], self._parents[generation + 1])
         self.lived = generation + 1
 
-    def of_agents(self, name: str) -> npt.NDArray[Any]:
+    def recorded_values(self, name: str) -> npt.NDArray[Any]:
         """What is recorded of each agent, [generation, agent], of the generations that have lived; what is there stays."""
         return self._records[name][: self.lived]
 
-    def kept_until(self, generation: int) -> tuple[int, Genome]:
+    def saved_genomes_until(self, generation: int) -> tuple[int, Genome]:
         """The last generation up to this one, which has lived, whose genomes are kept; and these, [agent, module, weight]."""
         kept = self._kept.copy()  # in one go, as generations may live meanwhile
         last = max(each for each in kept if each <= generation)
@@ -189,12 +189,15 @@ class History:
 
         Its arrays are those of the history, so whoever keeps it while generations still live must copy it.
         """
-        return variables.whole(self.record())
+        return variables.from_storage(self.record())
 
     def record(self) -> xr.Dataset:
         """As `dataset`, in the form in which it is stored: the variables of `baldwinlab.core.variables.of_record`."""
         genomes = np.stack(list(self._kept.values()))
-        arrays = {**{name: self.of_agents(name) for name in self._records}, "energy": self.energy}
+        arrays = {
+            **{name: self.recorded_values(name) for name in self._records},
+            "energy": self.energy,
+        }
         arrays["parents"] = self.parents
         experiment = self.experiment.replace(evolution={"generations": self.lived})
         declared = variables.of_record(experiment)

@@ -19,7 +19,7 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import FileKind, is_local, read_bytes, write_atomically
 from baldwinlab.core.netcdf import DamagedError, attributes, opened, sealed, verify
 from baldwinlab.core.output_paths import is_study
-from baldwinlab.core.variables import RECORD, packed
+from baldwinlab.core.variables import RECORD, to_storage
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.memory import record_bytes
@@ -45,7 +45,7 @@ class DamagedRecordError(StudyError):
 
 def encode(run: xr.Dataset) -> bytes:
     """A run as it is stored."""
-    return sealed(packed(run))
+    return sealed(to_storage(run))
 
 
 def require_place(

@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
-from baldwinlab.simulation.compilation import warm_up
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.compilation import compile_experiments
+from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
 from baldwinlab.studies.records import DamagedRecordError, write_record
 from baldwinlab.studies.store import StudyStore
@@ -59,7 +59,7 @@ class Evolve(NamedTuple):
         self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
     ) -> None:
         share = self.agent_steps // self.experiment.evolution.generations
-        for history in live_batch(
+        for history in simulate_histories(
             self.experiment, seed, self.runs, backend, lambda histories: lived(share)
         ):
             write_record(directory, self.experiment.name, history.run, history.record())
@@ -129,7 +129,7 @@ def run_study(
     study.require_parts()
     study.sweep()
     tasks = plan(study, missing, workers, backend.worlds)
-    compile_seconds = warm_up((task.experiment for task in tasks), backend, tell)
+    compile_seconds = compile_experiments((task.experiment for task in tasks), backend, tell)
     tell(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:

@@ -43,7 +43,7 @@ from baldwinlab.core.files import (
 )
 from baldwinlab.core.output_paths import is_study, owner
 from baldwinlab.core.suggestions import suggest
-from baldwinlab.core.variables import whole
+from baldwinlab.core.variables import from_storage
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
 from baldwinlab.experiment.file import require_files
@@ -155,7 +155,7 @@ class StudyStore:
         """One run, whole; without genomes where those that are not kept would fill memory with NaN. Raises as `record` does."""
         record = self.record(condition, run)
         return (
-            whole(record)
+            from_storage(record)
             if genomes
             else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
         )

@@ -14,8 +14,8 @@ import xarray as xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, fitness
-from baldwinlab.models import living
-from baldwinlab.simulation.replay import genome_at
+from baldwinlab.models import make_simulator
+from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.combinations.draw import Settings, accepted
 from tests.models.miniworld.plain import compile_nothing
@@ -58,8 +58,8 @@ def live_again(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return what one generation of a record comes to, in memory that no generation has used before."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
-        genome = genome_at(experiment, GenerationKey(SEED, 0, generation), record["energy"])
-        lives = living(experiment, SEED, [0]).simulate(generation, genome[None])
+        genome = recompute_genomes(experiment, GenerationKey(SEED, 0, generation), record["energy"])
+        lives = make_simulator(experiment, SEED, [0]).simulate(generation, genome[None])
         found = {name: values[0] for name, values in lives.records.items()}
         return found | {
             "genome": genome,

@@ -6,5 +6,5 @@ import os
 
 
 def amount(whole: int, sample: int) -> int:
-    """`whole` with FAULTS=all in the environment, else a sample."""
+    """`from_storage` with FAULTS=all in the environment, else a sample."""
     return whole if os.environ.get("FAULTS") == "all" else sample

@@ -331,7 +331,7 @@ def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPa
     def fail(*arguments: object) -> None:
         raise MemoryError("no room")
 
-    monkeypatch.setattr("baldwinlab.lab.live_run.live_batch", fail)
+    monkeypatch.setattr("baldwinlab.lab.live_run.simulate_histories", fail)
     run = ended(live.start(small(), seed=0, runs=1))
     assert (run.state, run.message) == ("failed", "the live run failed: no room")
 

@@ -17,7 +17,7 @@ from baldwinlab.lab import notebook_player
 from baldwinlab.lab.binary_frames import unpack
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.lab.recording import record_life
-from baldwinlab.simulation.replay import genome_at, replay
+from baldwinlab.simulation.replay import recompute_genomes, replay
 from tests.lab.conftest import offline
 from tests.small import small
 
@@ -31,7 +31,9 @@ def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
     """The same life as the lab records it, which lives it again and looks at no trace."""
     moment = GenerationKey(5, 1, 0)
     life = Life(
-        experiment, moment, lambda: ParentGeneration(genome_at(experiment, moment, None), None)
+        experiment,
+        moment,
+        lambda: ParentGeneration(recompute_genomes(experiment, moment, None), None),
     )
     return unpack(record_life(life, Span(0, experiment.lifetime.steps), {}))[1]
 

@@ -14,7 +14,7 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.lab.recording import record_life
-from baldwinlab.simulation.replay import energy_before, genome_at, replay
+from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
 from tests.lab.asking import LabServer
 from tests.lab.conftest import serving
 from tests.small import small, small_study
@@ -140,7 +140,9 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
     life = Life(
         noisy,
         moment,
-        lambda: ParentGeneration(genome_at(noisy, moment, None), energy_before(noisy, moment)),
+        lambda: ParentGeneration(
+            recompute_genomes(noisy, moment, None), simulate_energy_before(noisy, moment)
+        ),
     )
     for path, raw in (
         ("inside", inspect_agent(life, whole, 3)),
@@ -164,7 +166,7 @@ def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_
         experiment,
         moment,
         lambda: ParentGeneration(
-            genome_at(experiment, moment, None), energy_before(experiment, moment)
+            recompute_genomes(experiment, moment, None), simulate_energy_before(experiment, moment)
         ),
     )
     for path, raw in (

@@ -15,7 +15,7 @@ from baldwinlab.experiment import assign, registry, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.parts import load_file
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 RIGHT, WRONG, UNKNOWN = 1.0, 0.0, 0.5
@@ -124,7 +124,7 @@ def test_learning_finds_the_needle_and_chance_alone_does_not() -> None:
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
-    together = [history.dataset() for history in live_batch(small(), 4, [0, 1, 2])]
+    together = [history.dataset() for history in simulate_histories(small(), 4, [0, 1, 2])]
     for run, found in enumerate(together):
         assert found.equals(bl.simulate(small(), seed=4, run=run))
 

@@ -17,7 +17,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.models import cell_foragers
 from baldwinlab.models.cell_foragers import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
 from baldwinlab.parts import LIFE, GridView, philox, unit
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
 HIDDEN = 3
@@ -267,8 +267,8 @@ def test_teaching_oneself_raises_food_within_life() -> None:
     changes = ["evolution.generations=8", "population.size=60", "cell_foragers.environments=12"]
     gains = {}
     for name in ("auto-teaching", "auto-teaching-twin"):
-        histories = live_batch(assign(bl.load(name), changes), 0, range(4))
-        gains[name] = np.mean([history.of_agents("gain")[4:].mean() for history in histories])
+        histories = simulate_histories(assign(bl.load(name), changes), 0, range(4))
+        gains[name] = np.mean([history.recorded_values("gain")[4:].mean() for history in histories])
     assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-twin"])
 
 

@@ -29,7 +29,7 @@ from baldwinlab.models.cue_learners import (
     OnePointOfUnits,
 )
 from baldwinlab.parts import LIFE, unit
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 STEP = 0.125  # of learning, as a float32 adds it up without rounding
 ACCURACIES = (0.55, 0.65, 0.75, 0.85, 0.95)
@@ -219,8 +219,8 @@ def test_learning_evolves_where_smell_is_good_but_not_perfect() -> None:
     for name in ("smell-50", "smell-65", "smell-100"):
         experiment = assign(bl.load(f"hebbian/{name}"), ["evolution.generations=101"])
         best[name] = max(
-            history.of_agents("beyond").mean(axis=1).max()
-            for history in live_batch(experiment, 0, range(6))
+            history.recorded_values("beyond").mean(axis=1).max()
+            for history in simulate_histories(experiment, 0, range(6))
         )
     assert best["smell-65"] > 0 and best["smell-50"] < 0 and best["smell-100"] <= 0
 

@@ -22,7 +22,7 @@ from baldwinlab.models.digit_readers import (
     lessons,
 )
 from baldwinlab.parts import LIFE, unit
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 Numbers = npt.NDArray[np.float64]
 HIDDEN = 6
@@ -178,11 +178,11 @@ def test_much_learning_reads_better_at_last_and_worse_at_birth() -> None:
     """In a few small runs: what is learned hides what is innate."""
     found = {}
     for name in ("trials-5", "trials-320"):
-        lived = live_batch(
+        lived = simulate_histories(
             assign(bl.load(name), ["evolution.generations=31", "population.size=60"]), 0, range(2)
         )
         found[name] = {
-            each: np.mean([one.of_agents(each)[-1] for one in lived])
+            each: np.mean([one.recorded_values(each)[-1] for one in lived])
             for each in ("innate_error", "error")
         }
     assert found["trials-320"]["error"] < found["trials-5"]["error"] - 0.2

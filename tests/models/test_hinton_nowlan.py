@@ -20,7 +20,7 @@ from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 LOCI, TRIALS = 20, 1000
 
@@ -178,7 +178,7 @@ def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> Non
 
 def test_only_with_guessing_is_the_needle_found_and_then_the_wrong_alleles_vanish() -> None:
     guessing, all_set = (
-        [_measured(history) for history in live_batch(bl.load(name), 0, range(4))]
+        [_measured(history) for history in simulate_histories(bl.load(name), 0, range(4))]
         for name in ("guessing", "all-set")
     )
     assert all(
@@ -190,7 +190,10 @@ def test_only_with_guessing_is_the_needle_found_and_then_the_wrong_alleles_vanis
 def _measured(history: Any) -> dict[str, float]:
     names = ("ones", "unset", "zeros", "succeeded")
     run = xr.Dataset(
-        {name: (("run", "generation", "agent"), history.of_agents(name)[None]) for name in names}
+        {
+            name: (("run", "generation", "agent"), history.recorded_values(name)[None])
+            for name in names
+        }
     )
     return {name: float(measure.of(run).item()) for name, measure in HintonNowlan.measures.items()}
 
@@ -199,7 +202,7 @@ def test_a_run_that_never_takes_off_has_no_take_off() -> None:
     never: Experiment = assign(
         bl.load("never-guessing"), ["evolution.generations=3", "population.size=20"]
     )
-    (history,) = live_batch(never, 0, [0])
+    (history,) = simulate_histories(never, 0, [0])
     found = _measured(history)
     assert (
         np.isnan(found["take-off"])

@@ -24,7 +24,7 @@ from baldwinlab.models.plastic_prisoners import (
     payoffs,
 )
 from baldwinlab.parts import MatrixView
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.run import open_assay
 
 ROUNDS, NOISE = 50, 1 / 25
@@ -241,7 +241,7 @@ def test_the_one_ahead_is_held_against_the_strategy_that_leads_most_other_runs()
 def test_a_report_draws_the_shares_that_follow_from_the_strategies() -> None:
     experiment = assign(bl.load("meta-pavlov"), ["evolution.generations=3", "population.size=40"])
     study = xr.concat(
-        [history.dataset() for history in live_batch(experiment, 0, range(2))], "run"
+        [history.dataset() for history in simulate_histories(experiment, 0, range(2))], "run"
     ).expand_dims(condition=["meta-pavlov"])
     shares = content.shares(study, {"meta-pavlov": experiment})
     plastic = study["genome"].isel(weight=slice(4, 8)).mean(("agent", "module", "weight"))

@@ -19,7 +19,7 @@ from baldwinlab.evolution import GenerationKey, breed, draw_genomes, select
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.models.slope_climbers import SlopeClimbers, exponential
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 Numbers = npt.NDArray[np.float64]
 BENDS = {"convex": 1.0, "exponential": 0.0, "concave": -1.0}
@@ -89,7 +89,7 @@ def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: st
 
 def test_an_exponential_slope_chooses_the_same_parents_with_learning_and_without() -> None:
     found = [
-        live_batch(bl.load(f"{name}/exponential"), 3, [0])[0].of_agents("innate_x")
+        simulate_histories(bl.load(f"{name}/exponential"), 3, [0])[0].recorded_values("innate_x")
         for name in ("stepping", "not-stepping")
     ]
     assert (found[0] == found[1]).all()
@@ -139,9 +139,9 @@ def test_several_generations_go_as_the_recursion_does() -> None:
             mean, variance = gaussian_step(
                 mean, variance, slope, experiment.evolution.mutation_size
             )
-        lived = live_batch(experiment, 2, range(8))
+        lived = simulate_histories(experiment, 2, range(8))
         found = np.array(
-            [history.of_agents("innate_x")[-1].mean(dtype=np.float64) for history in lived]
+            [history.recorded_values("innate_x")[-1].mean(dtype=np.float64) for history in lived]
         )
         assert abs(found.mean() - mean) < 4 * found.std(ddof=1) / np.sqrt(len(found))
 

@@ -17,7 +17,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.models.grid_frames import HIGH, LOW, WALL
 from baldwinlab.models.t_mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, WATCHED, TMazes
 from baldwinlab.parts import GridView, PathView
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 KINDS: dict[str, dict[str, Any]] = {
     "modulated": {"standard": 2, "modulatory": 2},
@@ -344,7 +344,7 @@ def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:
     for name in ("modulated-plasticity", "plain-plasticity", "no-plasticity"):
         means[name] = [
             history.energy[-10:].mean()
-            for history in live_batch(bl.load(f"{name}/single"), 0, range(5))
+            for history in simulate_histories(bl.load(f"{name}/single"), 0, range(5))
         ]
     assert np.mean(means["modulated-plasticity"]) > 75 and np.mean(means["plain-plasticity"]) > 75
     fixed = means["no-plasticity"]
@@ -357,7 +357,7 @@ def test_in_the_double_maze_the_published_order_is_reversed() -> None:
     modulated, plain = (
         [
             history.energy[-10:].mean()
-            for history in live_batch(bl.load(f"{name}-plasticity/double"), 0, range(10))
+            for history in simulate_histories(bl.load(f"{name}-plasticity/double"), 0, range(10))
         ]
         for name in ("modulated", "plain")
     )

@@ -48,7 +48,7 @@ def test_each_is_compiled_by_one_process_or_here(
     monkeypatch.setattr(compilation, "_compile_elsewhere", compile_elsewhere)
     monkeypatch.setattr(compilation, "_breed", lambda experiment: None)
     monkeypatch.setattr(
-        compilation, "live_batch", lambda experiment, seed, runs: here.append(experiment)
+        compilation, "simulate_histories", lambda experiment, seed, runs: here.append(experiment)
     )
     monkeypatch.setattr(
         cpu, "is_compiled", lambda experiment: any(experiment in some for some in elsewhere)

@@ -107,9 +107,9 @@ def test_memory_is_estimated_within_a_factor_of_two(
 ) -> None:
     experiment = changed(name, *assignments)
     needs = {
-        "of_runs": lambda: memory.of_runs([(experiment, 4)], workers=1, worlds=4),
-        "of_simulate": lambda: memory.of_simulate(experiment),
-        "of_replay": lambda: memory.of_replay(experiment),  # type: ignore[arg-type]
+        "of_runs": lambda: memory.estimate_runs([(experiment, 4)], workers=1, worlds=4),
+        "of_simulate": lambda: memory.estimate_simulation(experiment),
+        "of_replay": lambda: memory.estimate_replay(experiment),  # type: ignore[arg-type]
     }
     held = min(
         peak(what, experiment) for _ in range(2)
@@ -139,7 +139,7 @@ def test_disk_is_estimated_within_a_tenth(
     experiment = changed(name, *short, *assignments)
     study = small_study(tmp_path / "study", [experiment], runs=3)  # type: ignore[list-item]
     stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
-    assert memory.of_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(
+    assert memory.estimate_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(
         stored, rel=0.1
     )
 
@@ -155,21 +155,21 @@ def test_the_bytes_of_a_state_are_those_of_its_arrays(name: str, worlds: int) ->
 
 
 def test_a_life_that_is_written_down_is_estimated_to_the_byte_but_for_what_is_said_of_it() -> None:
-    assert memory.of_replay(small()).disk == pytest.approx(replay(small()).nbytes, rel=0.02)
+    assert memory.estimate_replay(small()).disk == pytest.approx(replay(small()).nbytes, rel=0.02)
 
 
 def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_variables(
     tmp_path: Path,
 ) -> None:
     experiment = small().replace(record={"genome_every": 3})
-    assert memory.whole_bytes(experiment) == sum(
+    assert memory.dataset_bytes(experiment) == sum(
         each.nbytes for each in simulate(experiment).data_vars.values()
     )
     tables = open_runs(small_study(tmp_path / "study", [experiment], runs=2).directory)
     held = sum(each.nbytes for each in tables.drop_vars("experiment").data_vars.values())
-    needed = memory.of_tables([(experiment, 2)]).memory - memory.READING * memory.record_bytes(
-        experiment
-    )
+    needed = memory.estimate_tables(
+        [(experiment, 2)]
+    ).memory - memory.READING * memory.record_bytes(experiment)
     assert needed == memory.TABLES * held
 
 
@@ -178,14 +178,15 @@ def test_no_more_is_counted_than_lives_at_a_time() -> None:
         small().replace(population={"size": 20}),
         small().replace(population={"size": 2000}),
     )
-    alone = memory.of_runs([(large, 1)], workers=4, worlds=4).memory
+    alone = memory.estimate_runs([(large, 1)], workers=4, worlds=4).memory
     assert (
-        memory.of_runs([(large, 1), (small_one, 40)], workers=1, worlds=1).memory < alone + 10_000
+        memory.estimate_runs([(large, 1), (small_one, 40)], workers=1, worlds=1).memory
+        < alone + 10_000
     )
-    assert memory.of_runs([(large, 40)], workers=8, worlds=1).memory - memory.ENGINE > 7 * (
+    assert memory.estimate_runs([(large, 40)], workers=8, worlds=1).memory - memory.ENGINE > 7 * (
         alone - memory.ENGINE
     )
-    assert memory.of_runs([(large, 0)], workers=8, worlds=1) == (0, 0)
+    assert memory.estimate_runs([(large, 0)], workers=8, worlds=1) == (0, 0)
 
 
 def test_what_no_file_can_hold_is_refused() -> None:
@@ -194,8 +195,8 @@ def test_what_no_file_can_hold_is_refused() -> None:
         RefusedError,
         match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB",
     ):
-        memory.require_storable(of_record(large), memory.sizes(large), "mine")
-    memory.require_storable(of_record(small()), memory.sizes(small()), "mine")
+        memory.require_storable(of_record(large), memory.dimension_sizes(large), "mine")
+    memory.require_storable(of_record(small()), memory.dimension_sizes(small()), "mine")
 
 
 def test_neither_simulate_nor_replay_begins_what_is_too_large() -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import Batch
-from baldwinlab.simulation.recorder import First, Moves, Series, follow
-from baldwinlab.simulation.reevaluation import born
+from baldwinlab.simulation.recorder import FirstTime, ItemMoves, Series, record_batch
+from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.replay import replay
 from tests.small import small
 
@@ -17,7 +17,7 @@ STEPS = 300
 
 def newborns(runs: int = 1) -> Batch:
     experiment = small()
-    return born(
+    return make_batch(
         experiment,
         1,
         range(runs),
@@ -32,7 +32,7 @@ def test_a_variable_is_noted_at_the_moments_and_of_the_agents_that_are_asked_for
         Series("x", [0, 7, 299], slice(2, 5)),
         Series("eaten_in_life", range(1, STEPS + 1), 4, np.uint16),
     )
-    follow(newborns(), [some, one])
+    record_batch(newborns(), [some, one])
     assert np.array_equal(some.values, trace.x.values[[0, 7, 299], 2:5])
     assert np.array_equal(one.values, trace.eaten.values[:, 4].cumsum())
     assert one.values.dtype == np.uint16
@@ -44,15 +44,15 @@ def test_a_batch_that_has_lived_is_followed_from_there() -> None:
         Series("y", range(100, 120), slice(20)),
         newborns(),
     )
-    follow(newborns(), [whole])
+    record_batch(newborns(), [whole])
     batch.simulate(0, 50)
-    follow(batch, [part], lived=50)
+    record_batch(batch, [part], lived=50)
     assert np.array_equal(part.values, whole.values[100:120])
 
 
 def test_moves_lead_from_where_items_lay_to_where_they_lie() -> None:
-    trace, moves = replay(small(), seed=1), Moves(range(40, STEPS))
-    follow(newborns(), [moves])
+    trace, moves = replay(small(), seed=1), ItemMoves(range(40, STEPS))
+    record_batch(newborns(), [moves])
     found = moves.columns()
     places = moves.items.copy()
     assert np.array_equal(places[:, 0], trace.item_x.values[40])
@@ -70,10 +70,10 @@ def test_what_came_about_first_is_found_down_to_the_step_and_the_life_goes_on_as
 ) -> None:
     batch = newborns(runs=2)
     fed, eaten = (
-        First(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments),
+        FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments),
         Series("eaten_in_life", moments, slice(40)),
     )
-    follow(batch, [fed, eaten])
+    record_batch(batch, [fed, eaten])
     for run in range(2):
         ate = replay(small(), seed=1, run=run).eaten.values > 0
         first = np.where(ate.any(axis=0), ate.argmax(axis=0) + 1, np.nan)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab.core.variables import RUN
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.simulation.simulate import History, live_batch, simulate, simulate_batch
+from baldwinlab.simulation.simulate import History, simulate, simulate_batch, simulate_histories
 from baldwinlab.studies.records import encode
 from tests.small import small
 
@@ -67,7 +67,7 @@ def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_
     def look(histories: Sequence[History]) -> None:
         held.append(histories[0].record().kept_generation.values.tolist())
 
-    (history,) = live_batch(experiment, seed=1, runs=[2], after_generation=look)
+    (history,) = simulate_histories(experiment, seed=1, runs=[2], after_generation=look)
     assert held == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
     assert encode(history.record()) == encode(history.dataset())
 

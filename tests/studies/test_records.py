@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 from baldwinlab.core.netcdf import opened, sealed
-from baldwinlab.core.variables import whole as all_of
+from baldwinlab.core.variables import from_storage as all_of
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.open import open_runs

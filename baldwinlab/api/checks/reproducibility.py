@@ -17,7 +17,7 @@ from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backends.choice import CPU, choose
-from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate_batch
 
@@ -62,7 +62,7 @@ def named(experiment: BaseExperiment) -> str:
 
 def it_compiles(subject: Subject) -> str:
     """Raises PartError where it does not."""
-    warm_up(both_updates(subject))
+    compile_experiments(both_updates(subject))
     return ""
 
 
@@ -178,7 +178,7 @@ def in_the_simulator(subject: Subject) -> str:
 def _simulate_elsewhere(
     subject: Subject, compared: Sequence[Case], backend: str, environment: Mapping[str, str]
 ) -> dict[str, Bits]:
-    """As `lived`, of run 0, in another process. Raises NotCheckedError where there is no such backend."""
+    """As `collect_outcomes`, of run 0, in another process. Raises NotCheckedError where there is no such backend."""
     experiments = [case.experiment.to_dict() for case in compared]
     request = {"experiments": experiments, "seed": subject.seed, "backend": backend}
     answers = list(Process("simulate", subject.parts, environment, **request).answers())

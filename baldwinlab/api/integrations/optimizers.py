@@ -21,11 +21,11 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models import living
+from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.models.miniworld.lifetimes import lives_in
-from baldwinlab.simulation.compilation import available_cores, warm_up
-from baldwinlab.simulation.reevaluation import born
+from baldwinlab.models.miniworld.lifetimes import collect_results
+from baldwinlab.simulation.compilation import available_cores, compile_experiments
+from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.simulate import check_seed
 
 Genomes = npt.NDArray[np.float32]  # [world, agent, module, weight]
@@ -74,7 +74,7 @@ class Problem:
         self.experiment = experiment
         self.seed = seed
         self._workers = workers or available_cores()
-        warm_up([experiment], CPU, lambda _: None)
+        compile_experiments([experiment], CPU, lambda _: None)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -194,11 +194,11 @@ class Problem:
         """Return the results of the lives in these worlds, and the behavior [genome, number]."""
         agents = len(runs) * genomes.shape[1]
         if isinstance(self.experiment, Experiment):
-            batch = born(self.experiment, self.seed, runs, generation, genomes)
+            batch = make_batch(self.experiment, self.seed, runs, generation, genomes)
             batch.simulate(0, self.experiment.lifetime.steps)
             positions = batch.state.places[:, :agents].T.astype(float)
-            return lives_in(self.experiment, batch, genomes), positions
-        lives = living(self.experiment, self.seed, runs).simulate(generation, genomes)
+            return collect_results(self.experiment, batch, genomes), positions
+        lives = make_simulator(self.experiment, self.seed, runs).simulate(generation, genomes)
         columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]
         return lives, np.stack(columns, axis=1) if columns else np.empty((agents, 0))
 

@@ -35,7 +35,7 @@ from baldwinlab.experiment.factors import CONDITIONS, SWEEP
 from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.texts import FIGURES
-from baldwinlab.simulation.memory import of_replay, of_tables
+from baldwinlab.simulation.memory import estimate_replay, estimate_tables
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
@@ -219,7 +219,7 @@ def need(study: StudyStore) -> Need:
         by_variant.setdefault(study.factors[name].variant, []).append(
             (experiment, len(study.runs(name)))
         )
-    tables = max((of_tables(stored) for stored in by_variant.values()), default=NOTHING)
+    tables = max((estimate_tables(stored) for stored in by_variant.values()), default=NOTHING)
     paper = of_study(study.directory, study.paper) if study.paper else None
     shown = _shown(study, paper) if study.kind == CONDITIONS else None
     return tables.then(of_emergence(study.experiments[shown])) if shown else tables
@@ -230,4 +230,4 @@ def of_emergence(experiment: BaseExperiment) -> Need:
     if not isinstance(experiment, Experiment):
         return NOTHING
     lives = len(emergence_generations(experiment.evolution.generations))
-    return Need(of_replay(experiment, lives).memory)
+    return Need(estimate_replay(experiment, lives).memory)

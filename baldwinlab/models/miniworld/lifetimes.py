@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 
 
-class Foragers:
+class MiniWorldSimulator:
     """Several runs of one experiment that live side by side."""
 
     def __init__(
@@ -28,10 +28,12 @@ class Foragers:
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
         self._batch.begin(generation, genomes)
         self._batch.simulate(0, self._experiment.lifetime.steps)
-        return lives_in(self._experiment, self._batch, genomes)
+        return collect_results(self._experiment, self._batch, genomes)
 
 
-def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]) -> LifeResults:
+def collect_results(
+    experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]
+) -> LifeResults:
     """What has become of the lives in a batch that began with `genomes` [run, agent, module, weight]."""
     regions, eaten = item_regions(experiment), batch.eaten_in_life()
     final_population = None

@@ -72,7 +72,7 @@ def _learned(
         energy[LIVES.index("drift")] = sample.simulate(
             with_drift(sample.experiment), generation, genomes
         ).energy
-    if not learned.told:
+    if not learned.has_learned_weights:
         return
     count = learned.weights.shape[-1]
     frozen = genomes.copy()

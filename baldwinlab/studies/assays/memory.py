@@ -59,7 +59,7 @@ def need(
             stored = sum(_stored(study, condition, name, runs[condition]) for name in names)
             disk, results = disk + stored + len(names) * header, max(results, stored)
     return (
-        Need(memory.ENGINE + memory.most(tasks, workers) + COPIES * results, disk)
+        Need(memory.ENGINE + memory.largest_total(tasks, workers) + COPIES * results, disk)
         if tasks
         else NOTHING
     )
@@ -67,11 +67,13 @@ def need(
 
 def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     """Memory for some runs of a condition, side by side."""
-    living = memory.living_bytes(experiment, worlds) * (MOMENTS if "within-life" in names else 1)
+    living = memory.simulation_bytes(experiment, worlds) * (
+        MOMENTS if "within-life" in names else 1
+    )
     agents, generations = experiment.population.size, experiment.evolution.generations
     shares = 4 * 8 * agents * min(agents, FOUNDERS_AT_A_TIME)
     pedigree = agents * (generations * A_CHILD + agents // 4) + shares if "descent" in names else 0
-    return worlds * memory.whole_bytes(experiment) + max(living, pedigree)
+    return worlds * memory.dataset_bytes(experiment) + max(living, pedigree)
 
 
 def _stored(study: Conditions, condition: str, name: str, runs: int) -> int:

@@ -23,7 +23,7 @@ from baldwinlab.evolution import (
     make_generation,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.simulation.reevaluation import Lives
+from baldwinlab.simulation.reevaluation import Outcomes
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
 LAST = 10  # generations, or as many as there are: one is at the mercy of where it is born
@@ -62,7 +62,11 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 
 def _compare(
-    sample: Sample, generation: int, twins: Genome, learned: Lives | None, energy: npt.NDArray[Any]
+    sample: Sample,
+    generation: int,
+    twins: Genome,
+    learned: Outcomes | None,
+    energy: npt.NDArray[Any],
 ) -> None:
     """Fill `energy` [newborns, life, run, agent] of one generation; `learned` is what became of twins that learn."""
     own, other = energy
@@ -78,7 +82,7 @@ def _compare(
 
 
 def _next_twins(
-    sample: Sample, twin: Experiment, generation: int, twins: Genome, learned: Lives | None
+    sample: Sample, twin: Experiment, generation: int, twins: Genome, learned: Outcomes | None
 ) -> Genome:
     """The twin's next generation, [run, agent, module, weight]; of two parents none is the fitter, or it would be no twin."""
     alike = np.zeros(twin.population.size)

@@ -19,7 +19,7 @@ from baldwinlab.core.netcdf import sealed
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
-from baldwinlab.simulation.compilation import warm_up
+from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.studies.assays import (
     descent,
     innate,
@@ -228,7 +228,7 @@ def run_assays(
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = warm_up(_ways_of_living(study, missing), tell=tell)
+    compile_seconds = compile_experiments(_ways_of_living(study, missing), tell=tell)
     tell(f"Engine ready after {compile_seconds:.1f} s.")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)

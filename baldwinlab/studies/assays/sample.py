@@ -14,7 +14,7 @@ import xarray as xr
 from baldwinlab.evolution import GenerationKey, Genome, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.simulation.reevaluation import Lives, reevaluate, stored_genome
+from baldwinlab.simulation.reevaluation import Outcomes, reevaluate, stored_genome
 from baldwinlab.studies.records import StudyError, record_path
 
 Energy = npt.NDArray[np.float64]  # [run, agent]
@@ -64,13 +64,13 @@ class Sample:
     def energy(self, generation: int) -> Energy:
         return np.stack([record.energy.values[generation] for record in self.records])
 
-    def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Lives:
+    def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Outcomes:
         """Lives of these genomes in the worlds of that generation, under the circumstances of `experiment`."""
         lives = reevaluate(experiment, self.seed, self.runs, generation, genomes)
         self.tell()
         return lives
 
-    def live_as_evolved(self, generation: int, genomes: Genome) -> Lives:
+    def live_as_evolved(self, generation: int, genomes: Genome) -> Outcomes:
         """Lives as they were in the study. Raises StudyError where they are not what is stored."""
         lives = self.simulate(self.experiment, generation, genomes)
         for run, found, stored in zip(

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from baldwinlab.core.variables import RANDOM
 from baldwinlab.evolution import Genome
-from baldwinlab.simulation.recorder import First, Series, follow
-from baldwinlab.simulation.reevaluation import born
+from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
+from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.assays.sample import Conditions, Sample, middle_and_ends
 
 WINDOW = 250  # steps; the last part of a life may be shorter
@@ -47,11 +47,11 @@ def _of_newborns(
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
     steps, (runs, agents) = sample.experiment.lifetime.steps, genomes.shape[:2]
-    batch = born(sample.experiment, sample.seed, sample.runs, generation, genomes)
+    batch = make_batch(sample.experiment, sample.seed, sample.runs, generation, genomes)
     moments = [*range(0, steps, WINDOW), steps]
     eaten = Series("eaten_in_life", moments, slice(runs * agents))
-    fed = First(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments)
-    follow(batch, [eaten, fed])
+    fed = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments)
+    record_batch(batch, [eaten, fed])
     sample.tell()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
     return in_window.swapaxes(

@@ -47,7 +47,7 @@ from baldwinlab.models.erl.world import (
     plant,
     prepare,
 )
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 SMALL: dict[str, Any] = {
     "side": 20,
@@ -328,7 +328,7 @@ def test_where_nothing_is_eaten_everybody_starves_in_time() -> None:
 
 def test_a_population_has_the_same_bits_alone_and_beside_others() -> None:
     small = assign(bl.load("erl-populations"), [*SET, "erl_populations.longest=200"])
-    for run, history in enumerate(live_batch(small, 4, [0, 1])):
+    for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
@@ -371,7 +371,7 @@ def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_i
     for steps in (200, 400):
         small = assign(bl.load("erl-populations"), [*SET, f"erl_populations.longest={steps}"])
         ends[steps] = xr.concat(
-            [history.dataset() for history in live_batch(small, 4, range(6))], "run"
+            [history.dataset() for history in simulate_histories(small, 4, range(6))], "run"
         )
     shorter, longer = (ends[steps].energy.values.ravel() for steps in (200, 400))
     assert longer.min() < 200 < longer.max()

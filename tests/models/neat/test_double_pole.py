@@ -28,7 +28,7 @@ from baldwinlab.models.neat.cart_pole import (
     sine_of,
 )
 from baldwinlab.models.neat.double_pole import SCALE, START, NeatPoles, answer_once, plan_answer
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 
 State = npt.NDArray[np.float64]
 
@@ -160,7 +160,7 @@ def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
         bl.load("neat-poles"),
         ["population.size=20", "evolution.generations=4", "neat_poles.longest=60"],
     )
-    for run, history in enumerate(live_batch(small, 4, [0, 1])):
+    for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
@@ -173,17 +173,17 @@ def test_room_for_fewer_links_than_senses_is_refused() -> None:
 
 def test_networks_are_found_that_balance_for_twenty_seconds() -> None:
     short = assign(bl.load("neat-poles"), ["neat_poles.longest=1000", "evolution.generations=30"])
-    (history,) = live_batch(short, 0, [1])
-    assert history.of_agents("solves").any()
+    (history,) = simulate_histories(short, 0, [1])
+    assert history.recorded_values("solves").any()
 
 
 @pytest.mark.nightly  # minutes
 def test_it_takes_as_many_networks_as_is_published_within_a_factor_of_two() -> None:
     """Published: 3,578 on average of 120 runs, for networks that balance for half an hour."""
     tried = []
-    for history in live_batch(
+    for history in simulate_histories(
         assign(bl.load("neat-poles"), ["evolution.generations=40"]), 1, range(10)
     ):
-        solves = history.of_agents("solves").ravel() == 1
+        solves = history.recorded_values("solves").ravel() == 1
         tried.append(solves.argmax() + 1 if solves.any() else math.inf)
     assert 3578 / 2 < np.median(tried) < 3578 * 2

@@ -20,7 +20,7 @@ from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.neat.cart_pole import FORCE, PARTS, TRACK, UPRIGHT, move, stands
 from baldwinlab.models.neat.double_pole import SCALE, START, answer_once, plan_answer
 from baldwinlab.models.neat.double_pole_no_velocities import ENOUGH, STARTS, UnseenVelocities
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 from tests.evolution.neat.grown import genes, network, population
 
 NAME = "neat-poles-without-velocities"
@@ -205,7 +205,7 @@ def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
         "neat_poles_without_velocities.longest=150",
     ]
     experiment = assign(bl.load(NAME), small)
-    for run, history in enumerate(live_batch(experiment, 4, [0, 1])):
+    for run, history in enumerate(simulate_histories(experiment, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(experiment, seed=4, run=run))
 
 
@@ -244,7 +244,9 @@ def test_the_control_has_the_numbers_of_the_paper() -> None:
 def test_it_takes_as_many_networks_as_is_published_within_a_factor_of_two() -> None:
     """Published: 33,184 on average of 20 runs. Who finds none in 40 generations counts as later than all others."""
     tried: list[float] = []
-    for history in live_batch(assign(bl.load(POLES), ["evolution.generations=40"]), 0, range(10)):
-        solves = (history.of_agents("generalises") >= ENOUGH).ravel()
+    for history in simulate_histories(
+        assign(bl.load(POLES), ["evolution.generations=40"]), 0, range(10)
+    ):
+        solves = (history.recorded_values("generalises") >= ENOUGH).ravel()
         tried.append(int(solves.argmax()) + 1 if solves.any() else np.inf)
     assert 33184 / 2 < np.median(tried) < 33184 * 2

@@ -20,7 +20,7 @@ from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.models.neat.xor import ANSWERS, QUESTIONS, NeatXor
-from baldwinlab.simulation.simulate import live_batch
+from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import network
 
@@ -47,9 +47,9 @@ def test_no_network_without_hidden_nodes_can_know_the_exclusive_or() -> None:
 
 def test_and_none_ever_does() -> None:
     still = assign(bl.load("neat-xor"), ["evolution.neat.add_node=0", "evolution.generations=60"])
-    for history in live_batch(still, 1, range(3)):
-        assert history.of_agents("right").max() == 3
-        assert history.of_agents("hidden").max() == 0
+    for history in simulate_histories(still, 1, range(3)):
+        assert history.recorded_values("right").max() == 3
+        assert history.recorded_values("hidden").max() == 0
 
 
 def test_a_network_with_one_hidden_node_can() -> None:
@@ -90,7 +90,7 @@ def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others_and_begins_like_a_shorter_one() -> None:
-    together = [history.dataset() for history in live_batch(small(), 4, [0, 1, 2])]
+    together = [history.dataset() for history in simulate_histories(small(), 4, [0, 1, 2])]
     for run, found in enumerate(together):
         assert found.equals(bl.simulate(small(), seed=4, run=run))
     shorter = bl.simulate(small().replace(evolution={"generations": 3}), seed=4)
@@ -131,22 +131,23 @@ class Solved(NamedTuple):
 def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
     found: list[Solved | None] = []
     experiment = assign(bl.load("neat-xor"), list(changes))
-    for history in live_batch(experiment, 1, range(runs)):
-        right = np.argwhere(history.of_agents("right") == 4)
+    for history in simulate_histories(experiment, 1, range(runs)):
+        right = np.argwhere(history.recorded_values("right") == 4)
         if not right.size:
             found.append(None)
             continue
         at = tuple(right[0])
         generation, agent = (int(each) for each in at)
         evaluations = generation * experiment.population.size + agent + 1
-        hidden, enabled = (int(history.of_agents(name)[at]) for name in ("hidden", "enabled"))
+        hidden, enabled = (int(history.recorded_values(name)[at]) for name in ("hidden", "enabled"))
         found.append(Solved(generation + 1, evaluations, hidden, enabled))
     return found
 
 
 def test_what_is_measured_of_a_run_is_its_first_solution() -> None:
     runs = xr.concat(
-        [history.dataset() for history in live_batch(bl.load("neat-xor"), 1, range(6))], "run"
+        [history.dataset() for history in simulate_histories(bl.load("neat-xor"), 1, range(6))],
+        "run",
     )
     runs = runs.assign_coords(run=np.arange(6))
     unsolved = runs.isel(generation=slice(0, 1))

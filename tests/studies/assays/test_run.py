@@ -78,7 +78,7 @@ def test_all_that_is_lived_has_been_compiled_beforehand(
         ready.update(map(cpu.code_of, experiments))
         return 0.0
 
-    monkeypatch.setattr("baldwinlab.studies.assays.run.warm_up", warm_up)
+    monkeypatch.setattr("baldwinlab.studies.assays.run.compile_experiments", warm_up)
     monkeypatch.setattr(cpu.Batch, "__init__", noted)
     measured(tmp_path)
     assert lived == ready

@@ -13,11 +13,11 @@ from baldwinlab.api.checks.oracles import naive_of
 from baldwinlab.api.checks.reference import Agent, Item
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models import living
+from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.allocation import make_model
 from baldwinlab.models.miniworld.appearance import look
-from baldwinlab.simulation.recorder import Moves, follow
-from baldwinlab.simulation.reevaluation import born
+from baldwinlab.simulation.recorder import ItemMoves, record_batch
+from baldwinlab.simulation.reevaluation import make_batch
 from tests.models.miniworld.plain import simulated, traced
 from tests.worlds import exact, small
 
@@ -137,7 +137,7 @@ def test_the_books_balance_where_some_items_cost_energy_and_others_give_more_tha
     patches = [(20, 100, 10, 90, 25, -2.0), (30, 90, 20, 80, 8, 1.5)]
     experiment = world_of({"patches": {"patches": patches}})
     with np.errstate(all="ignore"):
-        lives = living(experiment, 1, [0]).simulate(
+        lives = make_simulator(experiment, 1, [0]).simulate(
             0, draw_genomes(experiment, GenerationKey(1, 0, 0))[None]
         )
     energy, food, eaten = (
@@ -206,9 +206,9 @@ def test_what_drifts_from_cell_to_cell_is_seen_where_it_is() -> None:
 
 def test_what_moves_by_itself_is_in_a_recording_too() -> None:
     experiment = world_of({"drifting-food": {}}, lifetime={"steps": 9})
-    trace, moves = traced(experiment), Moves(range(9))
+    trace, moves = traced(experiment), ItemMoves(range(9))
     with np.errstate(all="ignore"):
-        follow(born(experiment, 1, [0], 0, trace.weight_birth.values[None]), [moves])
+        record_batch(make_batch(experiment, 1, [0], 0, trace.weight_birth.values[None]), [moves])
     found, places = moves.columns(), moves.items.copy()
     places[found["item"]] = np.stack([found["x"], found["y"]], axis=1)
     np.testing.assert_array_equal(
