@@ -23,6 +23,10 @@ LIMITS: Final = {
     "maximum": "≤",
     "exclusiveMaximum": "<",
 }
+STARS: Final[Mapping[Any, str]] = {
+    inspect.Parameter.VAR_KEYWORD: "**",
+    inspect.Parameter.VAR_POSITIONAL: "*",
+}
 SIGNATURE_WIDTH: Final = 80
 
 
@@ -179,8 +183,7 @@ def signature(function: Callable[..., Any]) -> str:
 
 
 def _argument(parameter: inspect.Parameter) -> str:
-    stars = {parameter.VAR_KEYWORD: "**", parameter.VAR_POSITIONAL: "*"}.get(parameter.kind, "")
-    text = f"{stars}{parameter.name}"
+    text = f"{STARS.get(parameter.kind, '')}{parameter.name}"
     has_annotation = parameter.annotation is not parameter.empty
     if has_annotation:
         text += f": {_annotation(parameter.annotation)}"

@@ -156,8 +156,8 @@ def write_sources(source: Path, navigation: dict[str, Any]) -> None:
         copy = source / picture.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(picture, copy)
-    for file in LINKED_FILES:
-        shutil.copyfile(ROOT / file, source / file)
+    for name in LINKED_FILES:
+        shutil.copyfile(ROOT / name, source / name)
 
 
 def assistant_summary(source: Path, navigation: dict[str, Any]) -> str:

@@ -367,7 +367,7 @@ def streams() -> Iterator[tuple[str, int, str]]:
             name = ast.unparse(node.target)
             lines = source.splitlines()[node.lineno - 2 : node.end_lineno]
             comments = [line.partition("#")[2].strip() for line in lines if "#" in line]
-            yield name, int(node.value.value), comments[-1] if comments else ""
+            yield name, int(ast.literal_eval(node.value)), comments[-1] if comments else ""
 
 
 def oracles() -> str:

@@ -75,7 +75,8 @@ def first_calls() -> list[str]:
     command = [sys.executable, "-W", "ignore", "-c", SIMULATION]
     result = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT)
     assert result.returncode == 0, result.stderr
-    return json.loads(result.stdout.splitlines()[-1])
+    calls: list[str] = json.loads(result.stdout.splitlines()[-1])
+    return calls
 
 
 def test_the_table_of_calls_has_the_order_of_the_engine(first_calls: list[str]) -> None:
