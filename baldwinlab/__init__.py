@@ -1,4 +1,4 @@
-"""baldwinlab: a laboratory for evolution x lifetime learning.
+"""A laboratory for experiments on evolution and lifetime learning.
 
 >>> import baldwinlab as bl
 >>> experiment = bl.load("evo+self-taught/B")
@@ -130,12 +130,12 @@ if not TYPE_CHECKING:
 
 
 def __dir__() -> list[str]:
-    """Return the public names alone, and not the modules that this file imports."""
+    """Return the public names, without the modules that this file imports."""
     return sorted(__all__)
 
 
-def _in_a_notebook() -> None:
-    """A trace plays there. Its class is xarray's, so IPython, where this is imported in it, is told how to show a dataset."""
+def _register_notebook_display() -> None:
+    """Let IPython show a trace, which is a dataset of xarray, as a player."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if shell is not None:
         formatter = shell.display_formatter.formatters["text/html"]
@@ -146,4 +146,4 @@ def _in_a_notebook() -> None:
         )
 
 
-_in_a_notebook()
+_register_notebook_display()

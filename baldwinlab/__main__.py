@@ -1,6 +1,6 @@
-"""`baldwinlab` and `python -m baldwinlab`: the command line, which can be stopped from its first moment on.
+"""`baldwinlab` and `python -m baldwinlab`: the command line, which can be interrupted at any moment.
 
-To be told to end (SIGTERM, as a queue does it) is to be stopped (ctrl-C): what is stored stays, and a sentence says so.
+SIGTERM, which a queue sends, has the effect of Ctrl-C: the stored runs remain, and a message says so.
 """
 
 from __future__ import annotations
@@ -9,21 +9,21 @@ import signal
 import sys
 from types import FrameType
 
-AGAIN = 0.02  # seconds until it is tried again to stop what was loading a module
-_waiting = False  # whether it was asked to stop, and a module is still being loaded
+RETRY_INTERVAL = 0.02  # seconds until an interruption is tried again while a module loads
+_is_waiting = False  # whether an interruption waits for the end of an import
 
 
 def main() -> None:
-    """Run the command line; stopped while it is still being loaded, which takes a second, it says that and no more."""
-    signal.signal(signal.SIGTERM, _stop)
+    """Run the command line. An interruption while it still loads prints one line."""
+    signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
-        signal.signal(signal.SIGALRM, _stop)
-    if (
-        signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    ):  # else whoever started it wants ctrl-C to pass it by
-        signal.signal(signal.SIGINT, _stop)
+        signal.signal(signal.SIGALRM, _interrupt)
+    # A parent process may have chosen to ignore Ctrl-C.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
     try:
-        from baldwinlab.cli import main as run  # here, so that it can be stopped
+        # Imported late, so that the import can be interrupted.
+        from baldwinlab.cli import main as run
 
         run()
     except KeyboardInterrupt:
@@ -31,27 +31,30 @@ def main() -> None:
         sys.exit(130)
 
 
-def _stop(number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt; while a module is loaded, a moment later, for there it may be swallowed, or become another error.
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt; during an import, raise it a moment later.
 
-    Whoever asks twice is not kept waiting.
+    An import may swallow the exception or turn it into another one. A second interruption does not
+    wait.
     """
-    global _waiting
-    if hasattr(signal, "setitimer"):  # Windows has none
-        alarm = number == signal.SIGALRM
-        if alarm and not _waiting:
-            return  # a late one: who asked twice was heard in between
-        _waiting = _loading(frame) and (alarm or not _waiting)
-        if _waiting:
-            signal.setitimer(
-                signal.ITIMER_REAL, AGAIN, AGAIN
-            )  # and again: one that comes with another signal may be missed
+    global _is_waiting
+    # Windows has no timers.
+    if hasattr(signal, "setitimer"):
+        is_alarm = number == signal.SIGALRM
+        if is_alarm and not _is_waiting:
+            # The second interruption came before this alarm.
+            return
+        _is_waiting = _is_importing(frame) and (is_alarm or not _is_waiting)
+        if _is_waiting:
+            # The timer repeats, because an alarm that comes with another signal may be lost.
+            signal.setitimer(signal.ITIMER_REAL, RETRY_INTERVAL, RETRY_INTERVAL)
             return
         signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 
 
-def _loading(frame: FrameType | None) -> bool:
+def _is_importing(frame: FrameType | None) -> bool:
+    """Return whether a frame is inside of an import."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True
