@@ -34,13 +34,13 @@ COLORS: Final = (128, 64, 32)
 MAX_SIZE: Final = 30_000
 
 
-def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+def _shares(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     conditions = {experiment.name: experiment for experiment in experiments}
-    return figures.draw_shares(content.shares(study, conditions))
+    return figures.draw_shares(content.shares(dataset, conditions))
 
 
-def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.draw_fitness_curves(study)
+def _curves(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    return figures.draw_fitness_curves(dataset)
 
 
 def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
@@ -50,8 +50,8 @@ def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     )
 
 
-def _survival(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.draw_survival(study)
+def _survival(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    return figures.draw_survival(dataset)
 
 
 DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {

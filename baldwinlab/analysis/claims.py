@@ -175,14 +175,16 @@ class Claiming(Protocol):
         ...
 
 
-def evaluate(study: xr.Dataset, last: int = 10, paper: Claiming | None = None) -> list[ClaimResult]:
+def evaluate(
+    dataset: xr.Dataset, last: int = 10, paper: Claiming | None = None
+) -> list[ClaimResult]:
     """Every claim of a paper (the default unless given), decided on averages over the last `last` generations of each run.
 
-    `study` has the dimensions (condition, run, generation, agent). A claim is not evaluated, and says why, where the study has
+    `dataset` has the dimensions (condition, run, generation, agent). A claim is not evaluated, and says why, where the dataset has
     no run of a condition, or where the model of a measure is not loaded. Raises ValueError unless `last` is at least 1.
     """
     paper = paper or load()
-    claims, samples = paper.claims, _Samples(study, last, paper)
+    claims, samples = paper.claims, _Samples(dataset, last, paper)
     missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
     unmeasured = {claim: sorted(samples.unmeasured(claim)) for claim in claims}
     decided = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
@@ -240,17 +242,17 @@ def planned_claim_designs(
 
 
 def compared(
-    study: xr.Dataset, paper: Claiming
+    dataset: xr.Dataset, paper: Claiming
 ) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
     """The models' own measures in which claims compare conditions: name, meaning, and by condition a value a run."""
-    samples = _Samples(study, 1, paper)
+    samples = _Samples(dataset, 1, paper)
     held = {
         one.measure: one
         for claim in paper.claims
         for one in claim.comparisons
         if one.b and samples.meaning(one)
     }
-    names = [str(name) for name in study["condition"].values]
+    names = [str(name) for name in dataset["condition"].values]
     return [
         (
             name,
@@ -264,17 +266,19 @@ def compared(
 class _Samples:
     """One value a run: what a measure comes to in a condition's last generations, or its first; or a model's own measure."""
 
-    def __init__(self, study: xr.Dataset, last: int, paper: Claiming) -> None:
-        study = fitness.with_curves(study)
-        self._study, self._paper = study, paper
-        self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
-        self._last["most"] = fitness.largest_gain(study)
+    def __init__(self, dataset: xr.Dataset, last: int, paper: Claiming) -> None:
+        dataset = fitness.with_curves(dataset)
+        self._study, self._paper = dataset, paper
+        self._last = {
+            measure: fitness.final(dataset, measure, last) for measure in fitness.MEASURES
+        }
+        self._last["most"] = fitness.largest_gain(dataset)
         self._first = {
-            measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES
+            measure: fitness.initial(dataset, measure, last) for measure in fitness.MEASURES
         }
         self._own: dict[tuple[str, str], xr.DataArray] = {}  # of the models, by condition and name
         runs = self._last["best"].notnull().any("run")
-        self.present = {str(name) for name in study["condition"].values[runs.values]}
+        self.present = {str(name) for name in dataset["condition"].values[runs.values]}
 
     def unmeasured(self, claim: Claim) -> set[str]:
         """The measures of a claim whose model is not loaded."""
@@ -362,7 +366,7 @@ STATISTICS_COLUMNS = ("claim", *COLUMNS)
 
 def write(
     results: Sequence[ClaimResult],
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     directory: Path,
     last: int = 10,
     contrasts: Sequence[Contrast] = (),
@@ -376,7 +380,7 @@ def write(
     rows += [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
     write_atomically(
-        directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(study, last))
+        directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(dataset, last))
     )
 
 

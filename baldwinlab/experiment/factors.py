@@ -33,11 +33,11 @@ def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
     return {name: ("condition", values) for name, values in columns.items() if any(values)}
 
 
-def of_study(study: xr.Dataset) -> dict[str, Factors]:
-    """The factors of each condition of a study as `open_runs` gives it."""
-    names = [str(name) for name in study["condition"].values]
+def of_study(dataset: xr.Dataset) -> dict[str, Factors]:
+    """The factors of each condition of a dataset as `open_runs` gives it."""
+    names = [str(name) for name in dataset["condition"].values]
     columns = [
-        study[name].values if name in study.coords else [""] * len(names)
+        dataset[name].values if name in dataset.coords else [""] * len(names)
         for name in Factors._fields
     ]
     return {

@@ -33,4 +33,6 @@ def test_an_unknown_preset_lists_at_most_five_of_all_presets(name: str) -> None:
     (listed,) = (
         part for part in str(refusal.value).split("; ") if part.startswith("the most similar of ")
     )
-    assert listed.count(",") == MAX_SIMILAR - 1 and len(str(refusal.value)) < 300 < len(str(factors()))
+    assert listed.count(",") == MAX_SIMILAR - 1 and len(str(refusal.value)) < 300 < len(
+        str(factors())
+    )

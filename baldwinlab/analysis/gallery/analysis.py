@@ -130,29 +130,29 @@ class System:
 
 
 def systems(
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     stored: Assays,
     experiments: Mapping[str, Any],
     wanted: Sequence[str],
     last: int,
 ) -> list[System]:
-    """In the study's order, those that are wanted, or all unless any is, as far as its assays are stored.
+    """In the order of the dataset, those that are wanted, or all unless any is, as far as its assays are stored.
 
     `study` is its runs (condition, run, generation, agent). "last" and "first" are windows of `last` generations.
     """
-    found, average = evaluate(stored, last), fitness.mean(study)
+    found, average = evaluate(stored, last), fitness.mean(dataset)
     in_order = sorted(
         found.subjects, key=lambda subject: list(experiments).index(subject.condition)
     )
     return [
-        _system(study, average, stored, found, subject, experiments[subject.condition])
+        _system(dataset, average, stored, found, subject, experiments[subject.condition])
         for subject in in_order
         if subject.phase(1) != NOT_MEASURED and (not wanted or subject.condition in wanted)
     ]
 
 
 def _system(
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     average: xr.DataArray,
     stored: Assays,
     found: Analysis,
@@ -165,7 +165,7 @@ def _system(
         for one in QUESTIONS
     }
     seen = _size(_seen(stored["innate"][subject.condition], last))
-    clock = _clock(study, average, subject, experiment, last) if subject.rival else None
+    clock = _clock(dataset, average, subject, experiment, last) if subject.rival else None
     reached = (subject.phase(1), subject.phase(2))
     return System(subject.condition, subject.rival, phases(subject), reached, answers, seen, clock)
 
@@ -210,7 +210,7 @@ def _seen(innate: xr.Dataset, last: int) -> xr.DataArray:
 
 
 def _clock(
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     average: xr.DataArray,
     subject: Subject,
     experiment: BaseExperiment,
@@ -231,7 +231,7 @@ def _clock(
     level = (float(rival.isel(generation=0).median("run")) + max(at_last)) / 2
     counter = model.clock if model else ""
     times = [
-        _reached(one, study, name, counter, level)
+        _reached(one, dataset, name, counter, level)
         for one, name in ((learner, subject.condition), (rival, subject.rival))
     ]
     (generations, evaluations), (without, evaluations_without) = times
@@ -240,10 +240,10 @@ def _clock(
 
 
 def _reached(
-    average: xr.DataArray, study: xr.Dataset, condition: str, counter: str, level: float
+    average: xr.DataArray, dataset: xr.Dataset, condition: str, counter: str, level: float
 ) -> tuple[float, float]:
     """The generation in which the average agent first is at a level, and evaluations until its end: medians over runs."""
-    lived = study.sel(condition=condition)
+    lived = dataset.sel(condition=condition)
     spent = (
         (lived[counter] if counter else lived["energy"].notnull()).sum("agent").cumsum("generation")
     )

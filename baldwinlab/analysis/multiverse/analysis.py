@@ -100,7 +100,7 @@ def paper_claims(paper: Paper | None = None) -> tuple[Claim, ...]:
 
 
 def evaluate_variant(
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     name: str,
     description: str,
     choices: Mapping[str, str],
@@ -114,9 +114,9 @@ def evaluate_variant(
     unless `last` is at least 1.
     """
     outcomes = {
-        result.claim.id: _outcome(result.record()) for result in evaluate(study, last, paper)
+        result.claim.id: _outcome(result.record()) for result in evaluate(dataset, last, paper)
     }
-    counts = study["energy"].notnull().any(("generation", "agent")).sum("run").values
+    counts = dataset["energy"].notnull().any(("generation", "agent")).sum("run").values
     return Variant(
         name=name,
         description=description,

@@ -46,7 +46,7 @@ def emergence_generations(generations: int) -> list[int]:
 
 def draw_report(
     directory: Path,
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     results: Sequence[ClaimResult],
     traces: Sequence[xr.Dataset],
     provenance: Mapping[str, Any],
@@ -60,7 +60,7 @@ def draw_report(
 
     Parameters
     ----------
-    study
+    dataset
         Dataset with the dimensions (condition, run, generation, agent).
     results
         The decided claims of `paper`.
@@ -84,26 +84,26 @@ def draw_report(
     OSError
         A figure cannot be written.
     """
-    texts = content.experiment_texts(study)
+    texts = content.experiment_texts(dataset)
     conditions = content.experiments(texts)
     differing = content.differing(results)
     shown = [
         embed(picture, directory / "figures")
-        for picture in pictures(study, results, traces, conditions, last, paper, looks)
+        for picture in pictures(dataset, results, traces, conditions, last, paper, looks)
     ]
     return {
         "paper": paper,
         "reproduced": reproduced,
         "contrasts": contrasts if contrasts and contrasts.rows else None,
         "too_few": describe_claims_too_few(results),
-        "overview": content.overview(study, conditions, provenance, paper),
+        "overview": content.overview(dataset, conditions, provenance, paper),
         "verdict_counts": content.verdict_counts(results),
         "results": results,
         "of_paper": any(result.claim.of_paper for result in results),
         "figures": shown,
         "explaining": EXPLAINING,
         "summing_up": SUMMING_UP,
-        "measures": measures("food_eaten" in study),
+        "measures": measures("food_eaten" in dataset),
         "last": last,
         "pairs": any(
             finding.comparison.paired for result in results for finding in result.findings
@@ -116,8 +116,8 @@ def draw_report(
         "own_measures": any(finding.meaning for result in results for finding in result.findings),
         "differing": differing,
         "open_choices": content.open_choices(differing, conditions),
-        "departures": content.departures(study, conditions, paper) if paper else [],
-        "summary": summarize_conditions(study, last),
+        "departures": content.departures(dataset, conditions, paper) if paper else [],
+        "summary": summarize_conditions(dataset, last),
         "experiments": texts,
         "provenance": provenance,
         "timing": content.timing(provenance),

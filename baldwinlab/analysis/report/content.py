@@ -25,11 +25,13 @@ Experiments = Mapping[str, Experiment]
 MOST_NAMED = 12  # conditions, one after the other
 
 
-def experiment_texts(study: xr.Dataset) -> dict[str, str]:
+def experiment_texts(dataset: xr.Dataset) -> dict[str, str]:
     """Each condition's experiment as TOML."""
     return {
         str(name): str(text)
-        for name, text in zip(study["condition"].values, study["experiment"].values, strict=True)
+        for name, text in zip(
+            dataset["condition"].values, dataset["experiment"].values, strict=True
+        )
     }
 
 
@@ -50,7 +52,7 @@ def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
     }
 
 
-def shares(study: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
+def shares(dataset: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
     """Return the shares that the models of all conditions declare, as (condition, run, generation).
 
     `long_name` is the meaning of a share. The dataset is empty if the conditions declare different shares, and for MiniWorld.
@@ -60,7 +62,7 @@ def shares(study: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Da
     if len(found) < len(conditions) or any(each != meanings[0] for each in meanings):
         return xr.Dataset()
     named = {
-        name: share.of(study).assign_attrs(long_name=share.meaning, valid_max=1.0)
+        name: share.of(dataset).assign_attrs(long_name=share.meaning, valid_max=1.0)
         for name, share in found[0].items()
     }
     return xr.Dataset(named)
@@ -78,24 +80,24 @@ def _other_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
     return (model for model in models if model is not None)
 
 
-def run_counts(study: xr.Dataset) -> dict[str, int]:
+def run_counts(dataset: xr.Dataset) -> dict[str, int]:
     """The finished runs of each condition."""
-    finished = fitness.best(study).notnull().any("generation").sum("run")
+    finished = fitness.best(dataset).notnull().any("generation").sum("run")
     return {
         str(name): int(count)
-        for name, count in zip(study["condition"].values, finished.values, strict=True)
+        for name, count in zip(dataset["condition"].values, finished.values, strict=True)
     }
 
 
 def overview(
-    study: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
+    dataset: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
 ) -> list[tuple[str, str]]:
     """What was run, as pairs of a heading and what it is."""
     settings, foraging = conditions.values(), foragers(conditions).values()
     found = [
-        *named(of_study(study)),
+        *named(of_study(dataset)),
         ("models", ", ".join(dict.fromkeys(experiment.model for experiment in settings))),
-        ("independent runs", span(run_counts(study).values())),
+        ("independent runs", span(run_counts(dataset).values())),
         ("generations a run", span(experiment.evolution.generations for experiment in settings)),
         ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
         (
@@ -109,7 +111,7 @@ def overview(
             if paper
             else "",
         ),
-        ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
+        ("seed", str(provenance.get("seed", dataset.attrs.get("seed", "not known")))),
     ]
     return [
         (heading, text)
@@ -279,7 +281,7 @@ def toml_value(value: Any) -> str:
     )
 
 
-def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
+def departures(dataset: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
     """What sets this study apart from the paper's, before any open choice."""
     own = paper.own()
     found = [
@@ -290,7 +292,7 @@ def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list
     sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
     named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
     sentences += [f"The variant is {name}: {paper.describe('variants', name)}." for name in named]
-    counts = run_counts(study)
+    counts = run_counts(dataset)
     if max(counts.values()) < paper.about.runs:
         sentences.append(
             f"There are {span(counts.values())} runs, where the paper has {paper.about.runs}: intervals are wider."

@@ -49,7 +49,7 @@ class Picture(NamedTuple):
 
 
 def pictures(
-    study: xr.Dataset,
+    dataset: xr.Dataset,
     results: Sequence[ClaimResult],
     traces: Sequence[xr.Dataset],
     conditions: Experiments,
@@ -61,10 +61,10 @@ def pictures(
     foraging = foragers(conditions)
     names = paper.about.figures if paper else FIGURES
     captions = paper.words.captions if paper else {}
-    shares = content.shares(study, conditions) if "shares" in names else xr.Dataset()
+    shares = content.shares(dataset, conditions) if "shares" in names else xr.Dataset()
     clock = content.clock(conditions)
     measured = (
-        [figures.MeasureValues(*one) for one in compared(study, paper)]
+        [figures.MeasureValues(*one) for one in compared(dataset, paper)]
         if paper and "measures" in names
         else []
     )
@@ -76,17 +76,17 @@ def pictures(
     }
     there |= {"shares": bool(shares), "clocks": bool(clock), "measures": bool(measured)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
-        "overview": lambda: _overview(study, results, last),
-        "fitness": lambda: _fitness(study, last),
-        "final-fitness": lambda: _final_fitness(study, results, last),
-        "emergence": lambda: _emergence(study, traces),
-        "networks": lambda: _networks(study, foraging, looks, paper or load()),
-        "maps": lambda: _maps(study, foraging, looks),
+        "overview": lambda: _overview(dataset, results, last),
+        "fitness": lambda: _fitness(dataset, last),
+        "final-fitness": lambda: _final_fitness(dataset, results, last),
+        "emergence": lambda: _emergence(dataset, traces),
+        "networks": lambda: _networks(dataset, foraging, looks, paper or load()),
+        "maps": lambda: _maps(dataset, foraging, looks),
         "senses": lambda: _senses(looks),
         "shares": lambda: _shares(shares),
-        "clocks": lambda: _clocks(study, clock),
-        "measures": lambda: _measures(study, measured),
-        "survival": lambda: _survival(study),
+        "clocks": lambda: _clocks(dataset, clock),
+        "measures": lambda: _measures(dataset, measured),
+        "survival": lambda: _survival(dataset),
     }
     for name in names:
         if there.get(name, True):
@@ -95,36 +95,36 @@ def pictures(
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
-def _overview(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
-    standings = figures.overview_cells(study, results, last)
+def _overview(dataset: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
+    standings = figures.overview_cells(dataset, results, last)
     return Picture(
         "overview",
         "Who forages where",
-        f"{_of_whom(study, 'average')}, mean over the last {last} generations, the median over runs; the darker, the nearer "
+        f"{_of_whom(dataset, 'average')}, mean over the last {last} generations, the median over runs; the darker, the nearer "
         "to the best of that map. A triangle stands where a claim says that this is greater than something else: up where it "
         "holds, down where it does not; none where that is undecided.",
-        final_medians(study, last),
+        final_medians(dataset, last),
         figures.draw_overview({"": standings}),
         [one._asdict() for one in standings],
     )
 
 
-def _fitness(study: xr.Dataset, last: int) -> Picture:
+def _fitness(dataset: xr.Dataset, last: int) -> Picture:
     return Picture(
         "fitness",
         "Fitness over generations",
-        f"{_of_whom(study, 'best', 'average')} of each generation: mean over runs, and the "
+        f"{_of_whom(dataset, 'best', 'average')} of each generation: mean over runs, and the "
         "95 % interval of that mean (Student's t) as a band.",
-        f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
-        figures.draw_fitness_curves(study),
-        [row for measure in ("best", "mean") for row in _over_generations(study, measure)],
-        _typical_lives(study),
+        f"Curves of fitness by generation for each condition. {final_medians(dataset, last)}",
+        figures.draw_fitness_curves(dataset),
+        [row for measure in ("best", "mean") for row in _over_generations(dataset, measure)],
+        _typical_lives(dataset),
     )
 
 
-def _over_generations(study: xr.Dataset, measure: str) -> list[dict[str, Any]]:
+def _over_generations(dataset: xr.Dataset, measure: str) -> list[dict[str, Any]]:
     """Mean over runs and its interval: a row a condition and generation in which anybody lived."""
-    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
+    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](dataset))
     numbers = xr.Dataset({"mean": average, "low": low, "high": high})[["mean", "low", "high"]]
     table = numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index()
     return [
@@ -133,31 +133,31 @@ def _over_generations(study: xr.Dataset, measure: str) -> list[dict[str, Any]]:
     ]
 
 
-def _typical_lives(study: xr.Dataset) -> list[str]:
+def _typical_lives(dataset: xr.Dataset) -> list[str]:
     """The commands that show a typical life of each condition of foragers at last."""
-    if "food_eaten" not in study:
+    if "food_eaten" not in dataset:
         return []
-    lived = study["energy"].notnull().any(("run", "agent"))
+    lived = dataset["energy"].notnull().any(("run", "agent"))
     last = {
         str(name): lived.sel(condition=name)
-        for name in study["condition"].values
+        for name in dataset["condition"].values
         if bool(lived.sel(condition=name).any())
     }
     return [
-        replayed(name, fitness.typical_run(study, name), int(there["generation"][there][-1]))
+        replayed(name, fitness.typical_run(dataset, name), int(there["generation"][there][-1]))
         for name, there in last.items()
     ]
 
 
-def _of_whom(study: xr.Dataset, *whom: str) -> str:
+def _of_whom(dataset: xr.Dataset, *whom: str) -> str:
     """What is shown, and of whom: the energy of foragers, or what another model calls it."""
-    if "food_eaten" in study:
+    if "food_eaten" in dataset:
         return f"Energy of the items eaten by {' and by '.join(f'the {one} agent' for one in whom)}"
-    gain = str(study["energy"].attrs.get("long_name", "fitness"))
+    gain = str(dataset["energy"].attrs.get("long_name", "fitness"))
     return f"{gain[0].upper()}{gain[1:]} of {' and of '.join(f'the {one} agent' for one in whom)}"
 
 
-def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
+def _final_fitness(dataset: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
     claimed = any(result.findings for result in results)
     brackets = (
         " Brackets: p of the Mann-Whitney test, corrected for all claims (Holm)." if claimed else ""
@@ -167,16 +167,16 @@ def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int)
         f"Fitness in the last {last} generations",
         "Each point is a run, averaged over these generations. Box: quartiles, with the median as the thick line; whiskers reach "
         f"the farthest run within 1.5 times the box.{brackets}",
-        f"Box plots of final fitness by condition. {final_medians(study, last)}",
-        figures.draw_fitness_boxes(study, results, last),
-        _final_of_runs(study, last),
+        f"Box plots of final fitness by condition. {final_medians(dataset, last)}",
+        figures.draw_fitness_boxes(dataset, results, last),
+        _final_of_runs(dataset, last),
     )
 
 
-def _final_of_runs(study: xr.Dataset, last: int) -> list[dict[str, Any]]:
+def _final_of_runs(dataset: xr.Dataset, last: int) -> list[dict[str, Any]]:
     """A row a condition and run that was lived."""
     numbers = xr.Dataset(
-        {measure: fitness.final(study, measure, last) for measure in ("best", "mean")}
+        {measure: fitness.final(dataset, measure, last) for measure in ("best", "mean")}
     )
     return [
         *numbers.reset_coords(drop=True)
@@ -212,7 +212,7 @@ def _shares(shares: xr.Dataset) -> Picture:
     )
 
 
-def _measures(study: xr.Dataset, found: Sequence[figures.MeasureValues]) -> Picture:
+def _measures(dataset: xr.Dataset, found: Sequence[figures.MeasureValues]) -> Picture:
     medians = [
         f"{one.meaning}: {', '.join(f'{name} {number(float(np.median(of)))}' for name, of in one.values.items() if of.size)}"
         for one in found
@@ -223,7 +223,7 @@ def _measures(study: xr.Dataset, found: Sequence[figures.MeasureValues]) -> Pict
         "Each point is a run. Box: quartiles, with the median as the thick line; whiskers reach the farthest run within 1.5 "
         "times the box.",
         f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
-        figures.draw_measures(study, found),
+        figures.draw_measures(dataset, found),
         [
             {"condition": name, "measure": one.name, "value": value}
             for one in found
@@ -233,30 +233,30 @@ def _measures(study: xr.Dataset, found: Sequence[figures.MeasureValues]) -> Pict
     )
 
 
-def _clocks(study: xr.Dataset, used: str) -> Picture:
+def _clocks(dataset: xr.Dataset, used: str) -> Picture:
     return Picture(
         "clocks",
         "Two clocks",
         "Fitness of the average agent, mean over runs: by generation, and by how often all agents of a run had asked their world "
         "until then. Learning asks often within one generation.",
-        f"The same curves of fitness, once by generations and once by evaluations. {final_medians(study, 1)}",
-        figures.draw_clocks(study, used),
+        f"The same curves of fitness, once by generations and once by evaluations. {final_medians(dataset, 1)}",
+        figures.draw_clocks(dataset, used),
     )
 
 
-def _survival(study: xr.Dataset) -> Picture:
+def _survival(dataset: xr.Dataset) -> Picture:
     return Picture(
         "survival",
         "Who survives",
         "The share of runs that survive, by time; a curve that does not come down has runs that live still at the end.",
-        f"Curves of survival for each condition. {final_medians(study, 1)}",
-        figures.draw_survival(study),
-        _final_of_runs(study, 1),
+        f"Curves of survival for each condition. {final_medians(dataset, 1)}",
+        figures.draw_survival(dataset),
+        _final_of_runs(dataset, 1),
     )
 
 
-def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
-    named = worlds(conditions, of_study(study))
+def _maps(dataset: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
+    named = worlds(conditions, of_study(dataset))
     found = {title: conditions[name].world for title, name in named.items()}
     known = {title: looks[name] for title, name in named.items() if name in looks}
     return Picture(
@@ -275,11 +275,11 @@ def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
     )
 
 
-def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
+def _emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
     condition, run = str(traces[0].attrs["condition"]), int(traces[0].attrs["run"])
     why = (
         ", the one nearest to the median in final mean fitness"
-        if fitness.typical_run(study, condition) == run
+        if fitness.typical_run(dataset, condition) == run
         else ""
     )
     counts = ", ".join(
@@ -293,15 +293,15 @@ def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
         "scale; the circle is where they are born, rectangles are where items lie. Below: the share of agents that ate at least "
         "one item, mean over runs with its 95 % interval.",
         f"Maps of where the agents were, at several generations. Agents that ate: {counts}.",
-        figures.draw_emergence(study, traces),
-        [row for row in _over_generations(study, "share") if row["condition"] == condition],
+        figures.draw_emergence(dataset, traces),
+        [row for row in _over_generations(dataset, "share") if row["condition"] == condition],
         [replayed(condition, run, int(trace.attrs["generation"])) for trace in traces],
     )
 
 
-def _networks(study: xr.Dataset, conditions: Experiments, looks: Looks, paper: Paper) -> Picture:
+def _networks(dataset: xr.Dataset, conditions: Experiments, looks: Looks, paper: Paper) -> Picture:
     kinds: dict[str, figures.AgentKind] = {}
-    for name, found in of_study(study).items():
+    for name, found in of_study(dataset).items():
         if name in looks and name in conditions:
             kinds.setdefault(found.learner, _kind(found.learner, conditions[name], looks[name]))
     described = {
@@ -362,9 +362,9 @@ def _senses(looks: Looks) -> Picture:
     )
 
 
-def final_medians(study: xr.Dataset, last: int) -> str:
+def final_medians(dataset: xr.Dataset, last: int) -> str:
     """For those who cannot see the picture: the median over runs of the final mean fitness of each condition."""
-    medians = fitness.final(study, "mean", last).median("run")
+    medians = fitness.final(dataset, "mean", last).median("run")
     values = [
         f"{name} {number(float(medians.sel(condition=name)))}"
         for name in medians["condition"].values

@@ -27,12 +27,12 @@ def runs(learner: np.ndarray, rival: np.ndarray) -> xr.Dataset:
 
 
 def asked(
-    *, off: Any, on: Any, without: Any, study: xr.Dataset | None = None, last: int = 10
+    *, off: Any, on: Any, without: Any, dataset: xr.Dataset | None = None, last: int = 10
 ) -> System:
     stored = {
         "innate": {LEARNER: innate(LEARNER, off=off, on=on), RIVAL: innate(RIVAL, off=without)}
     }
-    lived = runs(STEP * 1.0, STEP * 1.0) if study is None else study
+    lived = runs(STEP * 1.0, STEP * 1.0) if dataset is None else dataset
     (found,) = systems(
         lived, stored, {name: load(name) for name in (LEARNER, RIVAL)}, [LEARNER], last
     )
@@ -80,7 +80,7 @@ def test_selection_sees_what_is_innate_unless_learning_makes_all_alike_or_turns_
 
 def test_half_way_is_told_on_both_clocks() -> None:
     study = runs(learner=np.minimum(STEP * 10.0, 100), rival=STEP * 1.0)
-    clock = asked(off=constant(1), on=constant(2), without=constant(1), study=study).clock
+    clock = asked(off=constant(1), on=constant(2), without=constant(1), dataset=study).clock
     assert clock is not None and clock.level == pytest.approx(50), (
         "between the founders' 0 and the best, 100"
     )
