@@ -1,4 +1,4 @@
-"""The tests of the engine are collected without a browser library."""
+"""Tests that the tests of the engine are collected without a browser library."""
 
 from __future__ import annotations
 
@@ -9,22 +9,29 @@ from pathlib import Path
 COLLECT = """
 import sys
 for name in ("playwright", "axe_playwright_python"):
-    sys.modules[name] = None  # as if it were not installed
+    sys.modules[name] = None  # as if the library were not installed
 import pytest
 sys.exit(pytest.main(["--collect-only", "-q", "-n0", "-p", "no:cacheprovider", *sys.argv[1:]]))
 """
-ROOMS = ("engine", "evolution", "experiment", "models", "parts", "runs", "statistics", "studies")
+PACKAGES = (
+    "analysis/statistics",
+    "engine",
+    "evolution",
+    "experiment",
+    "models",
+    "parts",
+    "simulation",
+)
 
 
 def test_the_tests_of_the_engine_are_collected_without_a_browser_library() -> None:
-    root = Path(__file__).parents[1]
-    folders = [str(Path("tests", room)) for room in ROOMS]
-    done = subprocess.run(
+    folders = [str(Path("tests", name)) for name in (*PACKAGES, "studies")]
+    result = subprocess.run(
         [sys.executable, "-c", COLLECT, *folders],
-        cwd=root,
+        cwd=Path(__file__).parents[1],
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "tests/engine/" in done.stdout and "tests/studies/" in done.stdout
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "tests/engine/" in result.stdout and "tests/studies/" in result.stdout

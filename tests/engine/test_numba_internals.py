@@ -18,12 +18,17 @@ from llvmlite import ir
 from numba import float64
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
+import baldwinlab
 from baldwinlab.engine import numba_internals
 from baldwinlab.engine.numba_internals import dispatchers
 from tests.engine.numba_names import IMPORTED, NAMES, OF_A_COMPILATION, OF_CUDA, Name
-from tests.test_architecture import MODULES
 
 PACKAGE = Path(numba_internals.__file__).parent
+ROOT = Path(baldwinlab.__file__).parent
+MODULES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in ROOT.rglob("*.py")
+}
 PUBLIC_MODULES = {
     "llvmlite",
     "llvmlite.binding",

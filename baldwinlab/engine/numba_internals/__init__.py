@@ -1,7 +1,7 @@
 """All private and undocumented names of Numba, llvmlite and numba-cuda that baldwinlab uses.
 
-No other module may use such a name (`tests/test_architecture.py`). A minor release of Numba may
-change any of them, so `tests/engine/test_numba_internals.py` checks each one by name, and
+No other module may use such a name. A minor release of Numba may change any of them, so
+`tests/engine/test_numba_internals.py` checks each one by name, and
 `engine/versions.py` bounds the versions. The modules:
 
 - `lowering`: types, data models and the instructions of functions that are written by hand,
