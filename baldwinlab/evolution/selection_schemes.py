@@ -84,13 +84,13 @@ class BestCopies(Selection, name="best-copies"):
     Nolfi, Elman and Parisi 1994; Floreano and Urzelai 2000.
     """
 
-    share: float = Field(
+    parent_share: float = Field(
         0.2,
         gt=0,
         le=1,
         description="Share of the fittest agents that have children; at least one agent.",
     )
-    mated: float = Field(
+    two_parent_share: float = Field(
         0.0,
         ge=0,
         le=1,
@@ -106,13 +106,13 @@ class BestCopies(Selection, name="best-copies"):
         order: Order,
         parents: Parents,
     ) -> None:
-        best = max(1, int(part.share * fitness.size + 0.5))
+        best = max(1, int(part.parent_share * fitness.size + 0.5))
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
         sort_by(shares, uniforms[:, 1, 0], order)  # equals in random order
         for child in range(parents.shape[0]):
             parents[child, 0] = parents[child, 1] = order[child % best]
-            if uniforms[child, 0, 0] < part.mated:
+            if uniforms[child, 0, 0] < part.two_parent_share:
                 parents[child, 1] = order[int(uniforms[child, 0, 1] * best)]
 
     @staticmethod
@@ -120,10 +120,10 @@ class BestCopies(Selection, name="best-copies"):
         order = sorted(
             range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
         )
-        best = order[: max(1, int(part.share * len(fitness) + 0.5))]
+        best = order[: max(1, int(part.parent_share * len(fitness) + 0.5))]
         pairs = [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
         for pair, (draws, _) in zip(pairs, uniforms, strict=True):
-            if draws[0] < part.mated:
+            if draws[0] < part.two_parent_share:
                 pair[1] = best[int(draws[1] * len(best))]
         return pairs
 

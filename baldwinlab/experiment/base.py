@@ -32,6 +32,7 @@ from baldwinlab.experiment.fields import (
 )
 from baldwinlab.experiment.html import html
 from baldwinlab.experiment.registry import Choice, key_of
+from baldwinlab.experiment.renamed import upgrade
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[
@@ -327,7 +328,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
-    experiment = _made(tree, lenient)
+    experiment = _made(upgrade(tree) if lenient else tree, lenient)
     if not lenient:
         _let_added_parts_check(experiment)
     return experiment

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
 from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.experiment.renamed import new_path
 
 MOST_FAULTS: Final = 10  # that are told; who mends these may see more
 LONGEST: Final = 100  # characters of a path or a value
@@ -105,9 +106,16 @@ def as_text(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
+def renamed(path: str, current: str) -> str:
+    """Return the message for a setting whose path was renamed."""
+    return f"{path} was renamed to {current}: use the new name"
+
+
 def _sentence(fault: Any, model: type[BaseModel]) -> str:
     path = brief(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden" and (current := new_path(path)):
+        return renamed(path, current)
     if fault["type"] == "extra_forbidden":
         return f"{path}: there is no such field; there are: {', '.join(_names_beside(fault['loc'], model))}"
     if fault["type"] == "missing":

@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from baldwinlab.core.files import parse_toml
-from baldwinlab.experiment.fields import ExperimentError, plain
+from baldwinlab.experiment.fields import ExperimentError, plain, renamed
+from baldwinlab.experiment.renamed import new_path
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
@@ -83,6 +84,8 @@ def _key(table: Any, step: str, path: str) -> str | int:
 
 
 def _absent(table: Any, step: str, path: str) -> str:
+    if current := new_path(path):
+        return renamed(path, current)
     names = (
         list(table)
         if isinstance(table, dict)

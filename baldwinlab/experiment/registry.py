@@ -15,6 +15,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from baldwinlab.core.suggestions import did_you_mean, list_names
+from baldwinlab.experiment.renamed import new_name
 
 _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"
@@ -81,7 +82,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "network": {
         "continuous-time": f"{_MINIWORLD}.networks.recurrent:ContinuousTime",
-        "growing": f"{_MINIWORLD}.networks.neat:Growing",
+        "neat": f"{_MINIWORLD}.networks.neat:NeatNetwork",
         "simple-recurrent": f"{_MINIWORLD}.networks.recurrent:SimpleRecurrent",
     },
     "learning rule": {
@@ -189,6 +190,8 @@ def find(kind: str, name: str) -> Any:
 def is_built_in(kind: str, name: str, module: str) -> bool:
     """Whether the class of that name in that module comes with the package. Raises ValueError where it takes a name of those."""
     there = packaged(kind).get(name)
+    if current := new_name(kind, name):
+        raise ValueError(f"{name!r} is the old name of the {kind} {current!r}; choose another name")
     if there is None:
         return False
     if there.partition(":")[0] != module:
@@ -207,6 +210,8 @@ def forget(kind: str, name: str) -> None:
 
 def refusal(kind: str, name: str) -> str:
     """What is said of a name that is not known."""
+    if current := new_name(kind, name):
+        return f"the {kind} {name!r} was renamed to {current!r}: use the new name"
     quoted = list_names(repr(name), map(repr, names(kind)))
     hint = did_you_mean(name, names(kind))
     return f"there is no such {kind}{hint}; {quoted}; --part FILE loads a custom {kind}"

@@ -70,7 +70,7 @@ def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
 
 
 def _life(model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
-    environments = min(model.environments, max(1, WATCHED // model.moves))
+    environments = min(model.environments, max(1, WATCHED // model.steps_per_environment))
     lived = model.forage(
         key.seed,
         [key.run],
@@ -100,13 +100,13 @@ class CellForagers(Model, name="cell-foragers"):
     learning: Literal["none", "auto-teaching", "prediction", "random-targets"] = Field(
         "none", description="Content of learning."
     )
-    rate: float = Field(
+    learning_rate: float = Field(
         0.15,
         ge=0,
         le=10,
         description="Learning rate. 0: the same genome without learning.",
     )
-    hidden: int = Field(7, ge=1, le=100, description="Number of hidden units per module.")
+    hidden_units: int = Field(7, ge=1, le=100, description="Number of hidden units per module.")
     environments: int = Field(
         24,
         ge=6,
@@ -115,7 +115,9 @@ class CellForagers(Model, name="cell-foragers"):
             "Number of environments in a lifetime, each with its own start position and food."
         ),
     )
-    moves: int = Field(50, ge=1, le=10_000, description="Number of steps per environment.")
+    steps_per_environment: int = Field(
+        50, ge=1, le=10_000, description="Number of steps per environment."
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
@@ -162,11 +164,11 @@ class CellForagers(Model, name="cell-foragers"):
 
     @property
     def learns(self) -> bool:
-        return self.learning != "none" and self.rate > 0
+        return self.learning != "none" and self.learning_rate > 0
 
     @property
     def steps(self) -> int:
-        return self.environments * self.moves
+        return self.environments * self.steps_per_environment
 
     @property
     def outputs(self) -> int:
@@ -174,10 +176,10 @@ class CellForagers(Model, name="cell-foragers"):
         return ACTIONS + (2 if self.learning in ("prediction", "random-targets") else 0)
 
     def without_learning(self) -> CellForagers:
-        return self.model_copy(update={"rate": 0.0})
+        return self.model_copy(update={"learning_rate": 0.0})
 
     def weights(self) -> int:
-        return (INPUTS + 1) * self.hidden + (self.hidden + 1) * self.outputs
+        return (INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         modules = len(self.modules)
@@ -210,18 +212,20 @@ class CellForagers(Model, name="cell-foragers"):
         learned = genomes[:, :, 0].copy()
         fixed = np.ascontiguousarray(genomes[:, :, -1])
         eaten = poison.empty((*genomes.shape[:2], environments), np.int32)
-        units = poison.empty((3, INPUTS + self.hidden + self.outputs), np.float32)
+        units = poison.empty((3, INPUTS + self.hidden_units + self.outputs), np.float32)
         food, track = (
             poison.empty((kept, FOOD), np.int64),
-            poison.empty((kept, self.moves, 2), np.int64),
+            poison.empty((kept, self.steps_per_environment, 2), np.int64),
         )
         code = LEARNED[self.learning] if self.learns else NOTHING
-        numbers = np.array([seed, generation, code, self.hidden, self.outputs, first], np.int64)
+        numbers = np.array(
+            [seed, generation, code, self.hidden_units, self.outputs, first], np.int64
+        )
         scratch = units, poison.empty(FOOD, np.int64), food, track
         forage(
             numbers,
             np.array(runs, np.int64),
-            np.float32(self.rate),
+            np.float32(self.learning_rate),
             learned,
             fixed,
             *scratch,

@@ -67,14 +67,14 @@ def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
 class CueLearners(Model, name="cue-learners"):
     """Agents that learn which color means food, with smell as the teacher."""
 
-    accuracy: float = Field(
+    cue_accuracy: float = Field(
         0.75,
         ge=0.5,
         le=1,
         description="Probability that food smells sweet, and that poison smells sour.",
     )
     learning: bool = Field(True, description="Whether Hebbian links change during life.")
-    rate: float = Field(0.1, gt=0, le=2, description="Change of a Hebbian link per item.")
+    learning_rate: float = Field(0.1, gt=0, le=2, description="Change of a Hebbian link per item.")
     units: int = Field(3, ge=2, le=8, description="Number of units.")
     items: int = Field(100, ge=1, le=100_000, description="Number of items in a lifetime.")
 
@@ -147,7 +147,12 @@ class CueLearners(Model, name="cue-learners"):
     ) -> LifeResults:
         shape, learned = genomes.shape[:2], genomes[:, :, 0].copy()
         life = Life(
-            seed, generation, self.items, self.accuracy, self.learning, np.float32(self.rate)
+            seed,
+            generation,
+            self.items,
+            self.cue_accuracy,
+            self.learning,
+            np.float32(self.learning_rate),
         )
         own = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
         found = Found(

@@ -95,16 +95,16 @@ class DigitReaders(Model, name="digit-readers"):
         le=100_000,
         description="Mean number of learning trials in a lifetime. 0: no learning.",
     )
-    allotment: Literal["equal", "spread"] = Field(
+    trial_distribution: Literal["equal", "spread"] = Field(
         "equal",
         description=(
             "Distribution of the trials. equal: the same for all agents; spread: "
             "uniform from 0 to twice the mean."
         ),
     )
-    rate: float = Field(0.5, gt=0, le=10, description="Learning rate.")
+    learning_rate: float = Field(0.5, gt=0, le=10, description="Learning rate.")
     noise: float = Field(0.05, ge=0, le=0.5, description="Probability that a pixel is inverted.")
-    hidden: int = Field(10, ge=1, le=100, description="Number of hidden units.")
+    hidden_units: int = Field(10, ge=1, le=100, description="Number of hidden units.")
     criterion: Literal["strongest", "all"] = Field(
         "strongest",
         description=(
@@ -112,7 +112,7 @@ class DigitReaders(Model, name="digit-readers"):
             " the correct side of 1/2."
         ),
     )
-    each: int = Field(
+    tests_per_digit: int = Field(
         10, ge=1, le=1000, description="Number of tests per digit at the end of a lifetime."
     )
 
@@ -161,7 +161,7 @@ class DigitReaders(Model, name="digit-readers"):
         return self.model_copy(update={"trials": 0})
 
     def weights(self) -> int:
-        return (PIXELS + 1) * self.hidden + (self.hidden + 1) * DIGITS
+        return (PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * DIGITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         levels = (LEVELS * key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(
@@ -178,17 +178,24 @@ class DigitReaders(Model, name="digit-readers"):
             poison.empty(learned.shape[:2], np.int32),
             poison.empty((*learned.shape[:2], 2), np.int32),
         )
-        scratch = poison.empty((3, max(self.hidden, DIGITS)), np.float32)
+        scratch = poison.empty((3, max(self.hidden_units, DIGITS)), np.float32)
         for place, run in enumerate(runs):
             numbers = np.array(
-                [seed, run, generation, self.hidden, self.trials, self.allotment == "spread"],
+                [
+                    seed,
+                    run,
+                    generation,
+                    self.hidden_units,
+                    self.trials,
+                    self.trial_distribution == "spread",
+                ],
                 np.int64,
             )
-            learnt, read = lessons(seed, run, self.each, self.noise)
+            learnt, read = lessons(seed, run, self.tests_per_digit, self.noise)
             school(
                 numbers,
                 self.criterion == "all",
-                np.float32(self.rate),
+                np.float32(self.learning_rate),
                 learnt,
                 read,
                 learned[place],
@@ -196,7 +203,7 @@ class DigitReaders(Model, name="digit-readers"):
                 used[place],
                 wrong[place],
             )
-        errors = wrong / (DIGITS * self.each)
+        errors = wrong / (DIGITS * self.tests_per_digit)
         innate, error = errors[:, :, 0].astype(np.float32), errors[:, :, 1].astype(np.float32)
         energy = 1 - errors[:, :, 1]
         return LifeResults(
@@ -327,7 +334,7 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     Keesing and Stork 1991.
     """
 
-    crossed: float = Field(
+    crossover_share: float = Field(
         0.5, ge=0, le=1, description="Share of the children with weights of both parents."
     )
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
@@ -339,9 +346,11 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        length, crossing = child.size, gate < part.crossed  # of the modules in a row
+        length, crossing = child.size, gate < part.crossover_share  # of the modules in a row
         place = (
-            gate / part.crossed if crossing else (gate - part.crossed) / (1.0 - part.crossed)
+            gate / part.crossover_share
+            if crossing
+            else (gate - part.crossover_share) / (1.0 - part.crossover_share)
         )  # uniform, in either case
         half = int(place * 2 * (length - 1))
         cut = 1 + half // 2 if crossing else length
@@ -358,11 +367,14 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         parents = flatten(fitter), flatten(other)
         length = len(parents[0])
-        if gate < part.crossed:
-            half = int(gate / part.crossed * 2 * (length - 1))
+        if gate < part.crossover_share:
+            half = int(gate / part.crossover_share * 2 * (length - 1))
             cut = 1 + half // 2
         else:
-            half, cut = int((gate - part.crossed) / (1 - part.crossed) * 2 * (length - 1)), length
+            half, cut = (
+                int((gate - part.crossover_share) / (1 - part.crossover_share) * 2 * (length - 1)),
+                length,
+            )
         child = [*parents[half % 2][:cut], *parents[1 - half % 2][cut:]]
         for weight, draw in enumerate(draws):
             turned = sum(2**bit for bit in range(4) if draw[bit] < part.rate)

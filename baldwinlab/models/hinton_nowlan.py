@@ -74,7 +74,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     guessing: bool = Field(
         True, description="Whether agents guess each ?. Otherwise ? is never correct."
     )
-    unset: float = Field(
+    initial_unset_share: float = Field(
         0.5,
         ge=0,
         le=1,
@@ -139,7 +139,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
-        half = (1 - self.unset) / 2
+        half = (1 - self.initial_unset_share) / 2
         return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(
             np.float32
         )
@@ -216,10 +216,16 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
 
     def share_of_zero(self, experiment: Any) -> float:
         """Share of 0, and likewise of 1, among the alleles that mutations draw."""
-        return (1 - experiment.of_model.unset) / 2 if self.mutation_law == "founders" else 1 / 3
+        return (
+            (1 - experiment.of_model.initial_unset_share) / 2
+            if self.mutation_law == "founders"
+            else 1 / 3
+        )
 
     def check(self, experiment: Any) -> None:
-        has_shares = experiment.model != "miniworld" and hasattr(experiment.of_model, "unset")
+        has_shares = experiment.model != "miniworld" and hasattr(
+            experiment.of_model, "initial_unset_share"
+        )
         if self.mutation_law == "founders" and not has_shares:
             raise ValueError(
                 "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share of ? among the founders: "

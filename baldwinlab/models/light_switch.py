@@ -82,7 +82,7 @@ def _last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
 class LightSwitch(Model, name="light-switch"):
     """Robots that switch on a lamp and stay below it."""
 
-    coding: Literal["neurons", "synapses", "strengths"] = Field(
+    encoding: Literal["neurons", "synapses", "strengths"] = Field(
         "neurons",
         description=(
             "Content of the genes: sign, rule and rate per neuron or per synapse, or "
@@ -101,7 +101,7 @@ class LightSwitch(Model, name="light-switch"):
     neurons: int = Field(
         6, ge=2, le=100, description="Number of neurons. The last two drive the wheels."
     )
-    moves: int = Field(500, ge=1, le=100_000, description="Number of steps of a lifetime.")
+    steps_per_life: int = Field(500, ge=1, le=100_000, description="Number of steps of a lifetime.")
     change: Literal["places", "senses", "wheels"] = Field(
         "places",
         description=(
@@ -143,11 +143,11 @@ class LightSwitch(Model, name="light-switch"):
 
     @property
     def learns(self) -> bool:
-        return self.coding != "strengths" and self.plasticity
+        return self.encoding != "strengths" and self.plasticity
 
     @property
     def steps(self) -> int:
-        return self.moves
+        return self.steps_per_life
 
     def without_learning(self) -> LightSwitch:
         return self.model_copy(update={"plasticity": False})
@@ -159,11 +159,11 @@ class LightSwitch(Model, name="light-switch"):
     @property
     def coded(self) -> int:
         """What has five genes each."""
-        return self.neurons if self.coding == "neurons" else self.synapses
+        return self.neurons if self.encoding == "neurons" else self.synapses
 
     def weights(self) -> int:
         return GENES * self.coded + (
-            INPUTS if self.coding == "neurons" and self.sign == "source" else 0
+            INPUTS if self.encoding == "neurons" and self.sign == "source" else 0
         )
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
@@ -186,7 +186,7 @@ class LightSwitch(Model, name="light-switch"):
             lit = poison.empty(shape, np.int64)
             values = poison.empty((2, INPUTS + self.neurons), np.float32)
             drive(
-                self.moves,
+                self.steps_per_life,
                 np.array(world, np.float32),
                 begin,
                 signs,
@@ -196,7 +196,7 @@ class LightSwitch(Model, name="light-switch"):
                 values,
                 lit,
             )
-            found.append(lit / self.moves)
+            found.append(lit / self.steps_per_life)
         score, changed = found
         records = {"score": score.astype(np.float32), "changed": changed.astype(np.float32)}
         return LifeResults(score, np.zeros(shape), None, records)
@@ -208,7 +208,7 @@ class LightSwitch(Model, name="light-switch"):
         synapses = (*bits.shape[:2], self.neurons, INPUTS + self.neurons)
         genes = bits[..., : GENES * self.coded].reshape(*synapses[:3], -1, GENES)
         negative = genes[..., 0]
-        if self.coding == "neurons" and self.sign == "source":
+        if self.encoding == "neurons" and self.sign == "source":
             negative = np.concatenate([bits[..., GENES * self.coded :], negative[..., 0]], axis=-1)[
                 :, :, None
             ]
@@ -219,7 +219,7 @@ class LightSwitch(Model, name="light-switch"):
             rates,
         )
         signs, rules, rates = (np.broadcast_to(each, synapses).copy() for each in of_synapses)
-        if self.coding == "strengths":
+        if self.encoding == "strengths":
             return (
                 signs,
                 rules,

@@ -48,7 +48,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         le=1_000_000,
         description="Number of generations between changes of the target. 0: never.",
     )
-    redrawn: int = Field(
+    redrawn_loci: int = Field(
         2,
         ge=1,
         le=60,
@@ -104,7 +104,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         """The alleles [locus] that are right in a generation, 0 or 1."""
         found = np.ones(self.loci, np.int64)
         for moved in range(self.period, generation + 1, self.period) if self.period else ():
-            draws = uniforms(seed, run, moved, LIFE, (1, 1 + self.redrawn))[
+            draws = uniforms(seed, run, moved, LIFE, (1, 1 + self.redrawn_loci))[
                 0, 1:
             ]  # the first is somebody's luck
             for place, coin in draws[:, :2]:

@@ -70,7 +70,7 @@ def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
 
 def _climb(model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
     """The height of everybody's string after each trial, as `live` has it."""
-    height = landscape(key.seed, key.run, model.bits, model.others)
+    height = landscape(key.seed, key.run, model.bits, model.k)
     chosen = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
     strings = model.numbers(genomes)
     heights = [height[strings]]
@@ -90,7 +90,7 @@ class NKClimbers(Model, name="nk-climbers"):
     """Bit strings that climb an NK landscape during life."""
 
     bits: int = Field(16, ge=2, le=LONGEST, description="Number of bits, N.")
-    others: int = Field(
+    k: int = Field(
         0,
         ge=0,
         le=LONGEST - 1,
@@ -104,7 +104,7 @@ class NKClimbers(Model, name="nk-climbers"):
             "Number of learning trials in a lifetime, each with one flipped bit. 0: no learning."
         ),
     )
-    cost: float = Field(
+    cost_per_bit: float = Field(
         0.0,
         ge=0,
         le=1,
@@ -161,14 +161,14 @@ class NKClimbers(Model, name="nk-climbers"):
         return max(1, self.trials)
 
     def check(self, experiment: Any) -> None:
-        if self.others >= self.bits:
+        if self.k >= self.bits:
             raise ValueError(
-                f"nk_climbers.others = {self.others} must be less than nk_climbers.bits = {self.bits}"
+                f"nk_climbers.k = {self.k} must be less than nk_climbers.bits = {self.bits}"
             )
 
     def without_learning(self) -> NKClimbers:
         return self.model_copy(
-            update={"trials": 0, "cost": 0.0}
+            update={"trials": 0, "cost_per_bit": 0.0}
         )  # who changes no bit pays for none
 
     def weights(self) -> int:
@@ -192,7 +192,7 @@ class NKClimbers(Model, name="nk-climbers"):
         born = self.numbers(genomes)
         died, innate, learned = born.copy(), poison.empty(born.shape), poison.empty(born.shape)
         for place, run in enumerate(runs):
-            height = landscape(seed, run, self.bits, self.others)
+            height = landscape(seed, run, self.bits, self.k)
             chosen = uniforms(seed, run, generation, LIFE, (born.shape[1], self.trials))[:, :, 0]
             innate[place] = height[born[place]]
             climb(height, self.bits, chosen, died[place])
@@ -204,7 +204,7 @@ class NKClimbers(Model, name="nk-climbers"):
             "learned": learned.astype(np.float32),
             "changed": changed.astype(np.int32),
         }
-        return LifeResults(learned, self.cost * changed, at_death, records)
+        return LifeResults(learned, self.cost_per_bit * changed, at_death, records)
 
 
 @entry

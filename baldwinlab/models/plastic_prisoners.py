@@ -192,7 +192,7 @@ def _against_each_other(
         f"{name}, {there[genome] / len(genomes):.1%}"
         for name, genome in zip(names, commonest, strict=True)
     ]
-    payoff = payoffs(model.rounds, model.noise, model.learning, model.first)
+    payoff = payoffs(model.rounds, model.noise, model.learning, model.initial_moves)
     return MatrixView(
         rows,
         names,
@@ -217,7 +217,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     learning: bool = Field(
         True, description="Whether plastic entries learn. Otherwise they do not change."
     )
-    first: Literal["any", "defection", "cooperation"] = Field(
+    initial_moves: Literal["any", "defection", "cooperation"] = Field(
         "any",
         description="Assumed moves before a match: one of four at random, DD or CC.",
     )
@@ -310,7 +310,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         numbers = _numbers(genomes)
-        payoff = payoffs(self.rounds, self.noise, self.learning, self.first)
+        payoff = payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
         worth, energy = np.zeros(GENOMES), poison.empty(numbers.shape)
         for run, there in enumerate(numbers):
             round_robin(payoff, np.bincount(there, minlength=GENOMES), worth)

@@ -41,19 +41,19 @@ def _climb(runs: xr.Dataset) -> xr.DataArray:
 class SlopeClimbers(Model, name="slope-climbers"):
     """Numbers on a fitness slope that learn one step uphill."""
 
-    rise: float = Field(
+    slope: float = Field(
         0.0, ge=-10, le=10, description="Slope of the logarithm of fitness at x = 0."
     )
-    bend: float = Field(
+    curvature: float = Field(
         1.0,
         ge=-10,
         le=10,
         description=("Curvature of the logarithm of fitness. Above 0: convex; below 0: concave."),
     )
     learning: bool = Field(True, description="Whether agents learn a step.")
-    step: float = Field(0.3, ge=-10, le=10, description="Step that learning adds to x.")
-    start: float = Field(0.75, ge=-10, le=10, description="Mean x of the founders.")
-    spread: float = Field(
+    learning_step: float = Field(0.3, ge=-10, le=10, description="Step that learning adds to x.")
+    initial_mean: float = Field(0.75, ge=-10, le=10, description="Mean x of the founders.")
+    initial_std: float = Field(
         0.1, ge=0, le=10, description="Standard deviation of x among the founders."
     )
 
@@ -83,9 +83,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
         return self.learning
 
     def check(self, experiment: Any) -> None:
-        if self.rise == self.bend == 0:
+        if self.slope == self.curvature == 0:
             raise ValueError(
-                "slope_climbers.rise and slope_climbers.bend are both 0: there is no slope"
+                "slope_climbers.slope and slope_climbers.curvature are both 0: there is no slope"
             )
 
     def without_learning(self) -> SlopeClimbers:
@@ -97,24 +97,24 @@ class SlopeClimbers(Model, name="slope-climbers"):
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         genomes = poison.empty((agents, 1, 1), np.float32)
         draw_normal(key, FOUNDER, genomes, 0)
-        return np.float32(self.start) + np.float32(self.spread) * genomes
+        return np.float32(self.initial_mean) + np.float32(self.initial_std) * genomes
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         born = genomes[:, :, 0, 0]
-        learned = born + np.float32(self.step if self.learning else 0)
+        learned = born + np.float32(self.learning_step if self.learning else 0)
         energy = self.fitness(learned.astype(np.float64))
         records = {
             "innate_x": born.copy(),
-            "uphill": (self.rise + self.bend * born > 0).astype(np.int32),
+            "uphill": (self.slope + self.curvature * born > 0).astype(np.int32),
         }
         return LifeResults(energy, np.zeros_like(energy), learned[:, :, None], records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """f(x) of any x, of the same shape."""
         found: npt.NDArray[np.float64] = np.clip(
-            self.rise * x + self.bend * x * x / 2, -STEEPEST, STEEPEST
+            self.slope * x + self.curvature * x * x / 2, -STEEPEST, STEEPEST
         )
         raise_all(found.reshape(-1))
         return found

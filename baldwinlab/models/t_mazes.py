@@ -89,7 +89,9 @@ def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int
     maze = model.maze(key.seed, key.run, key.generation)
     high = [where_high(maze, trip) for trip in range(trips)]
     counts = lived.counts[0, 0]
-    return in_t_mazes(model.turns, high, lived.ways, gained(counts * [1, 1, 0, 0]), gained(counts))
+    return in_t_mazes(
+        model.turning_points, high, lived.ways, gained(counts * [1, 1, 0, 0]), gained(counts)
+    )
 
 
 def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
@@ -109,7 +111,7 @@ def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: i
 class TMazes(Model, name="t-mazes"):
     """Networks that learn in which arm of a T-maze the high reward is."""
 
-    turns: Literal[1, 2] = Field(
+    turning_points: Literal[1, 2] = Field(
         1,
         description=(
             "Number of turning points on the way to an end. 1: single maze; 2: double maze."
@@ -122,10 +124,10 @@ class TMazes(Model, name="t-mazes"):
         ),
     )
     trips: int = Field(100, ge=4, le=100_000, description="Number of trips in a lifetime.")
-    standard: int = Field(
+    standard_neurons: int = Field(
         3, ge=0, le=50, description="Number of standard neurons, without the output."
     )
-    modulatory: int = Field(
+    modulatory_neurons: int = Field(
         1, ge=0, le=50, description="Number of modulatory neurons. 0: plasticity is not modulated."
     )
     plasticity: bool = Field(True, description="Whether synapses change during life.")
@@ -172,14 +174,14 @@ class TMazes(Model, name="t-mazes"):
     @property
     def steps(self) -> int:
         """Places that are passed if all goes well; home is one."""
-        return self.trips * (2 * self.turns * (2 if self.homing else 1) + 2)
+        return self.trips * (2 * self.turning_points * (2 if self.homing else 1) + 2)
 
     def without_learning(self) -> TMazes:
         return self.model_copy(update={"plasticity": False})
 
     @property
     def neurons(self) -> int:
-        return self.modulatory + self.standard + 1
+        return self.modulatory_neurons + self.standard_neurons + 1
 
     def weights(self) -> int:
         return self.neurons * (INPUTS + self.neurons) + RULE
@@ -192,7 +194,7 @@ class TMazes(Model, name="t-mazes"):
     def maze(self, seed: int, run: int, generation: int) -> tuple[int, int, int]:
         """The end that has the high reward at first, the trip before which it moves, and where to; ends are numbered from 0."""
         where, when, whither, _ = uniforms(seed, run, generation, LIFE, (1, 1))[0, 0]
-        ends = 2**self.turns
+        ends = 2**self.turning_points
         first, earliest, latest = int(where * ends), self.trips * 35 // 100, self.trips * 65 // 100
         return (
             first,
@@ -222,11 +224,11 @@ class TMazes(Model, name="t-mazes"):
         sizes = np.full(self.weights(), WEIGHT)
         sizes[-RULE:] = 1, 1, 1, 1, RATE
         weights = np.clip(genomes[:, :, 0], -ONE, ONE) * sizes
-        network = self.neurons, self.modulatory, self.plasticity, LASTS[self.memory]
-        numbers = np.array([*network, self.turns, self.homing, trips])
+        network = self.neurons, self.modulatory_neurons, self.plasticity, LASTS[self.memory]
+        numbers = np.array([*network, self.turning_points, self.homing, trips])
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
         counts = np.zeros((*genomes.shape[:2], kept, 4), np.int64)
-        ways = np.full((kept, 4 * self.turns + 2), NOT_THERE, np.int64)
+        ways = np.full((kept, 4 * self.turning_points + 2), NOT_THERE, np.int64)
         scratch = poison.empty(INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
         explore(numbers, mazes, weights, *scratch, counts, ways)
         return Explored(weights / sizes, counts, ways)

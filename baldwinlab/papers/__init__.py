@@ -86,7 +86,7 @@ def of_study(directory: Path, name: str) -> Paper:
     """
     kept = directory / KEPT
     if (kept / "paper.toml").exists():
-        return open_paper(kept)
+        return open_paper(kept, is_stored=True)
     if (name or DEFAULT) not in built_in():
         raise PaperError(
             f"{directory} was made by the paper {name!r}, of which nothing is kept in {kept}"

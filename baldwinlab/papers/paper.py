@@ -26,6 +26,7 @@ from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.paths import look_up
+from baldwinlab.experiment.renamed import upgrade
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, read_claims
 from baldwinlab.papers.loading import Declared, PaperError, declared, read
 from baldwinlab.papers.texts import FIGURES, Assay, Figure, Words, read_words
@@ -85,6 +86,7 @@ class About(Declared):
 class Paper:
     folder: Path
     about: About
+    is_stored: bool = False  # a copy in a study, whose presets may have old names
 
     @property
     def name(self) -> str:
@@ -173,7 +175,7 @@ class Paper:
         for layer in layers:
             tree = merge(tree, self.changes(*layer))
         try:
-            made: Experiment = validate(tree)
+            made: Experiment = validate(upgrade(tree) if self.is_stored else tree)
             return made
         except ExperimentError as error:
             files = " with ".join(
@@ -218,10 +220,10 @@ class Paper:
         return [self.experiment(name, variant) for name in self.own()]
 
 
-def open_paper(folder: Path) -> Paper:
+def open_paper(folder: Path, is_stored: bool = False) -> Paper:
     """The paper in a folder, as far as its paper.toml says. Raises PaperError."""
     path = folder / "paper.toml"
-    return Paper(folder, declared(About, read(path), path))
+    return Paper(folder, declared(About, read(path), path), is_stored)
 
 
 def check(paper: Paper) -> Paper:

@@ -62,7 +62,7 @@ KINDS: Sequence[tuple[str, ...]] = (
     ("network.kind=simple-recurrent", "network.hidden=[4]"),
     ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
     (
-        "network.kind=growing",
+        "network.kind=neat",
         "network.hidden=[40]",
         "evolution.variation=neat",
         "evolution.selection=species",

@@ -167,9 +167,9 @@ def fitted(row: Settings) -> Settings:
         )
         return row | ({"evolution.variation": "neat"} if row["model"].startswith("neat-") else {})
     if breeding & GRAPHS:
-        row["network.kind"] = "growing"
-    if row["network.kind"] == "growing":
-        needed = registry.find("network", "growing").required_settings
+        row["network.kind"] = "neat"
+    if row["network.kind"] == "neat":
+        needed = registry.find("network", "neat").required_settings
         row |= {path: value for path, value in needed.items() if path != "evolution.selection"}
         row |= {
             "learning.teacher": "inherited",

@@ -90,7 +90,7 @@ def test_a_scheme_that_keeps_an_elite_of_each_group_has_one(tmp_path: Path) -> N
         (["evolution.variation=gene-pool"], "evolution.variation = 'gene-pool'"),
         (
             [
-                "network.kind=growing",
+                "network.kind=neat",
                 "network.hidden=[40]",
                 "learning.rule=none",
                 "evolution.variation=neat",

@@ -165,7 +165,7 @@ def test_the_best_20_of_100_have_five_children_each_as_in_the_source() -> None:
 def test_where_children_do_not_come_out_even_the_fittest_have_one_more(
     share: float, children: list[int]
 ) -> None:
-    parents = parents_of("best-copies", FITNESS, 1, best_copies={"share": share})
+    parents = parents_of("best-copies", FITNESS, 1, best_copies={"parent_share": share})
     counts = np.bincount(parents[:, 0], minlength=AGENTS)
     ranked = counts[np.argsort(-FITNESS)]
     assert ranked.tolist() == children + [0] * (AGENTS - len(children))
@@ -175,7 +175,9 @@ def test_as_often_as_asked_a_child_has_a_second_parent_and_it_is_any_of_the_best
     """Of 1000 children of 100, of whom the best 200 have five each."""
     fitness = np.random.default_rng(1).permutation(1000).astype(float)
     alone, mated = (
-        parents_of("best-copies", fitness, 1, best_copies={"share": 0.2, "mated": often})
+        parents_of(
+            "best-copies", fitness, 1, best_copies={"parent_share": 0.2, "two_parent_share": often}
+        )
         for often in (0.0, 0.5)
     )
     second = mated.sum(axis=1) - alone[:, 0]  # the fitter one stands first, whichever it is
@@ -383,8 +385,8 @@ def test_agents_that_live_on_keep_their_genomes_beside_a_gene_pool() -> None:
 def test_parents_are_the_oracle_s_whatever_the_fitness_and_the_number_of_agents(name: str) -> None:
     part, experiment = registry.find("selection", name), breeding_by(selection=name)
     if name == "best-copies":
-        experiment = experiment.replace(evolution={"best_copies": {"mated": 0.3}})
-    values = SimpleNamespace(share=np.float32(0.2), mated=np.float32(0.3))
+        experiment = experiment.replace(evolution={"best_copies": {"two_parent_share": 0.3}})
+    values = SimpleNamespace(parent_share=np.float32(0.2), two_parent_share=np.float32(0.3))
     random = np.random.default_rng(4)
     for agents in (1, 2, 3, 7, 40):
         fitness, uniforms = np.round(random.uniform(0, 3, agents)), random.random((agents, 2, 4))
@@ -427,7 +429,7 @@ def test_in_a_whole_run_the_parents_are_who_ate_most_and_their_children_have_the
     evolution = {
         "selection": "best-copies",
         "variation": "copy",
-        "best_copies": {"share": 0.5},
+        "best_copies": {"parent_share": 0.5},
         "mutation_rate": 0,
     }
     run = simulate(small("evo", evolution={"generations": 3, **evolution}), seed=3)
@@ -442,4 +444,4 @@ def test_in_a_whole_run_the_parents_are_who_ate_most_and_their_children_have_the
 def test_a_part_may_have_the_name_of_what_every_table_can_do() -> None:
     assert breeding_by(variation="copy").part("evolution.variation").name == "copy"
     with pytest.raises(ExperimentError, match="there is no such field"):
-        load("evo/A").replace(evolution={"copy": {"share": 1}})
+        load("evo/A").replace(evolution={"copy": {"parent_share": 1}})

@@ -79,9 +79,11 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
         "evolution": {"generations": 4},
         "record": {"genome_every": 1},
     }
-    cells = load("no-teacher").replace(**sizes, cell_foragers={"environments": 6, "moves": 20})
+    cells = load("no-teacher").replace(
+        **sizes, cell_foragers={"environments": 6, "steps_per_environment": 20}
+    )
     climbers = load("climbing/rugged").replace(
-        name="climbers", **sizes, nk_climbers={"bits": 8, "others": 3, "trials": 5}
+        name="climbers", **sizes, nk_climbers={"bits": 8, "k": 3, "trials": 5}
     )
     hawks = validate({"model": "hawks-and-doves", "name": "hawks"})
     sparse = cells.replace(name="sparse", record={"genome_every": 3})

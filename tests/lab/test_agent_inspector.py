@@ -217,7 +217,7 @@ def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int
 
 def test_of_a_network_that_grew_the_links_are_told_between_units() -> None:
     experiment = small("evo/A").replace(
-        network={"kind": "growing", "hidden": [40]},
+        network={"kind": "neat", "hidden": [40]},
         evolution={"variation": "neat", "selection": "species"},
     )
     assert ends_of_links(experiment) == [[a, 43 + b] for a in (0, 1, 2, -1) for b in range(3)]

@@ -240,7 +240,9 @@ def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(
     )
 
 
-@pytest.mark.parametrize(("rule", "place"), [("imitation", "state.rule.whom"), ("hebb", "")])
+@pytest.mark.parametrize(
+    ("rule", "place"), [("imitation", "state.rule.teacher_index"), ("hebb", "")]
+)
 def test_a_plan_says_where_it_stands_from_whom_each_learns(rule: str, place: str) -> None:
     plan = Habitat(load("evo/A").replace(learning={"rule": rule})).plan()
     assert plan["learns from"] == place

@@ -75,9 +75,9 @@ def told(page: Page, name: str) -> npt.NDArray[Any]:
 
 
 def test_a_network_that_grew_is_drawn_with_its_links(lonely: Page, tmp_path: Path) -> None:
-    grows = {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}}
+    grows = {"variation": "neat", "selection": "species", "neat": {"add_node_rate": 1.0}}
     growing = quick(
-        presets.load("evo/A"), network={"kind": "growing", "hidden": [40]}, evolution=grows
+        presets.load("evo/A"), network={"kind": "neat", "hidden": [40]}, evolution=grows
     )
     opened(lonely, growing, tmp_path)
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
@@ -119,7 +119,7 @@ def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher:
 def test_births_and_deaths_in_mid_life_have_python_s_bits(
     lonely: Page, tmp_path: Path, selection: str
 ) -> None:
-    brief = {"births_and_deaths": {"reserve": 0.5, "upkeep": 0.01, "oldest": 60}}
+    brief = {"births_and_deaths": {"initial_energy": 0.5, "cost_per_step": 0.01, "max_age": 60}}
     experiment = quick(presets.load("evo+self-taught/births-and-deaths")).replace(world=brief)
     path = tmp_path / "laboratory.html"
     path.write_bytes(live_page([experiment]))

@@ -52,8 +52,12 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
             "evolution": {"inheritance": "social-heredity"},
         },
         "grown": {
-            "network": {"kind": "growing", "hidden": [40]},
-            "evolution": {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}},
+            "network": {"kind": "neat", "hidden": [40]},
+            "evolution": {
+                "variation": "neat",
+                "selection": "species",
+                "neat": {"add_node_rate": 1.0},
+            },
         },
     }
     with (

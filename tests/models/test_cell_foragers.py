@@ -25,7 +25,9 @@ HIDDEN = 3
 
 def model(learning: Any, **fields: Any) -> CellForagers:
     return CellForagers(
-        learning=learning, hidden=HIDDEN, **({"environments": 6, "moves": 30} | fields)
+        learning=learning,
+        hidden_units=HIDDEN,
+        **({"environments": 6, "steps_per_environment": 30} | fields),
     )
 
 
@@ -88,7 +90,7 @@ def life(of: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
             cell = int(draw(number)[0] * SIDE * SIDE)
             food += [] if cell in food else [cell]
         plan, meals = (0, 0), 0
-        for move in range(of.moves):
+        for move in range(of.steps_per_environment):
             values = np.array([*sensed(food, place, heading), *plan])
             _, y = answered(weights, values, of.outputs)
             if plan == (1, 1):
@@ -102,11 +104,13 @@ def life(of: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
             food = [cell for cell in food if cell != place]
             plan = (int(y[0] > 0.5), int(y[1] > 0.5))
             if of.learning == "auto-teaching":
-                weights = taught(weights, values, 2, 0, answered(fixed, values, 2)[1], of.rate)
+                weights = taught(
+                    weights, values, 2, 0, answered(fixed, values, 2)[1], of.learning_rate
+                )
             elif of.learning != "none":
                 coin = draw(DRAWS - 1 - move)
                 wanted = sensed(food, place, heading) if of.learning == "prediction" else coin[:2]
-                weights = taught(weights, values, 4, 2, np.array(wanted), of.rate)
+                weights = taught(weights, values, 4, 2, np.array(wanted), of.learning_rate)
         eaten.append(meals)
     return eaten, weights
 
@@ -137,22 +141,27 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
         seen = of.views["life"].of(of, GenerationKey(7, 0, 3), born[0], agent)
         assert isinstance(seen, GridView) and seen.ground.shape == (of.steps, SIDE, SIDE)
         gained, food = (
-            values.reshape(of.environments, of.moves, -1) for values in (seen.gained, seen.ground)
+            values.reshape(of.environments, of.steps_per_environment, -1)
+            for values in (seen.gained, seen.ground)
         )
         assert gained[:, -1, 0].tolist() == life(of, born[0, agent], agent)[0]
         assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "what is not eaten lies there"
-        moved = np.abs(np.diff(seen.place.reshape(of.environments, of.moves, 2), axis=1)).sum(
-            axis=-1
+        moved = np.abs(
+            np.diff(seen.place.reshape(of.environments, of.steps_per_environment, 2), axis=1)
+        ).sum(axis=-1)
+        turned = (
+            np.diff(seen.heading.reshape(of.environments, of.steps_per_environment), axis=1) % 4
         )
-        turned = np.diff(seen.heading.reshape(of.environments, of.moves), axis=1) % 4
         assert ((moved == 0) | ((moved == 1) & (turned == 0))).all()
         assert seen.visit.tolist() == [
-            environment for environment in range(of.environments) for _ in range(of.moves)
+            environment
+            for environment in range(of.environments)
+            for _ in range(of.steps_per_environment)
         ]
 
 
 def test_of_a_long_life_the_view_has_the_beginning() -> None:
-    of = model("none", environments=1000, moves=50)
+    of = model("none", environments=1000, steps_per_environment=50)
     seen = of.views["life"].of(of, GenerationKey(7, 0, 3), genomes(of, 1)[0], 0)
     assert isinstance(seen, GridView) and len(seen.ground) == cell_foragers.WATCHED
 
@@ -226,7 +235,7 @@ def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end
 
 @pytest.mark.parametrize("learning", KINDS[1:])
 def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning: str) -> None:
-    still, born = model(learning, rate=0.0), genomes(model(learning), 20)
+    still, born = model(learning, learning_rate=0.0), genomes(model(learning), 20)
     found, off = (
         still.simulate(7, [0], 3, born),
         model(learning).without_learning().simulate(7, [0], 3, born),
@@ -240,7 +249,7 @@ def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning
 
 
 def test_nobody_eats_more_than_there_is_and_a_run_has_the_same_bits_beside_others() -> None:
-    of = model("auto-teaching", moves=200)
+    of = model("auto-teaching", steps_per_environment=200)
     born = np.repeat(genomes(of, 30), 2, axis=0)
     both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
     assert both.energy.max() <= FOOD and both.energy.max() > 1

@@ -97,7 +97,7 @@ def naive(of: CueLearners, genome: list[float], agent: int) -> tuple[int, list[f
     for item in range(of.items):
         of_food, of_smell = drawn[1 + item // 2, 2 * (item % 2) :][:2]
         food = unit(of_food) < 0.5
-        sweet = food == (unit(of_smell) < of.accuracy)
+        sweet = food == (unit(of_smell) < of.cue_accuracy)
         red = food == red_is_food
         sensed = {RED: red, GREEN: not red, SWEET: sweet, SOUR: not sweet}
         values = [(1 if sensed[kind] else -1) if kind in sensed else 0 for kind in kinds]
@@ -117,13 +117,21 @@ def naive(of: CueLearners, genome: list[float], agent: int) -> tuple[int, list[f
                 link = one * of.units + other
                 if other != one and hebbian[link]:
                     links[link] = np.clip(
-                        links[link] + np.float32(of.rate * values[one] * values[other]), -1, 1
+                        links[link] + np.float32(of.learning_rate * values[one] * values[other]),
+                        -1,
+                        1,
                     )
     return gained, [float(link) for link in links]
 
 
 @pytest.mark.parametrize(
-    "fields", [{}, {"learning": False}, {"units": 5, "accuracy": 0.6}, {"items": 7, "rate": 0.3}]
+    "fields",
+    [
+        {},
+        {"learning": False},
+        {"units": 5, "cue_accuracy": 0.6},
+        {"items": 7, "learning_rate": 0.3},
+    ],
 )
 def test_a_life_is_as_in_plain_python(fields: dict[str, Any]) -> None:
     of = CueLearners(**({"items": 40} | fields))
@@ -147,7 +155,7 @@ def test_a_life_is_as_in_plain_python(fields: dict[str, Any]) -> None:
 def test_a_hand_built_learner_gains_what_exact_theory_says_and_no_more_than_who_counts(
     accuracy: float,
 ) -> None:
-    of = CueLearners(accuracy=accuracy, rate=STEP)
+    of = CueLearners(cue_accuracy=accuracy, learning_rate=STEP)
     found = gained(of, many(hand_built(), 20_000))
     error = found.std() / np.sqrt(found.size)
     assert abs(found.mean() - expected(accuracy)) < 4 * error
@@ -167,7 +175,7 @@ def test_what_counting_is_worth_more_than_smell_has_the_values_of_the_specificat
 @pytest.mark.parametrize("accuracy", [0.5, 0.75, 1.0])
 def test_who_does_not_learn_gains_no_more_than_by_smell(accuracy: float) -> None:
     """The best fixed network eats what smells sweet, for colour tells it nothing: (2a - 1) / 2 an item."""
-    of = CueLearners(accuracy=accuracy, learning=False)
+    of = CueLearners(cue_accuracy=accuracy, learning=False)
     sniffer = gained(of, many(hand_built(), 20_000))
     assert abs(sniffer.mean() - 50 * (2 * accuracy - 1)) < 4 * sniffer.std() / np.sqrt(sniffer.size)
     for founder in of.founders(60, GenerationKey(1, 0, 0)):
@@ -179,7 +187,7 @@ def test_who_does_not_learn_gains_no_more_than_by_smell(accuracy: float) -> None
 
 def test_half_way_is_between_smell_and_colour_in_that_life() -> None:
     """By smell an agent is as far below it as by colour above; who is born to eat by one colour is right in one patch."""
-    of = CueLearners(accuracy=0.8, learning=False)
+    of = CueLearners(cue_accuracy=0.8, learning=False)
     by_smell = of.simulate(3, [0], 2, many(hand_built(), 500)).records
     red = hand_built()
     red[3:12] = 0
@@ -192,7 +200,7 @@ def test_half_way_is_between_smell_and_colour_in_that_life() -> None:
 
 
 def test_a_learner_comes_to_eat_by_colour_and_was_not_born_so() -> None:
-    found = CueLearners(accuracy=0.85).simulate(3, [0], 2, many(hand_built(), 500)).records
+    found = CueLearners(cue_accuracy=0.85).simulate(3, [0], 2, many(hand_built(), 500)).records
     assert found["by_colour"].mean() > 0.95 and not found["born_so"].any()
 
 

@@ -45,7 +45,7 @@ def error(weights: Numbers, pixels: Numbers, digit: int) -> float:
 
 def readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[np.float32]]:
     """A model with few hidden units, and genomes [run, agent, module, weight] that are not too steep to learn."""
-    of = DigitReaders(hidden=HIDDEN, **fields)
+    of = DigitReaders(hidden_units=HIDDEN, **fields)
     return of, np.random.default_rng(1).uniform(-0.5, 0.5, (1, agents, 1, of.weights())).astype(
         np.float32
     )
@@ -57,9 +57,9 @@ def shown(agent: int, trial: int, count: int) -> int:
 
 
 def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
-    of, genomes = readers(4, trials=1, rate=0.25)
+    of, genomes = readers(4, trials=1, learning_rate=0.25)
     learned = of.simulate(3, [0], 2, genomes).learned
-    learnt, _ = lessons(3, 0, of.each, of.noise)
+    learnt, _ = lessons(3, 0, of.tests_per_digit, of.noise)
     assert learned is not None
     for agent in range(4):
         number = shown(agent, 0, len(learnt))
@@ -67,8 +67,8 @@ def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
         steps = np.eye(weights.size) * 1e-5
         gradient = [
             (
-                error(weights + step, pixels, number // of.each)
-                - error(weights - step, pixels, number // of.each)
+                error(weights + step, pixels, number // of.tests_per_digit)
+                - error(weights - step, pixels, number // of.tests_per_digit)
             )
             / 2e-5
             for step in steps
@@ -78,9 +78,9 @@ def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
 
 @pytest.mark.parametrize("criterion", ["strongest", "all"])
 def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -> None:
-    of, genomes = readers(12, trials=400, rate=1.5, criterion=criterion)
+    of, genomes = readers(12, trials=400, learning_rate=1.5, criterion=criterion)
     found = of.simulate(3, [0], 2, genomes)
-    learnt, read = lessons(3, 0, of.each, of.noise)
+    learnt, read = lessons(3, 0, of.tests_per_digit, of.noise)
     assert (
         learnt.shape == read.shape == (100, PIXELS)
         and (learnt != read).any()
@@ -94,7 +94,7 @@ def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -
             outputs = np.array(
                 [answered(weights.astype(np.float64), pixels.astype(np.float64)) for pixels in read]
             )
-            right = np.repeat(np.arange(DIGITS), of.each)
+            right = np.repeat(np.arange(DIGITS), of.tests_per_digit)
             wrong = (outputs > 0.5) != np.eye(DIGITS)[right]
             missed = wrong.any(axis=1) if criterion == "all" else outputs.argmax(axis=1) != right
             assert found.records[name][0, agent] == pytest.approx(missed.mean(), abs=0.011), (
@@ -105,7 +105,7 @@ def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -
 
 
 def test_digits_can_be_learned_and_without_learning_nothing_is() -> None:
-    of, genomes = readers(8, trials=4000, rate=1.0)
+    of, genomes = readers(8, trials=4000, learning_rate=1.0)
     assert of.simulate(3, [0], 2, genomes).records["error"].mean() < 0.1
     off = of.without_learning().simulate(3, [0], 2, genomes)
     assert off.learned is not None and (off.learned == genomes[:, :, 0]).all()
@@ -133,13 +133,13 @@ def test_digits_are_ten_that_differ_and_their_pixels_are_turned_over_as_often_as
 def test_trials_are_as_many_for_all_or_spread_from_none_to_twice_as_many() -> None:
     _, genomes = readers(2000)
     equal = (
-        DigitReaders(hidden=HIDDEN, trials=6, each=1)
+        DigitReaders(hidden_units=HIDDEN, trials=6, tests_per_digit=1)
         .simulate(3, [0], 2, genomes)
         .records["used"][0]
         - 1
     )
     spread = (
-        DigitReaders(hidden=HIDDEN, trials=6, each=1, allotment="spread")
+        DigitReaders(hidden_units=HIDDEN, trials=6, tests_per_digit=1, trial_distribution="spread")
         .simulate(3, [0], 2, genomes)
         .records["used"][0]
         - 1
@@ -150,7 +150,8 @@ def test_trials_are_as_many_for_all_or_spread_from_none_to_twice_as_many() -> No
 
 def test_weights_are_four_bits_and_a_bit_flips_as_often_as_it_should() -> None:
     experiment = assign(
-        bl.load("trials-0"), ["evolution.mutation_rate=0.1", "evolution.four_bit_weights.crossed=0"]
+        bl.load("trials-0"),
+        ["evolution.mutation_rate=0.1", "evolution.four_bit_weights.crossover_share=0"],
     )
     founders = draw_genomes(experiment, GenerationKey(0, 0, 0))
     levels = np.arange(16, dtype=np.float32) * np.float32(4 / 15) - 2

@@ -229,7 +229,11 @@ def test_the_parts_are_as_parts_should_be() -> None:
     ],
 )
 def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: list[float]) -> None:
-    settings = ["evolution.mutation_rate=1", "population.size=2000", f"hinton_nowlan.unset={unset}"]
+    settings = [
+        "evolution.mutation_rate=1",
+        "population.size=2000",
+        f"hinton_nowlan.initial_unset_share={unset}",
+    ]
     experiment = assign(
         bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"]
     )

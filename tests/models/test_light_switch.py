@@ -20,10 +20,10 @@ from baldwinlab.parts import LIFE, uniforms
 KINDS: dict[str, dict[str, Any]] = {
     "neurons": {},
     "neurons-target": {"sign": "target"},
-    "synapses": {"coding": "synapses"},
-    "strengths": {"coding": "strengths"},
-    "senses": {"coding": "strengths", "change": "senses"},
-    "wheels": {"coding": "synapses", "change": "wheels"},
+    "synapses": {"encoding": "synapses"},
+    "strengths": {"encoding": "strengths"},
+    "senses": {"encoding": "strengths", "change": "senses"},
+    "wheels": {"encoding": "synapses", "change": "wheels"},
 }
 
 
@@ -45,7 +45,7 @@ class Life:
         for neuron in self.neurons:
             row = []
             for source in range(sources):
-                if of.coding == "neurons":
+                if of.encoding == "neurons":
                     sign, *rest = genes[neuron]
                     if of.sign == "source":
                         sign = (
@@ -61,7 +61,7 @@ class Life:
                     "rate": 0.3 * (2 * rest[2] + rest[3]),
                 }
                 synapse["w"] = float(born[neuron * sources + source])
-                if of.coding == "strengths":
+                if of.encoding == "strengths":
                     synapse |= {
                         "rate": 0.0,
                         "w": (8 * rest[0] + 4 * rest[1] + 2 * rest[2] + rest[3]) / 15,
@@ -112,7 +112,7 @@ class Life:
         heading = complex(2 * begin[2] - 1, 2 * begin[3] - 1)
         heading /= abs(heading)
         values, lit, under = [0.0] * len(self.neurons), False, 0
-        for _ in range(self.of.moves):
+        for _ in range(self.of.steps_per_life):
             lit = lit or abs(place - complex(*self.world[:2])) < 0.2
             under += lit and abs(place - complex(*self.world[2:4])) < 0.2
             before = [*self.senses(place, heading, lit), *values]
@@ -137,7 +137,7 @@ class Life:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_life_is_as_in_plain_python(kind: str) -> None:
     """Where it is chaotic, float32 and float64 part: so of short lives, and of all but one in twenty."""
-    of = LightSwitch(**{"neurons": 4, "moves": 120} | KINDS[kind])
+    of = LightSwitch(**{"neurons": 4, "steps_per_life": 120} | KINDS[kind])
     born = genomes(of)
     found = of.simulate(7, [5], 3, born)
     assert (born == genomes(of)).all(), "what is inherited is left as it was"
@@ -148,17 +148,17 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
             Life(of, genome.astype(int).tolist(), at_birth, world)
             for genome, at_birth in zip(born[0, :, 0], small, strict=True)
         ]
-        expected = np.array([life.lived(begin) for life in lives]) / of.moves
+        expected = np.array([life.lived(begin) for life in lives]) / of.steps_per_life
         assert (abs(found.records[name][0] - expected) < 1e-6).mean() >= 0.95
     assert found.energy[0] == pytest.approx(found.records["score"][0])
 
 
 def test_weights_learn_in_no_life_without_plasticity_and_with_strengths_there_is_none() -> None:
-    of = LightSwitch(neurons=3, moves=50)
+    of = LightSwitch(neurons=3, steps_per_life=50)
     assert (
         of.learns
         and not of.without_learning().learns
-        and not LightSwitch(coding="strengths").learns
+        and not LightSwitch(encoding="strengths").learns
     )
     bits = genomes(of)[:, :, 0].astype(int)
     assert (
@@ -176,14 +176,14 @@ def test_weights_at_birth_are_small_and_no_two_agents_alike() -> None:
 
 def test_a_life_in_the_dark_is_worth_nothing() -> None:
     """Whose wheels stand still never comes to the stripe, and under a lamp that is not lit is no score."""
-    of = LightSwitch(coding="strengths")
+    of = LightSwitch(encoding="strengths")
     still = np.zeros((1, 3, 1, of.weights()), np.float32)
     found = of.simulate(0, [0], 0, still)
     assert (found.energy == 0).all() and (found.records["changed"] == 0).all()
 
 
 def test_a_run_has_the_same_bits_beside_others() -> None:
-    of = LightSwitch(coding="synapses", moves=200)
+    of = LightSwitch(encoding="synapses", steps_per_life=200)
     born = np.repeat(genomes(of), 2, axis=0)
     both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
     for name in ("score", "changed"):

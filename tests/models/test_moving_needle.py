@@ -49,12 +49,12 @@ def targets(run: int = 0, generations: int = 40, **fields: Any) -> npt.NDArray[n
 
 
 def test_it_moves_in_its_period_and_by_as_many_loci_at_the_most() -> None:
-    found = targets(period=8, redrawn=3)
+    found = targets(period=8, redrawn_loci=3)
     changed = (found[1:] != found[:-1]).sum(axis=1)
     moves = np.arange(1, 40) % 8 == 0
     assert (found[:8] == 1).all() and (changed[~moves] == 0).all()
     assert changed[moves].max() in (1, 2, 3)
-    assert not np.array_equal(found[-1], targets(run=1, period=8, redrawn=3)[-1]), (
+    assert not np.array_equal(found[-1], targets(run=1, period=8, redrawn_loci=3)[-1]), (
         "every run has a needle of its own"
     )
 
@@ -62,7 +62,7 @@ def test_it_moves_in_its_period_and_by_as_many_loci_at_the_most() -> None:
 def test_half_of_the_loci_that_are_drawn_change_and_all_come_to_be_drawn() -> None:
     changes = np.concatenate(
         [
-            np.diff(targets(run=run, period=1, redrawn=1, generations=60), axis=0) != 0
+            np.diff(targets(run=run, period=1, redrawn_loci=1, generations=60), axis=0) != 0
             for run in range(30)
         ]
     )

@@ -70,7 +70,7 @@ def test_neighbours_are_alike_as_theory_says(others: int, expected: float) -> No
 
 def life(of: NKClimbers, born: list[int], agent: int) -> tuple[float, list[int]]:
     """The fitness of a string at death and what it had become, flip by flip."""
-    heights = landscape(7, 0, of.bits, of.others)
+    heights = landscape(7, 0, of.bits, of.k)
 
     def height(bits: list[int]) -> float:
         return float(heights[sum(bit << place for place, bit in enumerate(bits))])
@@ -84,7 +84,7 @@ def life(of: NKClimbers, born: list[int], agent: int) -> tuple[float, list[int]]
 
 
 def test_a_life_is_as_in_plain_python() -> None:
-    of = NKClimbers(bits=8, others=3, trials=6, cost=0.02)
+    of = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02)
     born = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     found = of.simulate(7, [0], 3, born)
     assert found.learned is not None
@@ -100,7 +100,7 @@ def test_a_life_is_as_in_plain_python() -> None:
 
 
 def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
-    of = NKClimbers(bits=8, others=3, trials=6)
+    of = NKClimbers(bits=8, k=3, trials=6)
     born = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     lived = of.simulate(7, [0], 3, born)
     for agent in range(40):
@@ -147,9 +147,9 @@ def test_a_larger_tournament_is_won_by_the_better_half_as_often_as_theory_says()
 
 def test_more_others_than_bits_are_refused() -> None:
     with pytest.raises(
-        ExperimentError, match=r"nk_climbers\.others = 8 must be less than nk_climbers\.bits = 8"
+        ExperimentError, match=r"nk_climbers\.k = 8 must be less than nk_climbers\.bits = 8"
     ):
-        assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.others=8"])
+        assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.k=8"])
 
 
 def test_the_parts_are_as_parts_should_be() -> None:

@@ -62,7 +62,7 @@ def test_the_law_is_met_exactly_by_any_ten_thousand_populations() -> None:
 
 def test_selection_by_lot_meets_the_law_on_average() -> None:
     generator = np.random.default_rng(2)
-    x, slope = generator.normal(0.8, 0.3, 1000), SlopeClimbers(bend=1)
+    x, slope = generator.normal(0.8, 0.3, 1000), SlopeClimbers(curvature=1)
     innate, learned = slope.fitness(x), slope.fitness(x + 0.3)
     moved = [
         mean_of_parents(SAMPLED, x, learned, 2000, 2 * k)
@@ -77,13 +77,13 @@ def test_selection_by_lot_meets_the_law_on_average() -> None:
 @pytest.mark.parametrize("name", BENDS)
 def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: str) -> None:
     slope, generator = (
-        SlopeClimbers(bend=BENDS[name], rise=0.0 if BENDS[name] else 1.0),
+        SlopeClimbers(curvature=BENDS[name], slope=0.0 if BENDS[name] else 1.0),
         np.random.default_rng(3),
     )
     for _ in range(300):
         low, high = (-2.0, -0.5) if name == "concave" else (0.0, 2.0)
         x = generator.uniform(low, high, 20)
-        moved = law(x, slope.fitness(x), slope.fitness(x + slope.step))
+        moved = law(x, slope.fitness(x), slope.fitness(x + slope.learning_step))
         assert moved * BENDS[name] > 0 or (BENDS[name] == 0 and abs(moved) < 1e-12)
 
 
@@ -99,9 +99,9 @@ def gaussian_step(
     mean: float, variance: float, slope: SlopeClimbers, mutation: float
 ) -> tuple[float, float]:
     """Mean and variance after a generation of an infinite population that is normal, and stays so."""
-    left = 1 - slope.bend * variance
+    left = 1 - slope.curvature * variance
     return (
-        mean + variance * (slope.rise + slope.bend * slope.step * slope.learning)
+        mean + variance * (slope.slope + slope.curvature * slope.learning_step * slope.learning)
     ) / left, variance / left + mutation**2
 
 
@@ -115,13 +115,15 @@ def test_a_normal_population_moves_as_exact_theory_says(
     changes = [
         f"population.size={agents}",
         f"evolution.selection={selection}",
-        "slope_climbers.spread=0.3",
+        "slope_climbers.initial_std=0.3",
     ]
     experiment = assign(bl.load(f"{condition}/{name}"), changes)
     slope, genomes = experiment.of_model, draw_genomes(experiment, GenerationKey(1, 0, 0))
     energy = slope.simulate(1, [0], 0, genomes[None]).energy[0]
     children, _ = breed(experiment, genomes, energy, GenerationKey(1, 0, 1))
-    mean, variance = gaussian_step(slope.start, 0.3**2, slope, experiment.evolution.mutation_size)
+    mean, variance = gaussian_step(
+        slope.initial_mean, 0.3**2, slope, experiment.evolution.mutation_size
+    )
     error = np.sqrt(2 * variance / agents)  # of parents that are drawn from agents that were drawn
     assert abs(children.mean(dtype=np.float64) - mean) < 4 * error
     assert abs(children.var(dtype=np.float64) - variance) < 4 * np.sqrt(4 * variance**2 / agents)
@@ -134,7 +136,7 @@ def test_several_generations_go_as_the_recursion_does() -> None:
             bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"]
         )
         slope = experiment.of_model
-        mean, variance = slope.start, slope.spread**2
+        mean, variance = slope.initial_mean, slope.initial_std**2
         for _ in range(10):
             mean, variance = gaussian_step(
                 mean, variance, slope, experiment.evolution.mutation_size
@@ -148,7 +150,7 @@ def test_several_generations_go_as_the_recursion_does() -> None:
 
 def test_what_is_lived_is_fitness_a_step_further_up_and_nothing_of_it_is_born() -> None:
     genomes = np.random.default_rng(4).normal(0, 1, (2, 30, 1, 1)).astype(np.float32)
-    slope = SlopeClimbers(bend=-0.5, rise=0.7, step=0.25)
+    slope = SlopeClimbers(curvature=-0.5, slope=0.7, learning_step=0.25)
     found, off = (
         each.simulate(0, [0, 1], 0, genomes) for each in (slope, slope.without_learning())
     )
@@ -174,7 +176,7 @@ def test_the_exponential_is_that_of_numpy() -> None:
 
 
 def test_fitness_stays_a_number_however_far_up() -> None:
-    found = SlopeClimbers(bend=10).fitness(np.array([0.0, 1e3, -1e30]))
+    found = SlopeClimbers(curvature=10).fitness(np.array([0.0, 1e3, -1e30]))
     assert found[0] == 1 and np.isfinite(found).all() and found[1] == found[2] == found.max()
 
 
@@ -199,9 +201,9 @@ def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops()
 def test_level_ground_is_refused() -> None:
     with pytest.raises(
         ExperimentError,
-        match=r"slope_climbers\.rise and slope_climbers\.bend are both 0: there is no slope",
+        match=r"slope_climbers\.slope and slope_climbers\.curvature are both 0: there is no slope",
     ):
-        assign(bl.load("stepping/convex"), ["slope_climbers.bend=0"])
+        assign(bl.load("stepping/convex"), ["slope_climbers.curvature=0"])
 
 
 def test_the_part_is_as_parts_should_be() -> None:

@@ -20,14 +20,14 @@ from baldwinlab.parts import GridView, PathView
 from baldwinlab.simulation.simulate import simulate_histories
 
 KINDS: dict[str, dict[str, Any]] = {
-    "modulated": {"standard": 2, "modulatory": 2},
-    "plain": {"standard": 3, "modulatory": 0},
+    "modulated": {"standard_neurons": 2, "modulatory_neurons": 2},
+    "plain": {"standard_neurons": 3, "modulatory_neurons": 0},
     "step": {"memory": "step"},
     "life": {"memory": "life"},
-    "double": {"turns": 2},
+    "double": {"turning_points": 2},
     "homing": {"homing": True},
-    "double-homing": {"turns": 2, "homing": True},
-    "fixed": {"modulatory": 0, "plasticity": False},
+    "double-homing": {"turning_points": 2, "homing": True},
+    "fixed": {"modulatory_neurons": 0, "plasticity": False},
 }
 
 
@@ -68,7 +68,7 @@ class Life:
         self.values[REWARD] = reward
         if self.of.memory == "step":
             self.rest()
-        modulatory = range(INPUTS, INPUTS + self.of.modulatory)
+        modulatory = range(INPUTS, INPUTS + self.of.modulatory_neurons)
         sources = [k for k in range(len(self.values)) if k not in modulatory]
         for neuron, row in enumerate(self.weights):
             self.values[INPUTS + neuron] = math.tanh(
@@ -110,7 +110,10 @@ class Life:
         first, moves, after = self.maze
         for trip in range(self.of.trips):
             end = first if trip < moves else after
-            way = [["left", "right"][end >> turn & 1] for turn in reversed(range(self.of.turns))]
+            way = [
+                ["left", "right"][end >> turn & 1]
+                for turn in reversed(range(self.of.turning_points))
+            ]
             if self.of.memory == "trip":
                 self.rest()
             self.acts = []
@@ -143,12 +146,12 @@ def walked(
     """Row, column and heading (right, down, left, up) at home and after each act, and the cells on the way: one or two an act."""
     ahead, turns = ((0, 1), (1, 0), (0, -1), (-1, 0)), {"straight": 0, "right": 1, "left": 3}
     end = (
-        2 * of.turns
+        2 * of.turning_points
     )  # the place of the end, before and after which corridors are longer, as is that to home
     legs = [(1, turns[act]) for act in acts]
     legs[end : end + 1] = [(2, 0)] * len(legs[end : end + 1])
     legs += [(2, 0)] * (of.homing and worth in (1.0, 0.2))
-    row, column, heading = 2 * of.turns + 1, 3, 3
+    row, column, heading = 2 * of.turning_points + 1, 3, 3
     frames, cells = [(row, column, heading)], [(row, column)]
     for place, (length, turn) in enumerate(legs):
         heading = (heading + 2) % 4 if place == end + 1 else heading
@@ -164,7 +167,7 @@ def walked(
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_view_of_trips_is_that_life(kind: str) -> None:
     of = TMazes(**{"trips": 12} | KINDS[kind])
-    born, worths, end = genomes(of)[0], set[float](), 2 * of.turns + 1
+    born, worths, end = genomes(of)[0], set[float](), 2 * of.turning_points + 1
     for agent in range(0, 200, 4):
         life = Life(of, born[agent, 0], of.maze(7, 5, 3))
         life.lived()
@@ -195,7 +198,7 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
 def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
     turns: Any, ends: list[tuple[int, int]]
 ) -> None:
-    of = TMazes(turns=turns)
+    of = TMazes(turning_points=turns)
     first, moves, after = of.maze(7, 5, 3)
     seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), genomes(of)[0], 0)
     assert isinstance(seen, GridView) and list(seen.marks) == ["wall", "high reward", "low reward"]
@@ -209,7 +212,14 @@ def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
 @pytest.mark.parametrize("turns", [1, 2])
 def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) -> None:
     """By hand: a neuron that remembers the end, one that is active if that one is so at a turning point, and the output."""
-    of = TMazes(turns=turns, homing=True, standard=2, modulatory=0, plasticity=False, trips=20)
+    of = TMazes(
+        turning_points=turns,
+        homing=True,
+        standard_neurons=2,
+        modulatory_neurons=0,
+        plasticity=False,
+        trips=20,
+    )
     weights = np.zeros((of.neurons, INPUTS + of.neurons), np.float32)
     after_end, turns_back, output = weights
     after_end[END], after_end[BIAS], after_end[INPUTS] = 10, -0.5, 4
@@ -264,7 +274,7 @@ def by_hand() -> tuple[TMazes, npt.NDArray[np.float32]]:
 
     With A = 1 and C = -1 a synapse changes by its output's activation, towards its opposite, unless what it senses is 1.
     """
-    of = TMazes(standard=0, modulatory=1)
+    of = TMazes(standard_neurons=0, modulatory_neurons=1)
     weights = np.zeros((of.neurons, INPUTS + of.neurons), np.float32)
     modulatory, output = weights
     modulatory[END], modulatory[REWARD] = 1, -1
@@ -289,7 +299,7 @@ def test_a_controller_built_by_hand_gains_the_best_expected_return() -> None:
 @pytest.mark.parametrize(("turns", "best"), [(1, 98.8), (2, 97.2)])
 def test_who_forgets_nothing_gains_what_theory_says(turns: Any, best: float) -> None:
     """Where it was high it goes again, and else tries the ends one after another: 100 - 0.4 - 0.8, and 100 - 1.2 - 1.6."""
-    of, gained = TMazes(turns=turns), []
+    of, gained = TMazes(turning_points=turns), []
     for run in range(2000):
         first, moves, after = of.maze(0, run, 0)
         total, to_try = 0.0, list(range(2**turns))
@@ -308,7 +318,7 @@ def test_who_forgets_nothing_gains_what_theory_says(turns: Any, best: float) -> 
 def test_who_always_goes_to_one_end_gains_it_for_its_share_of_trips(
     turns: Any, mean: float
 ) -> None:
-    of = TMazes(turns=turns)
+    of = TMazes(turning_points=turns)
     mazes = np.array([of.maze(0, run, 0) for run in range(4000)])
     trips = np.where(mazes[:, 0] == 0, mazes[:, 1], 0) + np.where(
         mazes[:, 2] == 0, 100 - mazes[:, 1], 0
@@ -321,7 +331,7 @@ def test_who_always_goes_to_one_end_gains_it_for_its_share_of_trips(
 def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life() -> None:
     """Then nothing is known of the last trip, so that all end at the same end, or all in a crash."""
     for memory, alike in (("step", True), ("trip", True), ("life", False)):
-        of = TMazes(modulatory=0, plasticity=False, memory=memory, trips=20)
+        of = TMazes(modulatory_neurons=0, plasticity=False, memory=memory, trips=20)
         found = of.simulate(0, [0], 0, genomes(of))
         _, moves, _ = of.maze(0, 0, 0)
         possible = {-8.0, moves + 0.2 * (20 - moves), 0.2 * moves + (20 - moves)}
@@ -369,6 +379,6 @@ def test_the_part_is_as_parts_should_be() -> None:
 
 
 def test_the_double_maze_and_the_way_home_are_named_by_maps() -> None:
-    assert bl.load("modulated-plasticity/double").of_model.turns == 2
+    assert bl.load("modulated-plasticity/double").of_model.turning_points == 2
     assert bl.load("modulated-plasticity/homing").of_model.homing
     assert assign(bl.load("plain-plasticity/single"), ["t_mazes.trips=10"]).steps == 40

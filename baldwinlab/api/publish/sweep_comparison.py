@@ -11,7 +11,7 @@ from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import FILE, settings_by_path
-from baldwinlab.studies.sweeps.file import Sweep, read
+from baldwinlab.studies.sweeps.file import Sweep, read_stored
 
 MOST_COMPARED: Final = 100  # points; the correction for more tests would leave little
 
@@ -32,7 +32,7 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
 def has_comparisons(study: StudyStore) -> bool:
     """Whether the report of a stored sweep compares its points."""
     path = study.directory / FILE
-    return path.exists() and are_compared(read(path), len(study.experiments))
+    return path.exists() and are_compared(read_stored(path), len(study.experiments))
 
 
 def compare_points(

@@ -56,20 +56,20 @@ def cross(part: Any, other: Graph, draws: Draws, child: Graph) -> None:
             if draws[OF_LINKS + link, 0] >= 0.5:
                 child[gene + WEIGHT] = other[gene_at(theirs) + WEIGHT]
         child[gene + ENABLED] = (
-            ONE if enabled or draws[OF_LINKS + link, 1] >= part.stays_disabled else ZERO
+            ONE if enabled or draws[OF_LINKS + link, 1] >= part.disabled_link_rate else ZERO
         )
 
 
 @compiled
 def mutate_weights(part: Any, draws: Draws, child: Graph) -> None:
     """Let every weight change by U(-perturbation, perturbation), or be anew of U(-range, range); or, of some children, none."""
-    if draws[0, 0] < part.mutated:
+    if draws[0, 0] < part.weight_mutation_rate:
         for link in range(links_of(child)):
             place, size = gene_at(link) + WEIGHT, 2.0 * draws[OF_LINKS + link, 3] - 1.0
-            if draws[OF_LINKS + link, 2] < part.perturbed:
-                child[place] += np.float32(size * np.float64(part.perturbation))
+            if draws[OF_LINKS + link, 2] < part.perturbation_share:
+                child[place] += np.float32(size * np.float64(part.perturbation_size))
             else:
-                child[place] = np.float32(size * np.float64(part.range))
+                child[place] = np.float32(size * np.float64(part.weight_range))
 
 
 @compiled
@@ -82,7 +82,7 @@ def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int,
     splittable = 0
     for link in range(links_of(child)):
         splittable += int(_may_be_split(child, link))
-    if draws[0, 1] >= part.add_node or splittable == 0 or links_of(child) + 2 > room(child):
+    if draws[0, 1] >= part.add_node_rate or splittable == 0 or links_of(child) + 2 > room(child):
         return last
     chosen = int(draws[0, 3] * splittable)
     gene = 0
@@ -116,7 +116,7 @@ def add_link(
 ) -> Any:
     """Join two nodes of child `number` that are not joined, in a loop only where there are. Gives the ledger's last number."""
     child = children[number, 0]
-    if draws[0, 2] >= part.add_link or links_of(child) + 1 > room(child):
+    if draws[0, 2] >= part.add_link_rate or links_of(child) + 1 > room(child):
         return last
     pairs = _pair(child, part.loops, -1, marks)[0]
     if pairs == 0:
@@ -126,7 +126,11 @@ def add_link(
     if link == ZERO:
         link, last = np.float32(last + 1), last + 1
     _insert(
-        child, link, source, target, np.float32((2.0 * draws[1, 1] - 1.0) * np.float64(part.range))
+        child,
+        link,
+        source,
+        target,
+        np.float32((2.0 * draws[1, 1] - 1.0) * np.float64(part.weight_range)),
     )
     return last
 

@@ -37,7 +37,7 @@ def require_graphs(experiment: Any, what: str) -> None:
     """Raises ValueError where genomes are no graphs."""
     if not getattr(_holder(experiment), "graphs", False):
         raise ValueError(
-            f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the models neat-xor, "
+            f"{what} needs genomes that are graphs: those of network.kind = 'neat', or of the models neat-xor, "
             "neat-poles and neat-poles-without-velocities"
         )
 
@@ -54,7 +54,7 @@ class Species(Selection, name="species"):
     """
 
     least: ClassVar[float] = 0.0
-    survivors: float = Field(
+    survival_threshold: float = Field(
         0.2,
         ge=0,
         le=1,
@@ -62,22 +62,22 @@ class Species(Selection, name="species"):
             "Share of the best members of a species that reproduce, plus one (our choice)."
         ),
     )
-    champion_of: int = Field(
+    champion_species_size: int = Field(
         5,
         ge=0,
         le=1_000_000,
         description="Number of members above which the best member of a species survives.",
     )
-    cloned: float = Field(
+    single_parent_share: float = Field(
         0.25, ge=0, le=1, description="Share of the children with a single parent, which mutate."
     )
-    between: float = Field(
+    interspecies_mating_rate: float = Field(
         0.001,
         ge=0,
         le=1,
         description=("Probability that the second parent is drawn from the entire population."),
     )
-    stale_after: int = Field(
+    stagnation_generations: int = Field(
         15,
         ge=1,
         le=1_000_000,
@@ -85,7 +85,7 @@ class Species(Selection, name="species"):
             "Number of generations without improvement after which a species has no children."
         ),
     )
-    narrows_after: int = Field(
+    population_stagnation_generations: int = Field(
         20,
         ge=1,
         le=1_000_000,
@@ -123,7 +123,7 @@ class Species(Selection, name="species"):
                 until = int(given * children / total + 0.5)
                 for child in range(first, until):
                     _mate(part, uniforms, order, end - size, end, child, parents)
-                if size > part.champion_of and until > first:
+                if size > part.champion_species_size and until > first:
                     parents[first, 0], parents[first, 1] = order[end - 1], ITSELF
                 first = until
             species, end = next_species(genome, species), end - size
@@ -157,14 +157,14 @@ def _mate(
 ) -> None:
     """Two of those that survive of a species, which stand last from `begin` to `end`; or one; or one and anybody."""
     draws = uniforms[child]
-    survivors = min(end - begin, int(np.float64(part.survivors) * (end - begin)) + 1)
+    survivors = min(end - begin, int(np.float64(part.survival_threshold) * (end - begin)) + 1)
     one, other = (
         order[end - 1 - int(draws[0, 0] * survivors)],
         order[end - 1 - int(draws[0, 3] * survivors)],
     )
-    if draws[0, 2] < part.between:
+    if draws[0, 2] < part.interspecies_mating_rate:
         other = order[int(draws[0, 3] * order.size)]
-    if draws[0, 1] < part.cloned:
+    if draws[0, 1] < part.single_parent_share:
         other = one
     parents[child, 0], parents[child, 1] = one, other
 
@@ -190,10 +190,10 @@ class Neat(Variation, name="neat"):
         ),  # with the bias, of foragers
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }
-    mutated: float = Field(
+    weight_mutation_rate: float = Field(
         0.8, ge=0, le=1, description="Share of the children whose weights mutate."
     )
-    perturbed: float = Field(
+    perturbation_share: float = Field(
         0.9,
         ge=0,
         le=1,
@@ -201,20 +201,20 @@ class Neat(Variation, name="neat"):
             "Probability that a mutated weight is perturbed; otherwise it is drawn again."
         ),
     )
-    perturbation: float = Field(
+    perturbation_size: float = Field(
         1.0,
         ge=0,
         le=1000,
         description="Limit P of a perturbation, which adds U(-P, P) (our choice).",
     )
-    range: float = Field(
+    weight_range: float = Field(
         5.0, ge=0, le=1000, description="Limit R of a new weight, drawn from U(-R, R) (our choice)."
     )
-    add_node: float = Field(
+    add_node_rate: float = Field(
         0.03, ge=0, le=1, description="Probability of a new node, which splits a link."
     )
-    add_link: float = Field(0.05, ge=0, le=1, description="Probability of a new link.")
-    stays_disabled: float = Field(
+    add_link_rate: float = Field(0.05, ge=0, le=1, description="Probability of a new link.")
+    disabled_link_rate: float = Field(
         0.75,
         ge=0,
         le=1,
@@ -222,22 +222,22 @@ class Neat(Variation, name="neat"):
             "Probability that a link that is disabled in a parent is disabled in the child."
         ),
     )
-    excess: float = Field(
+    excess_coefficient: float = Field(
         1.0,
         ge=0,
         le=1000,
         description="Distance coefficient c1, of excess genes.",
     )
-    disjoint: float = Field(
+    disjoint_coefficient: float = Field(
         1.0, ge=0, le=1000, description="Distance coefficient c2, of disjoint genes."
     )
-    difference: float = Field(
+    weight_coefficient: float = Field(
         0.4,
         ge=0,
         le=1000,
         description="Distance coefficient c3, of the mean difference of weights.",
     )
-    threshold: float = Field(
+    compatibility_threshold: float = Field(
         3.0,
         gt=0,
         le=1000,

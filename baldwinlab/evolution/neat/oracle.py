@@ -47,9 +47,9 @@ def distance(part: Any, one: Genes, other: Genes) -> float:
     size = 1 if size < SMALL else size
     mean = sum(shared) / len(shared) if shared else 0.0
     return float(
-        part.excess * excess / size
-        + part.disjoint * (len(alone) - excess) / size
-        + part.difference * mean
+        part.excess_coefficient * excess / size
+        + part.disjoint_coefficient * (len(alone) - excess) / size
+        + part.weight_coefficient * mean
     )
 
 
@@ -113,14 +113,14 @@ def _standing_of_all(genome: Any, fitness: Any) -> tuple[float, int]:
 def _breeding(part: Any, genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
     """The species that have children."""
     there, (_, stale) = _standings(genome, fitness), _standing_of_all(genome, fitness)
-    periods, since = divmod(stale, part.narrows_after + 1)
+    periods, since = divmod(stale, part.population_stagnation_generations + 1)
     if periods and since == 0:
         best = sorted(there, key=lambda species: (-there[species]["now"], species))[:2]
         return {species: there[species] for species in there if species in best}
     found = {
         species: each
         for species, each in there.items()
-        if (min(each["stale"], since) if periods else each["stale"]) < part.stale_after
+        if (min(each["stale"], since) if periods else each["stale"]) < part.stagnation_generations
     }
     return found or there
 
@@ -136,14 +136,14 @@ def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[in
     found: list[list[int]] = []
     for number, each in enumerate(breeding.values()):
         best_first = sorted(each["members"], key=lambda agent: (-fitness[agent], -agent))
-        best = best_first[: int(float(part.survivors) * len(best_first)) + 1]
+        best = best_first[: int(float(part.survival_threshold) * len(best_first)) + 1]
         until, first = int(sum(means[: number + 1]) * len(uniforms) / sum(means) + 0.5), len(found)
         for draws in uniforms[first:until]:
             one, other = best[int(draws[0][0] * len(best))], best[int(draws[0][3] * len(best))]
-            if draws[0][2] < part.between:
+            if draws[0][2] < part.interspecies_mating_rate:
                 other = everybody[int(draws[0][3] * len(everybody))]
-            found.append([one, one if draws[0][1] < part.cloned else other])
-        if len(best_first) > part.champion_of and until > first:
+            found.append([one, one if draws[0][1] < part.single_parent_share else other])
+        if len(best_first) > part.champion_species_size and until > first:
             found[first] = [best_first[0], ITSELF]
     return found
 
@@ -168,19 +168,19 @@ def children(
             continue
         if one != other:
             _cross(part, genes, genes_of(genome[other][0]), of_links)
-        if of_child[0] < part.mutated:
+        if of_child[0] < part.weight_mutation_rate:
             for gene, draw in zip(genes.values(), of_links, strict=False):
                 size = 2 * draw[3] - 1
                 gene[2] = (
-                    gene[2] + size * part.perturbation
-                    if draw[2] < part.perturbed
-                    else size * part.range
+                    gene[2] + size * part.perturbation_size
+                    if draw[2] < part.perturbation_share
+                    else size * part.weight_range
                 )
         bias = genome[0][0][INPUTS] - 1
         splittable = [
             number for number in sorted(genes) if genes[number][3] and genes[number][0] != bias
         ]
-        if of_child[1] < part.add_node and splittable and len(genes) + 2 <= room:
+        if of_child[1] < part.add_node_rate and splittable and len(genes) + 2 <= room:
             source, target, weight, _ = split = genes[
                 splittable[int(of_child[3] * len(splittable))]
             ]
@@ -190,11 +190,11 @@ def children(
             split[3] = 0.0
             genes |= {node: [source, node, 1.0, 1.0], node + 1: [node, target, weight, 1.0]}
         pairs_there = _open_pairs(part, genome[0][0], genes)
-        if of_child[2] < part.add_link and pairs_there and len(genes) + 1 <= room:
+        if of_child[2] < part.add_link_rate and pairs_there and len(genes) + 1 <= room:
             source, target = pairs_there[int(of_new[0] * len(pairs_there))]
             number = known.setdefault(("link", source, target), ledger + 1)
             ledger = max(ledger, number)
-            genes[number] = [source, target, (2 * of_new[1] - 1) * part.range, 1.0]
+            genes[number] = [source, target, (2 * of_new[1] - 1) * part.weight_range, 1.0]
     heads = _heads(part, genome, fitness, made, draws, ledger)
     return [[_written(head, genes, room)] for head, genes in zip(heads, made, strict=True)]
 
@@ -204,7 +204,7 @@ def _cross(part: Any, genes: Genes, others: Genes, draws: Any) -> None:
         disabled = not gene[3] or (number in others and not others[number][3])
         if number in others and draw[0] >= 0.5:
             gene[2] = others[number][2]
-        gene[3] = float(not disabled or draw[1] >= part.stays_disabled)
+        gene[3] = float(not disabled or draw[1] >= part.disabled_link_rate)
 
 
 def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]:
@@ -238,7 +238,12 @@ def _heads(
     heads = []
     for genes in made:
         mine = next(
-            (each for each in species if distance(part, each[1], genes) < part.threshold), None
+            (
+                each
+                for each in species
+                if distance(part, each[1], genes) < part.compatibility_threshold
+            ),
+            None,
         )
         if mine is None:
             newest += 1

@@ -51,8 +51,11 @@ def distance(part: Any, one: Graph, other: Graph) -> float:
         ahead, behind = one[a + NUMBER] <= other[b + NUMBER], one[a + NUMBER] >= other[b + NUMBER]
         mine, theirs = mine + int(ahead), theirs + int(behind)
     excess, size = of_one - mine + of_other - theirs, max(of_one, of_other)
-    genes = np.float64(part.excess) * excess + np.float64(part.disjoint) * disjoint
-    return genes / (size if size >= SMALL else 1) + np.float64(part.difference) * (
+    genes = (
+        np.float64(part.excess_coefficient) * excess
+        + np.float64(part.disjoint_coefficient) * disjoint
+    )
+    return genes / (size if size >= SMALL else 1) + np.float64(part.weight_coefficient) * (
         difference / max(1, matching)
     )
 
@@ -97,13 +100,13 @@ def standing_of_all(genome: Genome, fitness: Fitness) -> Any:
 def may_breed(part: Any, genome: Genome, fitness: Fitness, species: Any) -> bool:
     """Whether a species has children: not for long without a gain, and where all are, only one of the two best."""
     _, stale_of_all = standing_of_all(genome, fitness)
-    period = part.narrows_after + 1
+    period = part.population_stagnation_generations + 1
     if stale_of_all > 0 and stale_of_all % period == 0:
         return _ahead(genome, fitness, species) < 2
     stale = standing(genome, fitness, species)[4]
     if stale_of_all > period:  # since the search was narrowed
         stale = min(stale, stale_of_all % period)
-    return bool(stale < part.stale_after)
+    return bool(stale < part.stagnation_generations)
 
 
 @compiled
@@ -167,5 +170,8 @@ def _take(
     """Take all children into a species that are near its representative, and of no other yet."""
     for child in range(children.shape[0]):
         graph = children[child, 0]
-        if graph[SPECIES] == ZERO and distance(part, representative, graph) < part.threshold:
+        if (
+            graph[SPECIES] == ZERO
+            and distance(part, representative, graph) < part.compatibility_threshold
+        ):
             graph[SPECIES], graph[BEST], graph[STALE] = species, best, np.float32(stale)

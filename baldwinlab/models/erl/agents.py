@@ -100,7 +100,7 @@ def live_step(rules: Any, world: World, agent: int, inputs: Any) -> None:
     if rules.learns and world.said[agent, 0] >= 0 and judged != world.judged[agent]:
         better = judged > world.judged[agent]
         for output in range(OUTPUTS):
-            rate = rules.rate if better else rules.rate_worse
+            rate = rules.positive_learning_rate if better else rules.negative_learning_rate
             reinforce(
                 world.act[agent, output], world.seen[agent], world.said[agent, output], better, rate
             )
@@ -119,13 +119,13 @@ def _go(rules: Any, world: World, agent: int, direction: int) -> None:
     cell = beside(rules, world.place[agent], direction)
     kind, who = world.kind[cell], world.who[cell]
     if kind == WALL:
-        world.health[agent] -= rules.bump
+        world.health[agent] -= rules.wall_damage
     elif kind == AGENT:
-        world.health[who] -= rules.blow
+        world.health[who] -= rules.attack_damage
     elif kind == CARNIVORE:
-        world.wounds[who] -= rules.blow
+        world.wounds[who] -= rules.attack_damage
     elif kind != TREE or who == NOBODY:
-        gain = rules.plant if kind == PLANT else rules.meat if kind == CORPSE else 0.0
+        gain = rules.plant_energy if kind == PLANT else rules.meat_energy if kind == CORPSE else 0.0
         world.energy[agent] = min(1.0, world.energy[agent] + gain)
         leave(world, agent)
         if kind != TREE:
@@ -160,7 +160,7 @@ def settle(rules: Any, world: World, cell: int) -> None:
     agent = world.counts[AGENTS]
     world.counts[AGENTS] += 1
     world.kind[cell], world.who[cell], world.place[agent] = AGENT, agent, cell
-    world.energy[agent], world.health[agent] = rules.newborn, 1.0
+    world.energy[agent], world.health[agent] = rules.initial_energy, 1.0
     world.said[agent, 0] = world.said[agent, 1] = -1
     for number in range(INPUTS):
         world.judge[agent, number] = weight(rules, world.bits[agent], number)
@@ -176,14 +176,14 @@ def weight(rules: Any, bits: Any, number: int) -> Any:
     value = 0
     for bit in range(BITS_OF_WEIGHT):
         value = 2 * value + int(bits[BITS_OF_WEIGHT * number + bit])
-    return rules.range * np.float32(2 * value - 15) / np.float32(15)
+    return rules.weight_range * np.float32(2 * value - 15) / np.float32(15)
 
 
 @compiled
 def breed(rules: Any, world: World, agent: int) -> None:
     """If it has the energy, and there is room: a child beside it, of it and of the nearest mate, or of it alone."""
     child = world.counts[AGENTS]
-    if world.energy[agent] < rules.fertile or child == rules.most:
+    if world.energy[agent] < rules.reproduction_threshold or child == rules.max_agents:
         return
     cell, first = NOBODY, int(draw(world)[0] * np.float32(4))
     for turn in range(4):
@@ -198,7 +198,7 @@ def breed(rules: Any, world: World, agent: int) -> None:
             drawn = draw(world)
             for bit in range(4):
                 world.bits[child, first_bit + bit] = int(drawn[bit] < np.float32(0.5))
-    world.energy[agent] -= rules.birth
+    world.energy[agent] -= rules.reproduction_cost
     world.counts[BORN] += 1
     settle(rules, world, cell)
 
@@ -207,9 +207,9 @@ def breed(rules: Any, world: World, agent: int) -> None:
 def _mate(rules: Any, world: World, agent: int) -> int:
     """The nearest other within reach; itself where there is none."""
     mate, nearest = agent, REACH * REACH + 1
-    x, y = world.place[agent] % rules.side, world.place[agent] // rules.side
+    x, y = world.place[agent] % rules.grid_size, world.place[agent] // rules.grid_size
     for other in range(world.counts[AGENTS]):
-        dx, dy = world.place[other] % rules.side - x, world.place[other] // rules.side - y
+        dx, dy = world.place[other] % rules.grid_size - x, world.place[other] // rules.grid_size - y
         if other != agent and dx * dx + dy * dy < nearest:
             mate, nearest = other, dx * dx + dy * dy
     return mate
@@ -225,7 +225,9 @@ def _cross(rules: Any, world: World, one: int, other: int, child: int) -> None:
         for number in range(4):
             bit = first_bit + number
             parent = other if min(cuts) <= bit < max(cuts) else one
-            world.bits[child, bit] = world.bits[parent, bit] ^ int(flips[number] < rules.mutation)
+            world.bits[child, bit] = world.bits[parent, bit] ^ int(
+                flips[number] < rules.mutation_rate
+            )
 
 
 @compiled

@@ -46,29 +46,29 @@ from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Mod
 class Rules(NamedTuple):
     """A world's numbers, as compiled code has them: the model's fields of these names, and what its strategy means."""
 
-    side: int
-    most: int
-    plants: int
-    seeds: int
-    growth: int
+    grid_size: int
+    max_agents: int
+    initial_plants: int
+    sprouts_per_step: int
+    growth_checks_per_step: int
     trees: int
-    carnivores: int
-    plant: float
-    meat: float
-    living: float
-    newborn: float
-    fertile: float
-    birth: float
-    healing: float
-    bump: float
-    blow: float
-    bite: float
-    prey: float
-    hunger: float
-    mutation: np.float32
-    range: np.float32
-    rate: np.float32
-    rate_worse: np.float32
+    initial_carnivores: int
+    plant_energy: float
+    meat_energy: float
+    cost_per_step: float
+    initial_energy: float
+    reproduction_threshold: float
+    reproduction_cost: float
+    healing_per_step: float
+    wall_damage: float
+    attack_damage: float
+    bite_damage: float
+    carnivore_meat_energy: float
+    carnivore_cost_per_step: float
+    mutation_rate: np.float32
+    weight_range: np.float32
+    positive_learning_rate: np.float32
+    negative_learning_rate: np.float32
     learns: bool
     inherits: bool
     walks: bool
@@ -91,20 +91,22 @@ class ErlPopulations(Model, name="erl-populations"):
     strategy: Literal["ERL", "E", "L", "F", "B"] = Field(
         "ERL", description="Adaptation of the agents: evolution, learning, both or none."
     )
-    longest: int = Field(
+    max_steps: int = Field(
         30_000, ge=1, le=100_000_000, description="Maximum number of steps of a run."
     )
-    founders_of: int = Field(100, ge=1, le=1000, description="Number of founders.")
-    most: int = Field(400, ge=1, le=100_000, description="Maximum number of living agents.")
-    side: int = Field(100, ge=12, le=1000, description="Number of cells per edge, walls included.")
-    plants: int = Field(1000, ge=0, le=1_000_000, description="Initial number of plants.")
-    seeds: int = Field(
+    initial_agents: int = Field(100, ge=1, le=1000, description="Number of founders.")
+    max_agents: int = Field(400, ge=1, le=100_000, description="Maximum number of living agents.")
+    grid_size: int = Field(
+        100, ge=12, le=1000, description="Number of cells per edge, walls included."
+    )
+    initial_plants: int = Field(1000, ge=0, le=1_000_000, description="Initial number of plants.")
+    sprouts_per_step: int = Field(
         4,
         ge=0,
         le=1_000_000,
         description="Number of cells per step in which a plant appears if they are empty.",
     )
-    growth: int = Field(
+    growth_checks_per_step: int = Field(
         0,
         ge=0,
         le=1_000_000,
@@ -113,45 +115,57 @@ class ErlPopulations(Model, name="erl-populations"):
     trees: int = Field(
         100, ge=0, le=1_000_000, description="Number of trees. A tree protects one agent."
     )
-    carnivores: int = Field(
+    initial_carnivores: int = Field(
         10,
         ge=0,
         le=MOST_CARNIVORES,
         description="Initial number of carnivores. One more appears every 200 steps.",
     )
-    plant: float = Field(
+    plant_energy: float = Field(
         0.1, ge=0, le=1, description="Energy of a plant. The maximum energy of an agent is 1."
     )
-    meat: float = Field(0.2, ge=0, le=1, description="Energy that an agent gains from a corpse.")
-    living: float = Field(0.003, ge=0, le=1, description="Cost of a step for an agent, in energy.")
-    newborn: float = Field(0.4, gt=0, le=1, description="Energy at birth.")
-    fertile: float = Field(0.95, gt=0, le=1, description="Energy above which an agent reproduces.")
-    birth: float = Field(0.8, ge=0, le=1, description="Cost of a child for its parent, in energy.")
-    healing: float = Field(
+    meat_energy: float = Field(
+        0.2, ge=0, le=1, description="Energy that an agent gains from a corpse."
+    )
+    cost_per_step: float = Field(
+        0.003, ge=0, le=1, description="Cost of a step for an agent, in energy."
+    )
+    initial_energy: float = Field(0.4, gt=0, le=1, description="Energy at birth.")
+    reproduction_threshold: float = Field(
+        0.95, gt=0, le=1, description="Energy above which an agent reproduces."
+    )
+    reproduction_cost: float = Field(
+        0.8, ge=0, le=1, description="Cost of a child for its parent, in energy."
+    )
+    healing_per_step: float = Field(
         0.005, ge=0, le=1, description="Health regained per step. The maximum is 1."
     )
-    bump: float = Field(0.02, ge=0, le=1, description="Health lost at a wall.")
-    blow: float = Field(
+    wall_damage: float = Field(0.02, ge=0, le=1, description="Health lost at a wall.")
+    attack_damage: float = Field(
         0.1, ge=0, le=1, description="Health that an agent loses when another agent attacks it."
     )
-    bite: float = Field(
+    bite_damage: float = Field(
         0.5, ge=0, le=1, description="Health that an agent loses when a carnivore attacks it."
     )
-    prey: float = Field(
+    carnivore_meat_energy: float = Field(
         0.4,
         ge=0,
         le=1,
         description="Energy that a carnivore gains from a corpse. Its maximum is 1.",
     )
-    hunger: float = Field(
+    carnivore_cost_per_step: float = Field(
         0.002, ge=0, le=1, description="Cost of a step for a carnivore, in energy."
     )
-    mutation: float = Field(0.003, ge=0, le=1, description="Mutation probability per bit.")
-    range: float = Field(
+    mutation_rate: float = Field(0.003, ge=0, le=1, description="Mutation probability per bit.")
+    weight_range: float = Field(
         3.0, ge=0, le=100, description="Limit R of the weights, which lie in [-R, R]."
     )
-    rate: float = Field(0.3, ge=0, le=10, description="Learning rate after an improvement.")
-    rate_worse: float = Field(0.03, ge=0, le=10, description="Learning rate after a deterioration.")
+    positive_learning_rate: float = Field(
+        0.3, ge=0, le=10, description="Learning rate after an improvement."
+    )
+    negative_learning_rate: float = Field(
+        0.03, ge=0, le=10, description="Learning rate after a deterioration."
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1},
@@ -161,8 +175,8 @@ class ErlPopulations(Model, name="erl-populations"):
         },  # others would be further histories from the same founders
     }
     check_settings: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
-        "longest": 8, "founders_of": 4, "most": 8,
-        "side": 12, "plants": 50, "trees": 3, "carnivores": 4, "plant": 1.0, "bite": 1.0,
+        "max_steps": 8, "initial_agents": 4, "max_agents": 8,
+        "grid_size": 12, "initial_plants": 50, "trees": 3, "initial_carnivores": 4, "plant_energy": 1.0, "bite_damage": 1.0,
     }  # fmt: skip
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
@@ -193,9 +207,10 @@ class ErlPopulations(Model, name="erl-populations"):
     }
 
     def check(self, experiment: Any) -> None:
-        if self.most < self.founders_of:
+        if self.max_agents < self.initial_agents:
             raise ValueError(
-                f"erl_populations.most = {self.most} must be at least erl_populations.founders_of = {self.founders_of}"
+                f"erl_populations.max_agents = {self.max_agents} must be at least "
+                f"erl_populations.initial_agents = {self.initial_agents}"
             )
 
     @property
@@ -204,7 +219,7 @@ class ErlPopulations(Model, name="erl-populations"):
 
     @property
     def steps(self) -> int:
-        return self.longest
+        return self.max_steps
 
     def without_learning(self) -> ErlPopulations:
         return self.model_copy(
@@ -212,7 +227,7 @@ class ErlPopulations(Model, name="erl-populations"):
         )
 
     def weights(self) -> int:
-        return self.founders_of * BITS
+        return self.initial_agents * BITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """The bits of all founders of each population, one after another."""
@@ -229,7 +244,12 @@ class ErlPopulations(Model, name="erl-populations"):
         }
         single = {
             name: np.float32(getattr(self, name))
-            for name in ("mutation", "range", "rate", "rate_worse")
+            for name in (
+                "mutation_rate",
+                "weight_range",
+                "positive_learning_rate",
+                "negative_learning_rate",
+            )
         }
         return Rules(
             **{
@@ -243,7 +263,7 @@ class ErlPopulations(Model, name="erl-populations"):
 
     def world(self, *key: int) -> World:
         """One in which nothing is yet."""
-        cells, most, hunters = self.side * self.side, self.most, MOST_CARNIVORES
+        cells, most, hunters = self.grid_size * self.grid_size, self.max_agents, MOST_CARNIVORES
         return World(
             counts=np.zeros(7, np.int64),
             key=np.array(key, np.int64),
@@ -274,12 +294,12 @@ class ErlPopulations(Model, name="erl-populations"):
                 bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, BITS)
                 world = self.world(seed, run, generation, number)
                 survived[row, number] = history(
-                    rules, world, bits, self.longest, inputs, told[row, number]
+                    rules, world, bits, self.max_steps, inputs, told[row, number]
                 )
         energy = survived.astype(np.float64)
         means = (told[..., 1:] / np.maximum(1, survived)[..., None]).astype(np.float32)
         records = {
-            "extinct": (survived < self.longest).astype(np.int32),
+            "extinct": (survived < self.max_steps).astype(np.int32),
             "born": told[..., 0].astype(np.int32),
             "living": means[..., 0],
             "hunters": means[..., 1],
@@ -315,12 +335,12 @@ def step_of(rules: Rules, world: World, inputs: Any) -> None:
     for agent in range(world.counts[AGENTS]):
         if world.health[agent] > 0.0:
             live_step(rules, world, agent, inputs)
-            world.energy[agent] -= rules.living
+            world.energy[agent] -= rules.cost_per_step
     for hunter in range(world.counts[HUNTERS]):
         if world.wounds[hunter] > 0.0:
             hunt(rules, world, hunter)
     bury_hunters(world)
     bury(world)
     for agent in range(world.counts[AGENTS]):
-        world.health[agent] = min(1.0, world.health[agent] + rules.healing)
+        world.health[agent] = min(1.0, world.health[agent] + rules.healing_per_step)
         breed(rules, world, agent)

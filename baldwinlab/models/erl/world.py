@@ -63,11 +63,11 @@ def draw(world: World) -> Any:
 def beside(rules: Any, cell: int, direction: int) -> Any:
     """The next cell: north, east, south, west."""
     return cell + (
-        -rules.side
+        -rules.grid_size
         if direction == 0
         else 1
         if direction == 1
-        else rules.side
+        else rules.grid_size
         if direction == 2
         else -1
     )
@@ -76,8 +76,8 @@ def beside(rules: Any, cell: int, direction: int) -> Any:
 @compiled
 def any_cell(rules: Any, world: World) -> Any:
     drawn = draw(world)
-    return int(drawn[0] * np.float32(rules.side)) * rules.side + int(
-        drawn[1] * np.float32(rules.side)
+    return int(drawn[0] * np.float32(rules.grid_size)) * rules.grid_size + int(
+        drawn[1] * np.float32(rules.grid_size)
     )
 
 
@@ -95,17 +95,17 @@ def empty_cell(rules: Any, world: World) -> Any:
 def prepare(rules: Any, world: World) -> None:
     """Walls around, and plants, trees and carnivores anywhere."""
     world.counts[:] = 0
-    for cell in range(rules.side * rules.side):
-        x, y = cell % rules.side, cell // rules.side
-        inside = 0 < x < rules.side - 1 and 0 < y < rules.side - 1
+    for cell in range(rules.grid_size * rules.grid_size):
+        x, y = cell % rules.grid_size, cell // rules.grid_size
+        inside = 0 < x < rules.grid_size - 1 and 0 < y < rules.grid_size - 1
         world.kind[cell], world.who[cell] = EMPTY if inside else WALL, NOBODY
     for _ in range(rules.trees):
         cell = empty_cell(rules, world)
         if cell >= 0:
             world.kind[cell] = TREE
-    for _ in range(rules.plants):
+    for _ in range(rules.initial_plants):
         plant(rules, world, empty_cell(rules, world))
-    for _ in range(rules.carnivores):
+    for _ in range(rules.initial_carnivores):
         hunter_at(rules, world, empty_cell(rules, world))
 
 
@@ -119,9 +119,9 @@ def plant(rules: Any, world: World, cell: int) -> None:
 @compiled
 def grow(rules: Any, world: World) -> None:
     """Seeds fall anywhere; of so many cells that are looked at, each plant has another beside it; there are some always."""
-    for _ in range(rules.seeds):
+    for _ in range(rules.sprouts_per_step):
         plant(rules, world, any_cell(rules, world))
-    for _ in range(rules.growth):
+    for _ in range(rules.growth_checks_per_step):
         cell = any_cell(rules, world)
         if world.kind[cell] == PLANT:
             plant(rules, world, beside(rules, cell, int(draw(world)[0] * np.float32(4))))
@@ -158,10 +158,10 @@ def hunt(rules: Any, world: World, hunter: int) -> None:
     cell = beside(rules, world.lair[hunter], direction)
     kind = world.kind[cell]
     if kind == AGENT:
-        world.health[world.who[cell]] -= rules.bite
+        world.health[world.who[cell]] -= rules.bite_damage
     elif kind in (EMPTY, PLANT, CORPSE):
         if kind == CORPSE:
-            world.hunger[hunter] = min(1.0, world.hunger[hunter] + rules.prey)
+            world.hunger[hunter] = min(1.0, world.hunger[hunter] + rules.carnivore_meat_energy)
         left = world.lair[hunter]
         clear(world, cell)
         world.kind[left], world.who[left] = EMPTY, NOBODY
@@ -169,7 +169,7 @@ def hunt(rules: Any, world: World, hunter: int) -> None:
         if world.hunger[hunter] >= 1.0 and world.counts[HUNTERS] < MOST_CARNIVORES:
             world.hunger[hunter] = 0.5
             hunter_at(rules, world, left)
-    world.hunger[hunter] -= rules.hunger
+    world.hunger[hunter] -= rules.carnivore_cost_per_step
 
 
 @compiled

@@ -1,6 +1,6 @@
 """Two poles on a cart, which must be kept from falling: the harder task of NEAT.
 
-    baldwinlab run neat-poles --set evolution.generations=5 neat_poles.longest=500 --runs 2
+    baldwinlab run neat-poles --set evolution.generations=5 neat_poles.max_steps=500 --runs 2
 
 A cart on a track carries two poles, hinged, of different lengths. A network senses the places and the velocities of cart and
 poles, and says every 0.02 s with what force the cart is pushed, from -10 to 10 N. Fitness is for how many such steps the cart
@@ -42,25 +42,25 @@ LAST: Final = 100  # steps whose unrest is told
 class Poles(Model):
     """What the tasks have in common."""
 
-    longest: int = Field(
+    max_steps: int = Field(
         100_000,
         ge=1,
         le=1_000_000,
         description="Number of steps of 0.02 s for which the poles must stay upright.",
     )
-    links: int = Field(
+    max_links: int = Field(
         100,
         ge=PARTS + 1,
         le=1000,
         description="Maximum number of links in a genome (our choice).",
     )
-    steepness: float = Field(
+    sigmoid_slope: float = Field(
         4.9,
         gt=0,
         le=1000,
         description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
     )
-    newborn_range: float = Field(
+    founder_weight_range: float = Field(
         1.0,
         ge=0,
         le=1000,
@@ -77,18 +77,20 @@ class Poles(Model):
 
     @property
     def steps(self) -> int:
-        return self.longest
+        return self.max_steps
 
     def check(self, experiment: Any) -> None:
         require_neat(experiment, f"model = {self.name!r}")
 
     def weights(self) -> int:
-        return entries(self.links)
+        return entries(self.max_links)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         inputs = len(self.sensed) + 1  # and the bias
         draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
-        return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
+        return minimal(inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range)[
+            :, None
+        ]
 
     def balanced(
         self, graphs: npt.NDArray[np.float32], starts: Sequence[Sequence[float]], longest: int
@@ -99,14 +101,14 @@ class Poles(Model):
         """
         shape = (*graphs.shape[:2], len(starts))
         steps, unrest = poison.empty(shape, np.int64), poison.empty(shape)
-        units = poison.empty((2, len(self.sensed) + self.links + 1), np.float32)
+        units = poison.empty((2, len(self.sensed) + self.max_links + 1), np.float32)
         scratch = (
             units,
-            poison.empty((2, self.links, 3), np.float32),
+            poison.empty((2, self.max_links, 3), np.float32),
             poison.empty((7, PARTS)),
             poison.empty(LAST),
         )
-        how = (np.array(self.sensed), self.loops, longest, np.float32(self.steepness))
+        how = (np.array(self.sensed), self.loops, longest, np.float32(self.sigmoid_slope))
         balance(
             np.ascontiguousarray(graphs), np.array(starts, float), *how, *scratch, steps, unrest
         )
@@ -135,9 +137,9 @@ class NeatPoles(Poles, name="neat-poles"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps = self.balanced(graphs, [START], self.longest)[0][..., 0]
+        steps = self.balanced(graphs, [START], self.max_steps)[0][..., 0]
         energy = steps.astype(np.float64)
-        records = {"solves": (steps == self.longest).astype(np.int32), **shape_of(graphs)}
+        records = {"solves": (steps == self.max_steps).astype(np.int32), **shape_of(graphs)}
         return LifeResults(energy, np.zeros_like(energy), None, records)
 
 

@@ -49,13 +49,13 @@ STARTS: Final = [
 class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     """Networks with evolving topology that balance two poles without sensing velocities."""
 
-    longest: int = Field(
+    max_steps: int = Field(
         1000,
         ge=1,
         le=1_000_000,
         description="Number of steps of 0.02 s of a trial for fitness.",
     )
-    proof: int = Field(
+    endurance_steps: int = Field(
         100_000,
         ge=1,
         le=1_000_000,
@@ -103,18 +103,18 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps, unrest = (found[..., 0] for found in self.balanced(graphs, [START], self.longest))
+        steps, unrest = (found[..., 0] for found in self.balanced(graphs, [START], self.max_steps))
         rest = np.divide(
             0.75, unrest, out=np.zeros_like(unrest), where=(steps >= LAST) & (unrest > 0)
         )
-        energy = 0.1 * steps / self.longest + 0.9 * rest
+        energy = 0.1 * steps / self.max_steps + 0.9 * rest
         proven, generalises = np.zeros((2, *steps.shape), np.int32)
         for run, best in enumerate(energy.argmax(axis=1)):
             champion = graphs[run : run + 1, best : best + 1]
-            proven[run, best] = self.balanced(champion, [START], self.proof)[0].item()
-            if proven[run, best] == self.proof:
+            proven[run, best] = self.balanced(champion, [START], self.endurance_steps)[0].item()
+            if proven[run, best] == self.endurance_steps:
                 generalises[run, best] = (
-                    self.balanced(champion, STARTS, self.longest)[0] == self.longest
+                    self.balanced(champion, STARTS, self.max_steps)[0] == self.max_steps
                 ).sum()
         records = {
             "balanced": steps.astype(np.int32),

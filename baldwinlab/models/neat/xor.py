@@ -31,16 +31,16 @@ ANSWERS: Final = (0, 1, 1, 0)
 class NeatXor(Model, name="neat-xor"):
     """Networks with evolving topology that compute the exclusive or."""
 
-    links: int = Field(
+    max_links: int = Field(
         60, ge=3, le=1000, description="Maximum number of links in a genome (our choice)."
     )
-    steepness: float = Field(
+    sigmoid_slope: float = Field(
         4.9,
         gt=0,
         le=1000,
         description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
     )
-    newborn_range: float = Field(
+    founder_weight_range: float = Field(
         1.0,
         ge=0,
         le=1000,
@@ -70,20 +70,22 @@ class NeatXor(Model, name="neat-xor"):
         require_neat(experiment, f"model = {self.name!r}")
 
     def weights(self) -> int:
-        return entries(self.links)
+        return entries(self.max_links)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         inputs = len(QUESTIONS[0]) + 1  # and the bias
         draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
-        return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
+        return minimal(inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range)[
+            :, None
+        ]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
-        units = poison.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
-        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), units, answers)
+        units = poison.empty(len(QUESTIONS[0]) + self.max_links + 1, np.float32)
+        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.sigmoid_slope), units, answers)
         wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
         right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
         energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
@@ -94,7 +96,7 @@ class NeatXor(Model, name="neat-xor"):
     def oracle(self, graph: Any) -> float:
         """The fitness of one network, [entry]."""
         answers = [
-            oracle.activate(graph, self.steepness, (*question, 1))[0] for question in QUESTIONS
+            oracle.activate(graph, self.sigmoid_slope, (*question, 1))[0] for question in QUESTIONS
         ]
         return float(
             (4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True)))

@@ -32,7 +32,7 @@ from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.file import Range, Sweep, read
+from baldwinlab.studies.sweeps.file import Range, Sweep, read_stored
 
 FILE = "sweep.toml"
 
@@ -224,7 +224,7 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
 
 def labelled(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     """What was opened of all points of a sweep, with the fields that were swept instead of the conditions' names."""
-    sweep = read(study.directory / FILE)
+    sweep = read_stored(study.directory / FILE)
     points = list(study.experiments.values())
     labels = {field: _labels(points, field) for field in sweep.fields}
     places = {"point": np.arange(len(points), dtype=np.int32)} | {
@@ -254,7 +254,7 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
     if not (study.directory / FILE).exists():
         return {}
     points = list(study.experiments.values())
-    return {field: _labels(points, field) for field in read(study.directory / FILE).fields}
+    return {field: _labels(points, field) for field in read_stored(study.directory / FILE).fields}
 
 
 def _as_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:

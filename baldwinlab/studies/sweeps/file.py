@@ -13,6 +13,7 @@ from pydantic import Discriminator, Field, Tag, ValidationError, field_validator
 from baldwinlab.core.files import SWEEP_FILE, parse_toml, read_text
 from baldwinlab.experiment import ExperimentError, Fields
 from baldwinlab.experiment.fields import brief, lines
+from baldwinlab.experiment.renamed import upgrade_swept
 from baldwinlab.simulation.simulate import SEED_LIMIT
 
 MOST_POINTS = 10_000
@@ -157,7 +158,7 @@ def _plain(value: Any) -> bool:
 
 
 def read(path: Path) -> Sweep:
-    """The sweep in a TOML file. Raises ExperimentError with a line for every fault."""
+    """Return the sweep in a TOML file. Raises ExperimentError with a line for every fault."""
     try:
         tree = parse_toml(read_text(path, SWEEP_FILE))
     except tomllib.TOMLDecodeError as error:
@@ -166,6 +167,13 @@ def read(path: Path) -> Sweep:
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
     return validate(tree, str(path))
+
+
+def read_stored(path: Path) -> Sweep:
+    """Return the sweep of a study, with today's names of the swept fields."""
+    sweep = read(path)
+    swept = upgrade_swept(sweep.fields)
+    return sweep.model_copy(update={"fields": swept, "fixed": upgrade_swept(sweep.fixed)})
 
 
 def validate(tree: Mapping[str, Any], where: str) -> Sweep:

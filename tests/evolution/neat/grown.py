@@ -60,10 +60,12 @@ def of_species(*numbers: int, stale: dict[int, int] | None = None, best: float =
 
 def experiment(agents: int, neat_fields: dict[str, Any] | None = None, **changes: Any) -> Any:
     """NEAT in which nothing changes but what is given."""
-    still = {"mutated": 0.0, "add_node": 0.0, "add_link": 0.0} | (neat_fields or {})
+    still = {"weight_mutation_rate": 0.0, "add_node_rate": 0.0, "add_link_rate": 0.0} | (
+        neat_fields or {}
+    )
     evolution = {"neat": still} | changes.pop("evolution", {})
     return bl.load("neat-xor").replace(
-        population={"size": agents}, neat_xor={"links": ROOM}, evolution=evolution, **changes
+        population={"size": agents}, neat_xor={"max_links": ROOM}, evolution=evolution, **changes
     )
 
 
@@ -78,8 +80,8 @@ def evolved(generations: int, agents: int = 40, seed: int = 1, **fields: Any) ->
     """A population of networks that grow fast, under a fitness that is drawn."""
     growing = bl.load("neat-xor").replace(
         population={"size": agents},
-        neat_xor={"links": 30},
-        evolution={"neat": {"add_node": 0.2, "add_link": 0.3} | fields},
+        neat_xor={"max_links": 30},
+        evolution={"neat": {"add_node_rate": 0.2, "add_link_rate": 0.3} | fields},
     )
     random, genome = np.random.default_rng(seed), draw_genomes(growing, GenerationKey(seed, 0, 0))
     for generation in range(1, generations + 1):

@@ -22,7 +22,13 @@ def bred(
     of = experiment(
         len(genome),
         fields,
-        evolution={"species": {"cloned": float(cloned), "survivors": 1.0, "champion_of": 10**6}},
+        evolution={
+            "species": {
+                "single_parent_share": float(cloned),
+                "survival_threshold": 1.0,
+                "champion_species_size": 10**6,
+            }
+        },
     )
     alike = np.ones(len(genome)) if fitness is None else np.asarray(fitness, float)
     return breed(of, genome, alike, GenerationKey(2, 0, generation))[0]
@@ -37,7 +43,7 @@ def test_where_nothing_mutates_children_have_their_parent_s_genes() -> None:
 
 
 def test_a_split_adds_a_node_and_two_links_and_disables_one() -> None:
-    for child in bred(alike(), add_node=1.0)[:, 0]:
+    for child in bred(alike(), add_node_rate=1.0)[:, 0]:
         found = genes(child)
         assert len(found) == 5
         (split,) = [number for number, gene in found.items() if not gene[3]]
@@ -50,7 +56,7 @@ def test_any_enabled_link_is_split_but_for_those_from_the_bias() -> None:
     graph = network(
         (4, 0, 3, 1, 0), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 0)
     )
-    children = bred(population(*[graph] * AGENTS), add_node=1.0)[:, 0]
+    children = bred(population(*[graph] * AGENTS), add_node_rate=1.0)[:, 0]
     split = [
         source
         for child in children
@@ -61,7 +67,7 @@ def test_any_enabled_link_is_split_but_for_those_from_the_bias() -> None:
 
 
 def test_the_same_structure_that_arises_twice_in_a_generation_gets_the_same_numbers() -> None:
-    children = bred(alike(), add_node=1.0)
+    children = bred(alike(), add_node_rate=1.0)
     by_source = {
         (number, *gene[:2])
         for child in children[:, 0]
@@ -74,10 +80,10 @@ def test_the_same_structure_that_arises_twice_in_a_generation_gets_the_same_numb
 
 
 def test_in_a_later_generation_it_is_another_innovation() -> None:
-    first = bred(alike(), add_node=1.0)
+    first = bred(alike(), add_node_rate=1.0)
     founders = alike()
     founders[:, 0, LEDGER] = first[0, 0, LEDGER]
-    later = bred(founders, generation=2, add_node=1.0)
+    later = bred(founders, generation=2, add_node_rate=1.0)
     assert {number for child in later[:, 0] for number in genes(child)} == {4, 5, 6, *range(11, 15)}
 
 
@@ -85,7 +91,7 @@ def test_a_new_link_joins_nodes_that_were_not_joined() -> None:
     graph = network(
         (4, 0, 3, 1, 0), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
     )
-    children = bred(population(*[graph] * AGENTS), add_link=1.0, range=2.0)[:, 0]
+    children = bred(population(*[graph] * AGENTS), add_link_rate=1.0, weight_range=2.0)[:, 0]
     new = [
         (number, *genes(child)[number])
         for child in children
@@ -98,8 +104,8 @@ def test_a_new_link_joins_nodes_that_were_not_joined() -> None:
 
 
 def test_where_all_is_joined_or_there_is_no_room_nothing_is_added() -> None:
-    assert all(len(genes(child)) == 3 for child in bred(alike(), add_link=1.0)[:, 0])
-    of = experiment(20, {"add_node": 1.0}).replace(neat_xor={"links": 4})
+    assert all(len(genes(child)) == 3 for child in bred(alike(), add_link_rate=1.0)[:, 0])
+    of = experiment(20, {"add_node_rate": 1.0}).replace(neat_xor={"max_links": 4})
     genome = np.ascontiguousarray(alike(20)[:, :, : entries(4)])
     children, _ = breed(of, genome, np.ones(20), GenerationKey(1, 0, 1))
     assert all(len(genes(child)) == 3 for child in children[:, 0])
@@ -108,7 +114,10 @@ def test_where_all_is_joined_or_there_is_no_room_nothing_is_added() -> None:
 def test_weights_are_perturbed_or_drawn_anew_as_often_as_is_said() -> None:
     founders = population(*[first_network((10, 10, 10))] * AGENTS)
     weights = np.array(
-        [[gene[2] for gene in genes(child).values()] for child in bred(founders, mutated=0.8)[:, 0]]
+        [
+            [gene[2] for gene in genes(child).values()]
+            for child in bred(founders, weight_mutation_rate=0.8)[:, 0]
+        ]
     )
     untouched = (weights == 10).all(axis=1)
     assert abs(untouched.mean() - 0.2) < 4 * np.sqrt(0.16 / AGENTS)

@@ -31,7 +31,14 @@ NEAT = values()
 def chosen(genome: Genome, fitness: Any, generation: int = 1, **species: Any) -> Parents:
     of = experiment(
         len(genome),
-        evolution={"species": {"cloned": 0.0, "champion_of": 10**6, "survivors": 1.0} | species},
+        evolution={
+            "species": {
+                "single_parent_share": 0.0,
+                "champion_species_size": 10**6,
+                "survival_threshold": 1.0,
+            }
+            | species
+        },
     )
     uniforms = GenerationKey(3, 0, generation).uniforms(rng.SELECTION, (len(genome), 2))
     return select(of, np.asarray(fitness, float), uniforms, genome)
@@ -57,7 +64,7 @@ def test_disjoint_and_excess_genes_count_one_by_one_in_small_networks() -> None:
     one = network((4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1))
     other = network((4, 0, 3, 1, 1), (5, 1, 3, 2, 0), (6, 2, 3, 5, 1))
     there = values(
-        excess=2.0, disjoint=3.0, difference=0.5
+        excess_coefficient=2.0, disjoint_coefficient=3.0, weight_coefficient=0.5
     )  # number 6 is disjoint, 7 and 8 are excess
     assert (
         distance(there, one, other)
@@ -117,7 +124,9 @@ def test_parents_are_of_one_species_and_of_the_best_of_it() -> None:
     genome, fitness = of_species(*[1] * 20, *[2] * 20), np.arange(40) % 20 + 1.0
     parents = np.concatenate(
         [
-            chosen(genome, fitness, generation, survivors=0.2, between=0.0)
+            chosen(
+                genome, fitness, generation, survival_threshold=0.2, interspecies_mating_rate=0.0
+            )
             for generation in range(1, 60)
         ]
     )
@@ -129,13 +138,13 @@ def test_parents_are_of_one_species_and_of_the_best_of_it() -> None:
 
 def test_now_and_then_the_other_parent_is_anybody() -> None:
     genome = of_species(*[1] * 20, *[2] * 20)
-    parents = chosen(genome, np.ones(40), between=1.0, survivors=0.0)
+    parents = chosen(genome, np.ones(40), interspecies_mating_rate=1.0, survival_threshold=0.0)
     assert len(set(parents.ravel().tolist())) > 15
 
 
 def test_some_children_have_one_parent() -> None:
     genome = of_species(*[1] * 1000)
-    parents = chosen(genome, np.ones(1000), cloned=0.25)
+    parents = chosen(genome, np.ones(1000), single_parent_share=0.25)
     assert (
         abs((parents[:, 0] == parents[:, 1]).mean() - 0.25) < 4 * np.sqrt(0.1875 / 1000) + 1 / 1000
     )
@@ -144,10 +153,12 @@ def test_some_children_have_one_parent() -> None:
 def test_the_champion_of_a_species_with_more_than_five_members_lives_on() -> None:
     genome = of_species(*[1] * 6, *[2] * 5)
     fitness = np.arange(11.0) % 6 + 1
-    parents = chosen(genome, fitness, champion_of=5)
+    parents = chosen(genome, fitness, champion_species_size=5)
     assert parents[parents[:, 1] == ITSELF].tolist() == [[5, ITSELF]]
     of = experiment(
-        11, {"mutated": 1.0, "add_node": 1.0}, evolution={"species": {"champion_of": 5}}
+        11,
+        {"weight_mutation_rate": 1.0, "add_node_rate": 1.0},
+        evolution={"species": {"champion_species_size": 5}},
     )
     children, recorded = breed(of, genome, fitness, GenerationKey(1, 0, 1))
     (place,) = np.flatnonzero([genes(child) == genes(genome[5, 0]) for child in children[:, 0]])

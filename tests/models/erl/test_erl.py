@@ -50,14 +50,14 @@ from baldwinlab.models.erl.world import (
 from baldwinlab.simulation.simulate import simulate_histories
 
 SMALL: dict[str, Any] = {
-    "side": 20,
-    "founders_of": 12,
-    "most": 40,
-    "plants": 60,
+    "grid_size": 20,
+    "initial_agents": 12,
+    "max_agents": 40,
+    "initial_plants": 60,
     "trees": 5,
-    "carnivores": 2,
-    "seeds": 3,
-    "bite": 0.1,
+    "initial_carnivores": 2,
+    "sprouts_per_step": 3,
+    "bite_damage": 0.1,
 }
 SET = [
     "record.genome_every=1",
@@ -69,7 +69,9 @@ EAST = 1
 def bare(**fields: Any) -> tuple[Any, World, npt.NDArray[np.float32]]:
     """A walled field with nothing on it; its rules; and scratch."""
     model = ErlPopulations(
-        **SMALL | {"plants": 0, "trees": 0, "carnivores": 0, "seeds": 0} | fields
+        **SMALL
+        | {"initial_plants": 0, "trees": 0, "initial_carnivores": 0, "sprouts_per_step": 0}
+        | fields
     )
     rules, world = model.rules(), model.world(1, 0, 0, 0)
     prepare(rules, world)
@@ -160,13 +162,13 @@ def test_evaluation_never_changes_in_life_and_actions_only_with_learning(strateg
 
 def test_what_is_learned_stays_out_of_the_genome() -> None:
     """Without mutation, each bit of everybody is a founder's bit of that place; with learning off or on."""
-    model = ErlPopulations(**SMALL, mutation=0.0, longest=300)
+    model = ErlPopulations(**SMALL, mutation_rate=0.0, max_steps=300)
     genomes = model.founders(1, GenerationKey(2, 0, 0))
     before = genomes.copy()
     lives = model.simulate(2, [0], 0, genomes[None])
     np.testing.assert_array_equal(genomes, before)
     assert lives.learned is None and lives.records["born"].item() > 10
-    rules, world, _ = bare(mutation=0.0)
+    rules, world, _ = bare(mutation_rate=0.0)
     parents = [put_agent(rules, world, 210, 1), put_agent(rules, world, 212, 1)]
     world.energy[parents] = 1
     world.act[parents[0]] += 5
@@ -174,14 +176,14 @@ def test_what_is_learned_stays_out_of_the_genome() -> None:
     assert (
         world.counts[AGENTS] == 3
         and (world.bits[2] == 1).all()
-        and (world.act[2] == rules.range).all()
+        and (world.act[2] == rules.weight_range).all()
     )
 
 
 def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate_of_mutation() -> (
     None
 ):
-    rules, world, _ = bare(mutation=0.0, side=60, most=1000)
+    rules, world, _ = bare(mutation_rate=0.0, grid_size=60, max_agents=1000)
     one, other = put_agent(rules, world, 60 * 30 + 30, 0), put_agent(rules, world, 60 * 30 + 33, 1)
     shares = []
     for _ in range(60):
@@ -196,7 +198,7 @@ def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate
     assert np.mean(shares) == pytest.approx(1 / 3, abs=4 * np.sqrt(1 / 18 / 60)), (
         "the mean distance of two cuts"
     )
-    rules = rules._replace(mutation=np.float32(0.1))
+    rules = rules._replace(mutation_rate=np.float32(0.1))
     world.energy[one] = 1
     world.place[other] = 60 * 2 + 2  # out of reach
     have_child(rules, world, one)
@@ -247,7 +249,7 @@ def test_eating_climbing_hitting_and_bumping() -> None:
     goes(world, agent, EAST)
     live_step(rules, world, agent, inputs)
     assert (
-        world.energy[agent] == pytest.approx(rules.newborn + rules.plant)
+        world.energy[agent] == pytest.approx(rules.initial_energy + rules.plant_energy)
         and world.counts[PLANTS] == 0
     )
     goes(world, agent, EAST)
@@ -260,28 +262,30 @@ def test_eating_climbing_hitting_and_bumping() -> None:
     goes(world, agent, EAST)
     live_step(rules, world, agent, inputs)
     assert world.place[agent] == 20 * 10 + 12 and world.health[neighbour] == pytest.approx(
-        1 - rules.blow
+        1 - rules.attack_damage
     )
     alone = put_agent(rules, world, 20 * 5 + 18)
     goes(world, alone, EAST)
     live_step(rules, world, alone, inputs)
-    assert world.health[alone] == pytest.approx(1 - rules.bump)
+    assert world.health[alone] == pytest.approx(1 - rules.wall_damage)
 
 
 def test_a_carnivore_bites_whom_it_sees_and_nobody_in_a_tree() -> None:
-    rules, world, _ = bare(bite=0.5)
+    rules, world, _ = bare(bite_damage=0.5)
     agent = put_agent(rules, world, 20 * 10 + 12)
     hunter_at(rules, world, 20 * 10 + 10)
     hunt(rules, world, 0)
     assert world.lair[0] == 20 * 10 + 11 and world.health[agent] == 1
     hunt(rules, world, 0)
-    assert world.health[agent] == pytest.approx(1 - rules.bite)
+    assert world.health[agent] == pytest.approx(1 - rules.bite_damage)
     hunt(rules, world, 0)
     bury(world)
     assert world.counts[AGENTS] == 0 and world.kind[20 * 10 + 12] == CORPSE
     full = world.hunger[0]
     hunt(rules, world, 0)
-    assert world.hunger[0] == pytest.approx(full + rules.prey - rules.hunger)
+    assert world.hunger[0] == pytest.approx(
+        full + rules.carnivore_meat_energy - rules.carnivore_cost_per_step
+    )
     world.kind[20 * 10 + 14] = TREE
     safe = put_agent(rules, world, 20 * 3 + 3)
     world.kind[20 * 3 + 3], world.kind[20 * 10 + 14] = EMPTY, TREE
@@ -315,25 +319,26 @@ def test_cells_agents_and_carnivores_agree_at_every_time(strategy: str) -> None:
 def test_where_nothing_is_eaten_everybody_starves_in_time() -> None:
     """Of 0.4 and 0.01 a step: 40 steps; nobody bites, bumps or eats."""
     hungry = ErlPopulations(
-        **SMALL | {"plants": 0, "seeds": 0, "carnivores": 0, "longest": 100},
-        living=0.01,
-        plant=0.0,
-        meat=0.0,
-        bump=0.0,
-        blow=0.0,
+        **SMALL
+        | {"initial_plants": 0, "sprouts_per_step": 0, "initial_carnivores": 0, "max_steps": 100},
+        cost_per_step=0.01,
+        plant_energy=0.0,
+        meat_energy=0.0,
+        wall_damage=0.0,
+        attack_damage=0.0,
     )
     found_dead = hungry.simulate(3, [0], 0, hungry.founders(1, GenerationKey(3, 0, 0))[None])
     assert 39 <= found_dead.energy.item() <= 40 and found_dead.records["extinct"].item() == 1
 
 
 def test_a_population_has_the_same_bits_alone_and_beside_others() -> None:
-    small = assign(bl.load("erl-populations"), [*SET, "erl_populations.longest=200"])
+    small = assign(bl.load("erl-populations"), [*SET, "erl_populations.max_steps=200"])
     for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
 def test_measures_are_what_is_recorded() -> None:
-    small = assign(bl.load("erl-populations"), [*SET, "erl_populations.longest=50"])
+    small = assign(bl.load("erl-populations"), [*SET, "erl_populations.max_steps=50"])
     run = bl.simulate(small, seed=4).expand_dims("run")
     told = {
         name: xr.DataArray(measure.of(run)).item()
@@ -345,7 +350,7 @@ def test_measures_are_what_is_recorded() -> None:
 
 
 def test_populations_of_the_same_founders_have_histories_of_their_own() -> None:
-    model = ErlPopulations(**SMALL, longest=100)
+    model = ErlPopulations(**SMALL, max_steps=100)
     founders = np.tile(model.founders(1, GenerationKey(4, 0, 0)), (2, 1, 1))
     living = model.simulate(4, [0], 0, founders[None]).records["living"]
     assert living[0, 0] != living[0, 1]
@@ -361,7 +366,7 @@ def test_the_lives_that_are_checked_have_births_and_deaths() -> None:
         11, [0, 1], 0, np.stack([checked.founders(5, GenerationKey(11, run, 0)) for run in (0, 1)])
     )
     assert lives.records["born"].min() > 0 and 0 < lives.records["extinct"].sum() < 10
-    assert ((lives.records["living"] > 1) & (lives.records["living"] < checked.most)).all()
+    assert ((lives.records["living"] > 1) & (lives.records["living"] < checked.max_agents)).all()
 
 
 def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_is_censored() -> (
@@ -369,7 +374,7 @@ def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_i
 ):
     ends = {}
     for steps in (200, 400):
-        small = assign(bl.load("erl-populations"), [*SET, f"erl_populations.longest={steps}"])
+        small = assign(bl.load("erl-populations"), [*SET, f"erl_populations.max_steps={steps}"])
         ends[steps] = xr.concat(
             [history.dataset() for history in simulate_histories(small, 4, range(6))], "run"
         )
@@ -384,6 +389,6 @@ def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_i
 def test_more_founders_than_there_may_be_agents_are_refused() -> None:
     with pytest.raises(
         ExperimentError,
-        match=r"erl_populations\.most = 50 must be at least erl_populations\.founders_of = 100",
+        match=r"erl_populations\.max_agents = 50 must be at least erl_populations\.initial_agents = 100",
     ):
-        assign(bl.load("erl-populations"), ["erl_populations.most=50"])
+        assign(bl.load("erl-populations"), ["erl_populations.max_agents=50"])

@@ -91,11 +91,11 @@ def grown() -> npt.NDArray[np.float32]:
     some = [
         "population.size=40",
         "evolution.generations=12",
-        "evolution.neat.add_node=0.4",
-        "evolution.neat.add_link=0.4",
+        "evolution.neat.add_node_rate=0.4",
+        "evolution.neat.add_link_rate=0.4",
     ]
     genomes: npt.NDArray[np.float32] = bl.simulate(
-        assign(bl.load("neat-poles"), [*some, "neat_poles.longest=40"])
+        assign(bl.load("neat-poles"), [*some, "neat_poles.max_steps=40"])
     ).genome.values[-1]
     return genomes
 
@@ -136,7 +136,7 @@ def naive_life(graph: Any, longest: int) -> int:
 
 def test_a_life_lasts_as_long_as_in_plain_python() -> None:
     genomes = grown()
-    found = NeatPoles(longest=40).simulate(0, [0], 0, genomes[None]).energy[0]
+    found = NeatPoles(max_steps=40).simulate(0, [0], 0, genomes[None]).energy[0]
     expected = [naive_life(graph.tolist(), 40) for graph in genomes[:, 0]]
     np.testing.assert_allclose(found, expected, atol=1)  # as networks are of single precision
     assert len(set(expected)) > 3
@@ -145,20 +145,20 @@ def test_a_life_lasts_as_long_as_in_plain_python() -> None:
 def test_who_pushes_one_way_only_leaves_the_track() -> None:
     graph = minimal(PARTS + 1, 1, 10, np.zeros((1, PARTS + 1)))
     graph[0, HEAD + GENE * PARTS + 3] = 5  # of the bias
-    found = NeatPoles(links=10).simulate(0, [0], 0, graph[None, :, None])
+    found = NeatPoles(max_links=10).simulate(0, [0], 0, graph[None, :, None])
     assert found.energy.item() < 50 and found.records["solves"].item() == 0
 
 
 def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
     founders = NeatPoles().founders(30, GenerationKey(1, 0, 0))
-    found = NeatPoles(longest=1).simulate(0, [0], 0, founders[None])
+    found = NeatPoles(max_steps=1).simulate(0, [0], 0, founders[None])
     assert (found.records["enabled"] == PARTS + 1).all() and (found.records["hidden"] == 0).all()
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
     small = assign(
         bl.load("neat-poles"),
-        ["population.size=20", "evolution.generations=4", "neat_poles.longest=60"],
+        ["population.size=20", "evolution.generations=4", "neat_poles.max_steps=60"],
     )
     for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
@@ -166,13 +166,14 @@ def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
 
 def test_room_for_fewer_links_than_senses_is_refused() -> None:
     with pytest.raises(
-        ExperimentError, match=r"^neat_poles\.links = 6: input should be greater than or equal to 7"
+        ExperimentError,
+        match=r"^neat_poles\.max_links = 6: input should be greater than or equal to 7",
     ):
-        assign(bl.load("neat-poles"), ["neat_poles.links=6"])
+        assign(bl.load("neat-poles"), ["neat_poles.max_links=6"])
 
 
 def test_networks_are_found_that_balance_for_twenty_seconds() -> None:
-    short = assign(bl.load("neat-poles"), ["neat_poles.longest=1000", "evolution.generations=30"])
+    short = assign(bl.load("neat-poles"), ["neat_poles.max_steps=1000", "evolution.generations=30"])
     (history,) = simulate_histories(short, 0, [1])
     assert history.recorded_values("solves").any()
 

@@ -42,7 +42,9 @@ def balancing(to_itself: float = -1.2, weights: tuple[float, ...] = WEIGHTS) -> 
 
 
 def lives(*graphs: Graph, **fields: Any) -> Any:
-    return UnseenVelocities(links=10, **fields).simulate(0, [0], 0, np.stack(graphs)[None, :, None])
+    return UnseenVelocities(max_links=10, **fields).simulate(
+        0, [0], 0, np.stack(graphs)[None, :, None]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -51,10 +53,10 @@ def grown() -> Graph:
     some = [
         "population.size=40",
         "evolution.generations=12",
-        "evolution.neat.add_node=0.4",
-        "evolution.neat.add_link=0.6",
+        "evolution.neat.add_node_rate=0.4",
+        "evolution.neat.add_link_rate=0.6",
     ]
-    small = assign(bl.load(NAME), [*some, "neat_poles_without_velocities.longest=150"])
+    small = assign(bl.load(NAME), [*some, "neat_poles_without_velocities.max_steps=150"])
     found: Graph = bl.simulate(small, seed=1).genome.values[-1, :, 0]
     return found
 
@@ -131,12 +133,12 @@ def test_fitness_is_gruau_s_as_in_plain_python(grown: Graph) -> None:
         balancing(-1.0),
         balancing(),
     )
-    found = lives(*swinging, longest=150)
+    found = lives(*swinging, max_steps=150)
     for number, graph in enumerate(swinging):
         steps, fitness = naive_life(graph, 150)
         assert found.records["balanced"][0, number] == steps
         assert found.energy[0, number] == pytest.approx(fitness, rel=1e-3)
-    of_grown = UnseenVelocities(longest=150).simulate(0, [0], 0, grown[None, :20, None])
+    of_grown = UnseenVelocities(max_steps=150).simulate(0, [0], 0, grown[None, :20, None])
     expected = [naive_life(graph, 150) for graph in grown[:20]]
     np.testing.assert_allclose(
         of_grown.records["balanced"][0], [steps for steps, _ in expected], atol=1
@@ -155,11 +157,15 @@ def test_five_links_balance_both_poles_for_half_an_hour_and_not_without_the_one_
 
 
 def test_of_each_generation_only_the_best_is_tried_further_and_elsewhere_only_if_it_lasts() -> None:
-    found = lives(balancing(), balancing(-1.0), balancing(0.0), longest=200, proof=3000).records
+    found = lives(
+        balancing(), balancing(-1.0), balancing(0.0), max_steps=200, endurance_steps=3000
+    ).records
     assert (found["proven"] > 0).sum() == 1 and (found["generalises"] > 0).sum() == 1
-    (falls,) = lives(balancing(0.0), longest=30, proof=3000).records["proven"][0]
+    (falls,) = lives(balancing(0.0), max_steps=30, endurance_steps=3000).records["proven"][0]
     assert 0 < falls < 3000
-    assert lives(balancing(0.0), longest=30, proof=3000).records["generalises"].item() == 0
+    assert (
+        lives(balancing(0.0), max_steps=30, endurance_steps=3000).records["generalises"].item() == 0
+    )
 
 
 def test_start_states_are_a_grid_in_which_all_stands() -> None:
@@ -178,7 +184,7 @@ def test_a_new_link_may_lead_back_to_any_node_but_an_input() -> None:
     graph = network(
         (4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
     )
-    fields = {"add_link": 1.0, "add_node": 0.0, "mutated": 0.0}
+    fields = {"add_link_rate": 1.0, "add_node_rate": 0.0, "weight_mutation_rate": 0.0}
     of = assign(bl.load(NAME), [f"evolution.neat.{name}={value}" for name, value in fields.items()])
     genome = population(*[graph] * 300)
     new = set[tuple[float, float]]()
@@ -191,9 +197,9 @@ def test_a_new_link_may_lead_back_to_any_node_but_an_input() -> None:
 
 def test_children_with_loops_are_those_of_the_plain_oracle() -> None:
     fast = [
-        "evolution.neat.add_node=0.3",
-        "evolution.neat.add_link=0.5",
-        "neat_poles_without_velocities.links=20",
+        "evolution.neat.add_node_rate=0.3",
+        "evolution.neat.add_link_rate=0.5",
+        "neat_poles_without_velocities.max_links=20",
     ]
     compare_children(SimpleNamespace(experiment=assign(bl.load(NAME), fast), seed=3), Neat)  # type: ignore[arg-type]
 
@@ -202,7 +208,7 @@ def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
     small = [
         "population.size=20",
         "evolution.generations=4",
-        "neat_poles_without_velocities.longest=150",
+        "neat_poles_without_velocities.max_steps=150",
     ]
     experiment = assign(bl.load(NAME), small)
     for run, history in enumerate(simulate_histories(experiment, 4, [0, 1])):
@@ -230,14 +236,21 @@ def test_what_is_measured_is_the_first_network_that_generalises_enough() -> None
 def test_the_control_has_the_numbers_of_the_paper() -> None:
     experiment: Any = bl.load(POLES)
     neat = experiment.evolution.neat
-    assert (experiment.population.size, neat.add_link, neat.difference, neat.threshold) == (
+    assert (
+        experiment.population.size,
+        neat.add_link_rate,
+        neat.weight_coefficient,
+        neat.compatibility_threshold,
+    ) == (
         1000,
         0.3,
         3.0,
         4.0,
     )
-    with pytest.raises(ExperimentError, match=r"^neat_poles_without_velocities\.proof = 0"):
-        assign(experiment, ["neat_poles_without_velocities.proof=0"])
+    with pytest.raises(
+        ExperimentError, match=r"^neat_poles_without_velocities\.endurance_steps = 0"
+    ):
+        assign(experiment, ["neat_poles_without_velocities.endurance_steps=0"])
 
 
 @pytest.mark.nightly  # minutes

@@ -24,7 +24,7 @@ from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import network
 
-SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.links=20"]
+SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
 
 
 def small() -> Any:
@@ -32,7 +32,7 @@ def small() -> Any:
 
 
 def lives(graph: npt.NDArray[np.float32], **fields: Any) -> Any:
-    return NeatXor(links=12, **fields).simulate(0, [0], 0, graph[None, None, None])
+    return NeatXor(max_links=12, **fields).simulate(0, [0], 0, graph[None, None, None])
 
 
 def test_no_network_without_hidden_nodes_can_know_the_exclusive_or() -> None:
@@ -46,7 +46,9 @@ def test_no_network_without_hidden_nodes_can_know_the_exclusive_or() -> None:
 
 
 def test_and_none_ever_does() -> None:
-    still = assign(bl.load("neat-xor"), ["evolution.neat.add_node=0", "evolution.generations=60"])
+    still = assign(
+        bl.load("neat-xor"), ["evolution.neat.add_node_rate=0", "evolution.generations=60"]
+    )
     for history in simulate_histories(still, 1, range(3)):
         assert history.recorded_values("right").max() == 3
         assert history.recorded_values("hidden").max() == 0
@@ -69,15 +71,15 @@ def test_who_says_one_half_is_right_never() -> None:
 
 def test_fitness_is_the_plain_oracle_s() -> None:
     run = bl.simulate(
-        assign(small(), ["evolution.neat.add_node=0.3", "evolution.generations=20"]), seed=3
+        assign(small(), ["evolution.neat.add_node_rate=0.3", "evolution.generations=20"]), seed=3
     )
-    model = NeatXor(links=20)
+    model = NeatXor(max_links=20)
     for genome, energy in zip(run.genome.values[-1], run.energy.values[-1], strict=True):
         assert model.oracle(genome[0].tolist()) == pytest.approx(energy, rel=1e-4, abs=1e-4)
 
 
 def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
-    model = NeatXor(newborn_range=3.0)
+    model = NeatXor(founder_weight_range=3.0)
     founders = model.founders(500, GenerationKey(1, 0, 0))
     found = model.simulate(0, [0], 0, founders[None])
     assert (found.records["hidden"] == 0).all() and (found.records["enabled"] == 3).all()
@@ -180,20 +182,24 @@ def test_neat_takes_about_as_many_networks_as_is_published() -> None:
 
 
 def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
-    changed = assign(small(), ["evolution.neat.threshold=4", "evolution.species.stale_after=9"])
+    changed = assign(
+        small(),
+        ["evolution.neat.compatibility_threshold=4", "evolution.species.stagnation_generations=9"],
+    )
     assert from_toml(to_toml(changed), where="there") == changed
     assert not idle_settings(changed)
     with pytest.raises(
-        ExperimentError, match=r"^neat_xor\.links = 2: input should be greater than or equal to 3"
+        ExperimentError,
+        match=r"^neat_xor\.max_links = 2: input should be greater than or equal to 3",
     ):
-        assign(small(), ["neat_xor.links=2"])
+        assign(small(), ["neat_xor.max_links=2"])
 
 
 @pytest.mark.parametrize("choice", ["selection=species", "variation=neat"])
 def test_genomes_that_are_no_graphs_are_refused(choice: str) -> None:
     with pytest.raises(
         ExperimentError,
-        match=r"needs genomes that are graphs: those of network\.kind = 'growing', or",
+        match=r"needs genomes that are graphs: those of network\.kind = 'neat', or",
     ):
         assign(bl.load("evo/A"), [f"evolution.{choice}"])
 

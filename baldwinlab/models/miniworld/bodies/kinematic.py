@@ -104,7 +104,7 @@ class Continuous(Body, name="continuous"):
     Nolfi and Floreano 2000 (Khepera robot).
     """
 
-    turn: float = Field(
+    max_turn: float = Field(
         36.0,
         ge=0,
         le=180,
@@ -124,12 +124,12 @@ class Continuous(Body, name="continuous"):
     def move(part: Any, model: Model, state: State, lane: Lane) -> None:
         rows = state.activations.shape[0]
         left, right = get(state.activations, rows - 2, lane), get(state.activations, rows - 1, lane)
-        turn = ((left - right) * (part.turn / NINE) + ROUNDER) - ROUNDER
+        turn = ((left - right) * (part.max_turn / NINE) + ROUNDER) - ROUNDER
         _go(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:
         left, right = agent.outputs
         agent.action = int(right > left)
-        agent.heading += 9 * round((left - right) * float(part.turn) / 9)
+        agent.heading += 9 * round((left - right) * float(part.max_turn) / 9)
         naive.advance(agent, left + right)

@@ -43,7 +43,7 @@ def _gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
 @compiled
 def _left(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> Any:
     """The energy that an agent has left at the end of a step."""
-    spent = part.upkeep * np.float32(step + 1 - part.since[world, agent])
+    spent = part.cost_per_step * np.float32(step + 1 - part.since[world, agent])
     return part.begun[world, agent] - spent + _gained(part, model, state, world, agent)
 
 
@@ -51,13 +51,13 @@ def _left(part: Any, model: Any, state: Any, world: int, agent: int, step: int) 
 def _begin(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
     """Let an agent's account begin with a newborn's reserve, whatever it has eaten until then."""
     part.since[world, agent] = step
-    part.begun[world, agent] = part.reserve - _gained(part, model, state, world, agent)
+    part.begun[world, agent] = part.initial_energy - _gained(part, model, state, world, agent)
 
 
 @compiled
 def _is_due(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
     """Whether an agent has nothing left, or has lived as long as anybody can."""
-    old = step + 1 - part.since[world, agent] >= part.oldest
+    old = step + 1 - part.since[world, agent] >= part.max_age
     return bool(old or _left(part, model, state, world, agent, step) <= ZERO)
 
 
@@ -133,9 +133,11 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     A child of agents with energy replaces it in the same step.
     """
 
-    reserve: float = Field(1.0, gt=0, le=1_000_000, description="Energy at birth.")
-    upkeep: float = Field(0.001, ge=0, le=1_000_000, description="Cost of a step, in energy.")
-    oldest: int = Field(
+    initial_energy: float = Field(1.0, gt=0, le=1_000_000, description="Energy at birth.")
+    cost_per_step: float = Field(
+        0.001, ge=0, le=1_000_000, description="Cost of a step, in energy."
+    )
+    max_age: int = Field(
         2_000,
         ge=1,
         le=100_000_000,
@@ -180,9 +182,11 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
             words = philox(
                 0, agent, state.generation[0], AGE, state.keys[world, 0], state.keys[world, 1]
             )
-            age = int(unit(words[0]) * np.float32(part.oldest))
+            age = int(unit(words[0]) * np.float32(part.max_age))
             part.since[world, agent] = -age
-            part.begun[world, agent] = unit(words[1]) * part.reserve + part.upkeep * np.float32(age)
+            part.begun[world, agent] = unit(
+                words[1]
+            ) * part.initial_energy + part.cost_per_step * np.float32(age)
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:

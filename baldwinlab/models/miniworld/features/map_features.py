@@ -340,10 +340,10 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
     Le, Brabazon and O'Neill 2018.
     """
 
-    every: int = Field(
+    steps_per_region: int = Field(
         500, ge=1, le=100_000_000, description="Number of steps for which one region has food."
     )
-    generations: int = Field(
+    generations_per_region: int = Field(
         0,
         ge=0,
         le=100_000_000,
@@ -359,10 +359,16 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
         food = 0
         for region in range(model.regions.shape[0]):
             food += 1 if model.region_kind[region] == 0 else 0
-        begun = np.int64(state.generation[0]) // part.generations if part.generations > 0 else 0
-        turn = (begun + (step + 1) // part.every) % max(1, food)
+        begun = (
+            np.int64(state.generation[0]) // part.generations_per_region
+            if part.generations_per_region > 0
+            else 0
+        )
+        turn = (begun + (step + 1) // part.steps_per_region) % max(1, food)
         for region in range(model.regions.shape[0]):
-            if model.region_kind[region] == 0 and (step == 0 or (step + 1) % part.every == 0):
+            if model.region_kind[region] == 0 and (
+                step == 0 or (step + 1) % part.steps_per_region == 0
+            ):
                 for item in range(model.region_items[region], model.region_items[region + 1]):
                     if region != turn:
                         state.item_x[world, item] = AWAY * model.width

@@ -146,7 +146,7 @@ class Modulated(_Told, name="modulated"):
 class _Inherited(LearningRule):
     """Coefficients as genes: the last four modules of the genome."""
 
-    coding: Literal["network", "connection"] = Field(
+    encoding: Literal["network", "connection"] = Field(
         "network",
         description=(
             "Genes of the coefficients. network: one gene for all weights; "
@@ -158,7 +158,7 @@ class _Inherited(LearningRule):
     }  # coefficients, in [-1, 1]
     derived: ClassVar[Mapping[str, Any]] = {
         **LAYERS,
-        "of_each": lambda part, experiment: part.coding == "connection",
+        "of_each": lambda part, experiment: part.encoding == "connection",
     }
 
     @staticmethod

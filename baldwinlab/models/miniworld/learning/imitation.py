@@ -50,7 +50,7 @@ def _name_best(part: Any, state: State, first: int, end: int) -> None:
         if eaten > most:
             best, most = lane, eaten
     for lane in range(first, end):
-        part.whom[0, lane] = best if most >= part.least else lane
+        part.teacher_index[0, lane] = best if most >= part.min_items else lane
 
 
 @compiled
@@ -60,7 +60,7 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
     Each in turn is held beside all, and not all beside each: so the processor takes many at a time.
     """
     for lane in range(first, end):
-        put(part.whom, 0, lane, lane)
+        put(part.teacher_index, 0, lane, lane)
         put(part.distance, 0, lane, INFINITY)
     for other in range(first, end):
         x, y = get(state.places, 0, other), get(state.places, 1, other)
@@ -69,11 +69,13 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
             dy = shortest(y - get(state.places, 1, lane), model.height)
             distance, least = dx * dx + dy * dy, get(part.distance, 0, lane)
             nearer = (distance < least) & (lane != other)
-            put(part.whom, 0, lane, choose(nearer, other, get(part.whom, 0, lane)))
+            put(
+                part.teacher_index, 0, lane, choose(nearer, other, get(part.teacher_index, 0, lane))
+            )
             put(part.distance, 0, lane, choose(nearer, distance, least))
     for lane in range(first, end):
-        if _ate(state, part.whom[0, lane]) < part.least:
-            part.whom[0, lane] = lane
+        if _ate(state, part.teacher_index[0, lane]) < part.min_items:
+            part.teacher_index[0, lane] = lane
 
 
 class Imitation(LearningRule, name="imitation"):
@@ -86,11 +88,11 @@ class Imitation(LearningRule, name="imitation"):
     Le, O'Neill and Brabazon 2018.
     """
 
-    whom: Literal["best", "nearest"] = Field(
+    teacher: Literal["best", "nearest"] = Field(
         "best",
         description=("Imitated agent. best: most items eaten so far; nearest: smallest distance."),
     )
-    least: int = Field(
+    min_items: int = Field(
         1,
         ge=0,
         le=1_000_000,
@@ -100,12 +102,12 @@ class Imitation(LearningRule, name="imitation"):
         "teacher": per_agent("weights"),  # the other's, as they stand
         "units": per_agent("units"),
         "wanted": per_agent("actions"),
-        "whom": per_agent(1, dtype="int32"),
+        "teacher_index": per_agent(1, dtype="int32"),
         "distance": per_agent(1),  # to the nearest so far
     }
-    teacher_array: ClassVar[str] = "whom"
+    teacher_array: ClassVar[str] = "teacher_index"
     derived: ClassVar[Mapping[str, Any]] = {
-        "of_nearest": lambda part, experiment: part.whom == "nearest"
+        "of_nearest": lambda part, experiment: part.teacher == "nearest"
     }
 
     def check(self, experiment: Any) -> None:
@@ -122,10 +124,10 @@ class Imitation(LearningRule, name="imitation"):
         else:
             _name_best(part, state, first, end)
         for lane in range(first, end):
-            teacher = part.whom[0, lane]  # itself, where it is to learn from nobody
+            teacher = part.teacher_index[0, lane]  # itself, where it is to learn from nobody
             for weight in range(state.weights.shape[0]):
                 put(part.teacher, weight, lane, get(state.weights, weight, teacher))
-            part.whom[0, lane] = teacher - first
+            part.teacher_index[0, lane] = teacher - first
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -148,7 +150,7 @@ class Imitation(LearningRule, name="imitation"):
                 (each for each in agents if each is not agent),
                 key=lambda each: naive.distance(agent, each),
             )
-        if other.eaten_in_life >= part.least and other is not agent:
+        if other.eaten_in_life >= part.min_items and other is not agent:
             target = naive.think(other.action_module, agent.inputs)
             naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
 

@@ -1,4 +1,4 @@
-"""Foragers whose networks grow: the network kind `growing`, bred by the variation `neat`, best with the selection `species`.
+"""Foragers whose networks grow: the network kind `neat`, bred by the variation `neat`, best with the selection `species`.
 
 The genome is a graph (see `graphs.py`), and it stands where the weights of a layered network would: `network.hidden = [40]` gives
 it room for forty links, as far as so many entries hold them. The rows of units are the inputs, one for each link that there is
@@ -33,7 +33,7 @@ def _room(experiment: Any) -> int:
     return links_with_room(experiment.weight_count, sum(experiment.network.hidden))
 
 
-class Growing(Network, name="growing"):
+class NeatNetwork(Network, name="neat"):
     """A network without loops whose nodes and links evolve. It does not learn during life.
 
     References
@@ -49,7 +49,7 @@ class Growing(Network, name="growing"):
         "evolution.variation": "neat",
         "evolution.selection": "species",
     }
-    steepness: float = Field(
+    sigmoid_slope: float = Field(
         4.9,
         gt=0,
         le=1000,
@@ -66,24 +66,26 @@ class Growing(Network, name="growing"):
         network = experiment.network
         if experiment.learning.rule != "none":
             raise ValueError(
-                f"network.kind = 'growing' does not learn: learning.rule = {experiment.learning.rule!r} must be 'none'"
+                f"network.kind = 'neat' does not learn: learning.rule = {experiment.learning.rule!r} must be 'none'"
             )
-        require_neat(experiment, "network.kind = 'growing'")
+        require_neat(experiment, "network.kind = 'neat'")
         if network.biases:
             raise ValueError(
-                "network.kind = 'growing' has its bias as a node: network.biases must be false"
+                "network.kind = 'neat' has its bias as a node: network.biases must be false"
             )
         needed = (len(experiment.inputs) + 1) * len(experiment.actions)
         if len(network.hidden) != 1 or _room(experiment) < needed:
             raise ValueError(
-                f"network.kind = 'growing' begins with {needed} links, and there is room for {_room(experiment)}: "
+                f"network.kind = 'neat' begins with {needed} links, and there is room for {_room(experiment)}: "
                 "network.hidden must be one number, the links that there shall be room for, such as [40]"
             )
 
     @staticmethod
     def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
         for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
-            answer(weights[:, one], part.inputs, part.outputs, part.steepness, activations[:, one])
+            answer(
+                weights[:, one], part.inputs, part.outputs, part.sigmoid_slope, activations[:, one]
+            )
 
     @staticmethod
     def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
@@ -94,4 +96,4 @@ class Growing(Network, name="growing"):
         graph = [float(entry) for entry in naive.weights(agent.action_module)][
             : entries(int(part.room))
         ]
-        return oracle.activate(graph, float(part.steepness), [*agent.inputs, 1.0])
+        return oracle.activate(graph, float(part.sigmoid_slope), [*agent.inputs, 1.0])

@@ -104,17 +104,18 @@ def notice_all(part: Any, model: Model, state: State, world: int, agent: int) ->
 class _OfItems(Sense):
     """What senses of items share: the kind that they tell of."""
 
-    of: str = Field(FOOD, description="Kind of the sensed items.")
+    target_kind: str = Field(FOOD, description="Kind of the sensed items.")
     only_items: ClassVar[bool] = True
     is_continuous: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Any]] = {
-        "number": lambda part, experiment: kind_number(part.of)(part, experiment)
+        "number": lambda part, experiment: kind_number(part.target_kind)(part, experiment)
     }
 
     def check(self, experiment: Any) -> None:
-        if self.of not in (kinds := item_kinds(experiment)):
+        if self.target_kind not in (kinds := item_kinds(experiment)):
             raise ValueError(
-                f"senses.{key_of(self.name)}.of = {self.of!r} must be one of the kinds of items: {', '.join(kinds)}"
+                f"senses.{key_of(self.name)}.target_kind = {self.target_kind!r} must be one of the "
+                f"kinds of items: {', '.join(kinds)}"
             )
 
 
@@ -200,7 +201,7 @@ class Smell(_OfItems, name="smell"):
     Braitenberg 1984.
     """
 
-    spread: float = Field(
+    nostril_distance: float = Field(
         5.0,
         gt=0,
         le=100_000,
@@ -211,14 +212,17 @@ class Smell(_OfItems, name="smell"):
     arrays: ClassVar[Mapping[str, Array]] = {"strength": per_agent(2)}
     derived: ClassVar[Mapping[str, Any]] = {
         **_OfItems.derived,
-        "reach": lambda part, experiment: np.float32(experiment.senses.visual_radius - part.spread),
+        "reach": lambda part, experiment: np.float32(
+            experiment.senses.visual_radius - part.nostril_distance
+        ),
     }
 
     def check(self, experiment: Any) -> None:
         super().check(experiment)
-        if self.spread >= experiment.senses.visual_radius:
+        if self.nostril_distance >= experiment.senses.visual_radius:
             raise ValueError(
-                f"senses.smell.spread = {self.spread:g} must be less than {experiment.senses.visual_radius:g}, the visual radius"
+                f"senses.smell.nostril_distance = {self.nostril_distance:g} must be less than "
+                f"{experiment.senses.visual_radius:g}, the visual radius"
             )
 
     @staticmethod
@@ -236,7 +240,7 @@ class Smell(_OfItems, name="smell"):
         u = dx * model.cosine[heading] + dy * model.sine[heading]
         v = dy * model.cosine[heading] - dx * model.sine[heading]
         for side in range(2):
-            aside = v - part.spread if side == 1 else v + part.spread
+            aside = v - part.nostril_distance if side == 1 else v + part.nostril_distance
             left = ONE - (u * u + aside * aside) / (part.reach * part.reach)
             if left > ZERO:
                 part.strength[side, lane] += left * left
@@ -257,7 +261,7 @@ class Smell(_OfItems, name="smell"):
         for side in (-90, 90):
             nostril = copy(agent)
             nostril.heading = agent.heading + side
-            naive.advance(nostril, float(part.spread))
+            naive.advance(nostril, float(part.nostril_distance))
             shares = [
                 naive.distance(nostril, item) / float(part.reach)
                 for item in items
@@ -278,7 +282,9 @@ class Energy(Sense, name="energy"):
     Nolfi and Floreano 2000.
     """
 
-    half: float = Field(10.0, gt=0, le=1_000_000, description="Energy at which the input is 1/2.")
+    half_saturation: float = Field(
+        10.0, gt=0, le=1_000_000, description="Energy at which the input is 1/2."
+    )
     inputs: ClassVar[tuple[str, ...]] = ("own energy",)
     sectors: ClassVar[tuple[None, ...]] = (None,)
     is_continuous: ClassVar[bool] = True
@@ -296,12 +302,12 @@ class Energy(Sense, name="energy"):
                 state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
             )
         gained = max(gained, ZERO)
-        state.activations[first, lane] = gained / (gained + part.half)
+        state.activations[first, lane] = gained / (gained + part.half_saturation)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         gained = max(0.0, agent.gained_in_life)
-        return [gained / (gained + float(part.half))]
+        return [gained / (gained + float(part.half_saturation))]
 
 
 class Rays(_OfItems, name="rays"):
@@ -315,7 +321,7 @@ class Rays(_OfItems, name="rays"):
     Nolfi and Floreano 2000.
     """
 
-    radius: float = Field(
+    item_radius: float = Field(
         5.0, gt=0, le=100_000, description="Radius of an item for a ray, in units of length."
     )
     inputs: ClassVar[tuple[str, ...]] = tuple(
@@ -338,7 +344,7 @@ class Rays(_OfItems, name="rays"):
         dx: np.float32,
         dy: np.float32,
     ) -> None:
-        squared, wide = dx * dx + dy * dy, part.radius * part.radius
+        squared, wide = dx * dx + dy * dy, part.item_radius * part.item_radius
         for ray in range(
             RAYS if visible(state.features, model, x, y, dx, dy, squared < FAR) else 0
         ):
@@ -348,7 +354,7 @@ class Rays(_OfItems, name="rays"):
             u = dx * model.cosine[towards] + dy * model.sine[towards]
             v = dy * model.cosine[towards] - dx * model.sine[towards]
             if (
-                abs(v) <= part.radius
+                abs(v) <= part.item_radius
                 and (u >= ZERO or squared <= wide)
                 and squared < part.nearest[ray, lane]
             ):
@@ -373,8 +379,8 @@ class Rays(_OfItems, name="rays"):
                     naive.distance(agent, item),
                     math.radians(naive.bearing(agent, item) - ray),
                 )
-                if abs(way * math.sin(aside)) <= part.radius and (
-                    math.cos(aside) >= 0 or way <= part.radius
+                if abs(way * math.sin(aside)) <= part.item_radius and (
+                    math.cos(aside) >= 0 or way <= part.item_radius
                 ):
                     met.append(way)
             return max(0.0, 1 - float(min(met, default=math.inf)) / float(naive.visual_radius))

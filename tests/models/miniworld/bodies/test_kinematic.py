@@ -69,7 +69,7 @@ def test_on_a_grid_one_goes_by_2_where_one_heads_then() -> None:
 
 @pytest.mark.parametrize("degrees", [36.0, 180.0])
 def test_wheels_go_by_the_sum_of_the_outputs_and_turn_by_their_difference(degrees: float) -> None:
-    trace = traced(who_is("continuous", noise=0, turn=degrees), 5)
+    trace = traced(who_is("continuous", noise=0, max_turn=degrees), 5)
     outputs = trace.output.values[:-1].astype(float)
     did, way, turn = moves(trace)
     np.testing.assert_allclose(way, outputs.sum(axis=-1), atol=1e-4)
@@ -80,7 +80,7 @@ def test_wheels_go_by_the_sum_of_the_outputs_and_turn_by_their_difference(degree
 
 
 def test_wheels_whose_turn_is_0_go_straight_on() -> None:
-    assert not moves(traced(who_is("continuous", noise=0, turn=0)))[2].any()
+    assert not moves(traced(who_is("continuous", noise=0, max_turn=0)))[2].any()
 
 
 def test_wheels_refuse_noise_that_would_draw_another_action() -> None:

@@ -25,7 +25,7 @@ from baldwinlab.studies.assays.run import ASSAYS, misfit
 from tests.worlds import small
 
 SEED, AGENTS = 5, 6
-FIELDS = {"reserve": 1.5, "upkeep": 0.1, "oldest": 40}
+FIELDS = {"initial_energy": 1.5, "cost_per_step": 0.1, "max_age": 40}
 Account = dict[str, float]
 
 
@@ -51,8 +51,8 @@ def first_accounts() -> list[Account]:
     accounts = []
     for agent in range(AGENTS):
         words = drawn(agent, rng.AGE)[0]
-        age, share = int(float(rng.unit(words[0])) * FIELDS["oldest"]), float(rng.unit(words[1]))
-        accounts.append({"age": age, "left": share * FIELDS["reserve"]})
+        age, share = int(float(rng.unit(words[0])) * FIELDS["max_age"]), float(rng.unit(words[1]))
+        accounts.append({"age": age, "left": share * FIELDS["initial_energy"]})
     return accounts
 
 
@@ -91,20 +91,23 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
         eaten = eaten + meals
         for account, meal in zip(accounts, meals, strict=True):
             account["age"] += 1
-            account["left"] += meal - FIELDS["upkeep"]
+            account["left"] += meal - FIELDS["cost_per_step"]
         shares = [max(0.0, account["left"]) for account in accounts]
         shares = shares if any(shares) else [1.0] * AGENTS
         for agent in [
             k
             for k, one in enumerate(accounts)
-            if one["left"] <= 1e-5 or one["age"] >= FIELDS["oldest"]
+            if one["left"] <= 1e-5 or one["age"] >= FIELDS["max_age"]
         ]:
             number = AGENTS + sum(born)
             words = drawn(number, rng.SELECTION)[0]
             one, other = chosen(shares, words[0]), chosen(shares, words[1])
             parents = (other, one) if shares[other] > shares[one] else (one, other)
             genome[agent] = child_of(experiment, genome, parents, number)
-            accounts[agent], born[agent] = {"age": 0, "left": FIELDS["reserve"]}, born[agent] + 1
+            accounts[agent], born[agent] = (
+                {"age": 0, "left": FIELDS["initial_energy"]},
+                born[agent] + 1,
+            )
             np.testing.assert_array_equal(
                 batch.weights()[0, agent], batch.state.genome[0, agent, 0]
             )  # nothing is learned yet
@@ -115,7 +118,7 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_who_cannot_starve_or_grow_old_lives_as_where_nobody_is_born_in_mid_life() -> None:
-    eternal = {"reserve": 1000.0, "upkeep": 0.0, "oldest": 100_000_000}
+    eternal = {"initial_energy": 1000.0, "cost_per_step": 0.0, "max_age": 100_000_000}
     with_births = turning_over(fields=eternal, evolution={"elite": 0, "generations": 2})
     plain = small("evo", evolution={"generations": 2})
     one, other = simulate(with_births, seed=2), simulate(plain, seed=2)
@@ -188,7 +191,7 @@ def test_one_agent_is_its_own_heir_and_where_there_is_no_food_all_die_and_the_li
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> None:
-    experiment = turning_over(senses={"kinds": ["food", "energy"]}, fields=FIELDS | {"oldest": 20})
+    experiment = turning_over(senses={"kinds": ["food", "energy"]}, fields=FIELDS | {"max_age": 20})
     batch = Batch(experiment, SEED, [0])
     batch.begin(0, draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None])
     sensed: list[float] = []
@@ -204,7 +207,7 @@ def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> N
 
 def test_in_the_neutral_twin_heterozygosity_falls_by_2_in_n_squared_a_birth() -> None:
     """As in the model of Moran: H = H(0) (1 - 2/N^2)^births, where parents and the dead are anybody."""
-    runs, fields = range(300), {"reserve": 1.0, "upkeep": 0.0, "oldest": 30}
+    runs, fields = range(300), {"initial_energy": 1.0, "cost_per_step": 0.0, "max_age": 30}
     twin = turning_over(
         fields=fields, evolution={"selection": "neutral", "mutation_rate": 0.0, "generations": 1}
     )

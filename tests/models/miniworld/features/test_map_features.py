@@ -244,7 +244,11 @@ def test_what_is_slow_to_grow_comes_back_to_feed_who_waits_for_it() -> None:
 def test_of_the_regions_one_bears_at_a_time_and_each_in_its_turn() -> None:
     food = [{"x": [0, 40], "y": [0, 100], "count": 5}, {"x": [60, 120], "y": [0, 100], "count": 7}]
     trace = traced(
-        world_of({"regions-in-turn": {"every": 10}}, world={"food": food}, lifetime={"steps": 35})
+        world_of(
+            {"regions-in-turn": {"steps_per_region": 10}},
+            world={"food": food},
+            lifetime={"steps": 35},
+        )
     )
     there = trace.item_x.values >= 0
     assert there[0].all()
@@ -262,7 +266,7 @@ def test_of_the_regions_one_bears_at_a_time_and_each_in_its_turn() -> None:
 
 def test_where_regions_take_turns_over_generations_each_bears_for_as_many_as_it_is_told() -> None:
     food = [{"x": [0, 40], "y": [0, 100], "count": 5}, {"x": [60, 120], "y": [0, 100], "count": 7}]
-    turns = {"regions-in-turn": {"every": 35, "generations": 2}}
+    turns = {"regions-in-turn": {"steps_per_region": 35, "generations_per_region": 2}}
     experiment = world_of(
         turns, world={"food": food}, lifetime={"steps": 35}, evolution={"generations": 6}
     )

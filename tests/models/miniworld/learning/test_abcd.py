@@ -51,7 +51,7 @@ def grown(experiment: Experiment, genome: Any) -> npt.NDArray[np.float32]:
 
 @pytest.mark.parametrize("coding", ["network", "connection"])
 def test_inherited_coefficients_do_what_told_ones_do_to_the_same_bits(coding: str) -> None:
-    inherited, as_told = living("evolved-abcd", f"learning.evolved_abcd.coding={coding}"), told()
+    inherited, as_told = living("evolved-abcd", f"learning.evolved_abcd.encoding={coding}"), told()
     genome = with_coefficients(inherited, *TOLD)
     np.testing.assert_array_equal(grown(inherited, genome), grown(as_told, genome[:, :1]))
 
@@ -67,7 +67,7 @@ def test_a_coefficient_is_at_most_1_whatever_its_gene() -> None:
 
 @pytest.mark.parametrize(("coding", "moved"), [("network", "all"), ("connection", "one")])
 def test_a_first_gene_is_of_all_connections_or_of_its_own_alone(coding: str, moved: str) -> None:
-    experiment = living("evolved-abcd", f"learning.evolved_abcd.coding={coding}")
+    experiment = living("evolved-abcd", f"learning.evolved_abcd.encoding={coding}")
     genome = with_coefficients(experiment, 0, 0, 0, 0)
     genome[:, -1, 0] = 1.0  # D
     change = grown(experiment, genome) - genome[:, 0]

@@ -16,11 +16,15 @@ from tests.worlds import small
 def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(
     whom: str, in_plain_python: None
 ) -> None:
-    imitation = ["learning.rule=imitation", "learning.rate=0.5", f"learning.imitation.whom={whom}"]
+    imitation = [
+        "learning.rule=imitation",
+        "learning.rate=0.5",
+        f"learning.imitation.teacher={whom}",
+    ]
     without_food = assign(small("evo", lifetime={"steps": 30}, world={"food": []}), imitation)
     alone = assign(
         small("evo", lifetime={"steps": 30}, population={"size": 1}),
-        [*imitation, "learning.imitation.least=0"],
+        [*imitation, "learning.imitation.min_items=0"],
     )
     for experiment in (without_food, alone):
         born, now, _ = grown(experiment, 30)
@@ -32,7 +36,7 @@ def test_who_sees_nothing_comes_to_answer_as_the_others_do_who_see_nothing(
 ) -> None:
     near_sighted = small("evo", lifetime={"steps": 400}, senses={"visual_radius": 0.5})
     experiment = assign(near_sighted, ["learning.rule=imitation", "learning.rate=5"])
-    strangers = assign(experiment, ["learning.imitation.least=1000000"])
+    strangers = assign(experiment, ["learning.imitation.min_items=1000000"])
     apart = []
     for each in (experiment, strangers):
         born, _, state = grown(each, 400)

@@ -15,7 +15,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import HEAD, answer, entries, links_of, makes_a_node, nodes_of
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.networks.neat import Growing
+from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
@@ -32,7 +32,7 @@ def foragers(**changes: Any) -> Experiment:
 
 @pytest.fixture(scope="module")
 def run() -> Any:
-    fast = {"neat": {"add_node": 0.2, "add_link": 0.3}, "generations": 30}
+    fast = {"neat": {"add_node_rate": 0.2, "add_link_rate": 0.3}, "generations": 30}
     return simulate_batch(foragers(evolution=fast), seed=3, runs=[0])[0]
 
 
@@ -42,7 +42,7 @@ def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[
     values = compiled_values(experiment.part("network.kind"), experiment, lambda array: None)
     units = np.zeros(sum(experiment.layer_sizes), np.float32)
     units[:3] = inputs
-    answer(graph, values.inputs, values.outputs, values.steepness, units)
+    answer(graph, values.inputs, values.outputs, values.sigmoid_slope, units)
     return units
 
 
@@ -86,7 +86,7 @@ def test_it_keeps_the_contract_of_a_part() -> None:
     assert [
         str(found)
         for found in check_part(
-            Growing, requirements=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
+            NeatNetwork, requirements=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
         )
         if found.holds is False
     ] == []
@@ -94,7 +94,7 @@ def test_it_keeps_the_contract_of_a_part() -> None:
 
 @pytest.mark.nightly
 def test_it_keeps_all_of_the_contract() -> None:
-    assert [str(found) for found in check_part(Growing) if found.holds is False] == []
+    assert [str(found) for found in check_part(NeatNetwork) if found.holds is False] == []
 
 
 @pytest.mark.parametrize(
@@ -120,6 +120,6 @@ def test_where_it_does_not_fit_a_sentence_says_so(changes: dict[str, Any], sente
 
 def test_what_breeds_graphs_needs_graphs() -> None:
     with pytest.raises(
-        ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'growing'"
+        ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'neat'"
     ):
         bl.load("evo/A").replace(evolution={"variation": "neat"})

@@ -110,11 +110,11 @@ def test_a_sense_tells_of_the_kind_of_items_that_it_is_asked_to(
     kind: str, of_food: list[float], of_poison: list[float]
 ) -> None:
     assert told(kind, (10, 0), world=POISON) == pytest.approx(of_food, abs=1e-4)
-    asked = {"kinds": [kind], kind: {"of": "patch"}}
+    asked = {"kinds": [kind], kind: {"target_kind": "patch"}}
     assert told(kind, (10, 0), world=POISON, senses=asked) == pytest.approx(of_poison, abs=1e-4)
     with pytest.raises(
         ExperimentError,
-        match=rf"senses\.{kind}\.of = 'patch' must be one of the kinds of items: food",
+        match=rf"senses\.{kind}\.target_kind = 'patch' must be one of the kinds of items: food",
     ):
         who_senses(kind, senses=asked)
 
@@ -146,13 +146,16 @@ def test_smells_add_up_and_fade_to_nothing_before_the_end_of_sight() -> None:
     assert strengths == sorted(strengths, reverse=True)
     assert strengths[-2:] == [0, 0]
     with pytest.raises(
-        ExperimentError, match=r"senses\.smell\.spread = 40 must be less than 40, the visual radius"
+        ExperimentError,
+        match=r"senses\.smell\.nostril_distance = 40 must be less than 40, the visual radius",
     ):
-        told("smell", senses={"kinds": ["smell"], "smell": {"spread": 40}})
+        told("smell", senses={"kinds": ["smell"], "smell": {"nostril_distance": 40}})
 
 
 def test_energy_is_what_was_gained_before_the_step_against_what_makes_a_half_of_it() -> None:
-    trace = traced(who_senses("energy", senses={"kinds": ["energy"], "energy": {"half": 3}}), 3)
+    trace = traced(
+        who_senses("energy", senses={"kinds": ["energy"], "energy": {"half_saturation": 3}}), 3
+    )
     before = trace.eaten.cumsum("step").values - trace.eaten.values
     assert before.max() >= 3
     np.testing.assert_allclose(trace.sensor.values[:, :, 0], before / (before + 3), atol=1e-6)
@@ -177,7 +180,7 @@ def test_each_ray_tells_how_close_the_first_food_is_that_it_meets() -> None:
     assert told("rays", ahead, right) == pytest.approx(
         [0, 0, 0.75, 0.75, 0.75], abs=1e-6
     )  # 4.5 beside two
-    narrow = {"kinds": ["rays"], "rays": {"radius": 2}}
+    narrow = {"kinds": ["rays"], "rays": {"item_radius": 2}}
     assert told("rays", ahead, right, senses=narrow) == pytest.approx(
         [0, 0, 0.5, 0.75, 0], abs=1e-6
     )
