@@ -251,7 +251,7 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("whom", ["best", "nearest"])
 def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> None:
     experiment = small("evo/A").replace(
-        learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}}
+        learning={"rule": "imitation", "imitation": {"teacher": whom, "min_items": 1}}
     )
     moment = GenerationKey(1, 0, 0)
     life = Life(

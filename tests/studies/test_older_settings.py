@@ -7,22 +7,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from baldwinlab.sweeps.plan import read, read_stored
 
 import baldwinlab as bl
 from baldwinlab.experiment import Experiment, ExperimentError, assign, validate
 from baldwinlab.experiment.renamed import PARTS, SETTINGS, TABLES, new_path, upgrade
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps.file import read, read_stored
 from tests.commands import Command
 
 STORED = Path(__file__).parent / "stored_0_1"
 SWEEP = """experiment = "evo/A"
 runs = 1
-set = { "network.kind" = "growing" }
+design = "list"
+set = { "network.growing.steepness" = 3.0 }
 [fields]
 "world.births_and_deaths.oldest" = [10, 20]
 "network.kind" = ["growing", "feed-forward"]
-design = "list"
 """
 
 
@@ -39,10 +39,14 @@ TODAY = {
             "evolution": {"generations": 3, "selection": "neutral"},
             "world": {
                 "features": ["births-and-deaths"],
-                "births_and_deaths": {"initial_energy": 0.5, "cost_per_step": 0.02, "max_age": 60},
+                "births_and_deaths": {
+                    "initial_energy": 0.5,
+                    "cost_per_step": 0.002,
+                    "max_age": 300,
+                },
             },
         },
-        steps=80,
+        steps=400,
     ),
     "graphs": small(
         {
@@ -80,12 +84,12 @@ def test_a_stored_study_is_read_reported_and_resumed(tmp_path: Path, command: Co
 
 def test_a_stored_sweep_has_todays_names(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
-    path.write_text(SWEEP.replace("[fields]", 'design = "list"\n[fields]').rsplit("design", 1)[0])
+    path.write_text(SWEEP, "utf-8")
     assert "world.births_and_deaths.oldest" in read(path).fields
     sweep = read_stored(path)
     assert sweep.fields["world.births_and_deaths.max_age"] == [10, 20]
     assert sweep.fields["network.kind"] == ["neat", "feed-forward"]
-    assert sweep.fixed == {"network.kind": "neat"}
+    assert sweep.fixed == {"network.neat.sigmoid_slope": 3.0}
 
 
 RENAMED = [(table, old, new) for table, names in SETTINGS.items() for old, new in names.items()]
