@@ -98,7 +98,7 @@ def test_a_child_is_of_the_oldest_species_that_is_near_and_founds_one_where_none
     near, far = first_network((0, 0, 0)), first_network((30, 30, 30))
     genome = population(near, near, far, far, far)
     genome[:, 0, SPECIES], genome[:, 0, NEWEST] = 4, 6
-    of = experiment(5, evolution={"selection": "best-copies", "best_copies": {"share": 1.0}})
+    of = experiment(5, evolution={"selection": "best-copies", "best_copies": {"parent_share": 1.0}})
     children, parents = breed(of, genome, np.arange(5.0), GenerationKey(1, 0, 1))
     species = {
         int(parent): int(child[0, SPECIES])
