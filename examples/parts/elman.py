@@ -1,8 +1,10 @@
-"""A network with memory: the hidden units of the step before are inputs, too.
+"""A network with memory: the previous activations of the hidden units are further inputs.
 
     baldwinlab run evo/A --part examples/parts/elman.py --set network.kind=elman
 
-Source: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990). As there, learning does not reach back in time.
+Learning does not propagate back in time.
+
+Source: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990).
 """
 
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward, feed_forward
@@ -10,7 +12,7 @@ from baldwinlab.parts import Network, get, put
 
 
 class Elman(Network, name="elman"):
-    """Layers of logistic units; the first hidden layer hears itself, as it was a step before."""
+    """Layers of logistic units; the first hidden layer also gets its own previous activations."""
 
     is_memoryless = False
     derived = FeedForward.derived | {
@@ -28,23 +30,18 @@ class Elman(Network, name="elman"):
     def check(self, experiment):
         if not experiment.network.hidden:
             raise ValueError(
-                "network.kind = 'elman' remembers hidden units: network.hidden must have at least one layer"
+                "network.kind = 'elman' needs at least one hidden layer (network.hidden)"
             )
 
     @staticmethod
     def forward(part, weights, activations, lane):
-        for unit in range(
-            part.context
-        ):  # the units behind the inputs keep what the hidden ones were
-            put(
-                activations,
-                part.inputs + unit,
-                lane,
-                get(activations, part.inputs + part.context + unit, lane),
-            )
+        # The units after the inputs store the previous activations of the hidden units.
+        for unit in range(part.context):
+            previous = get(activations, part.inputs + part.context + unit, lane)
+            put(activations, part.inputs + unit, lane, previous)
         feed_forward(part.sizes, part.biases, weights, activations, lane)
 
     @staticmethod
     def oracle(part, agent, naive):
-        """`agent.hidden` is what the first hidden layer was a step before: zeros at birth."""
+        """Return the outputs. `agent.hidden` contains the previous activations, 0 at birth."""
         return naive.think(agent.action_module, [*agent.inputs, *agent.hidden])

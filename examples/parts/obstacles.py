@@ -1,6 +1,7 @@
-"""Walls: they stop motion and sight, nobody is born and nothing grows inside them.
+"""A world feature: a wall that blocks movement, sight, births and items.
 
-baldwinlab run evo/A --part examples/parts/obstacles.py --set world.features='["obstacles"]' world.obstacles.x='[300, 320]'
+    baldwinlab run evo/A --part examples/parts/obstacles.py --set world.features='["obstacles"]' \
+        world.obstacles.x='[300, 320]'
 """
 
 import numpy as np
@@ -11,13 +12,13 @@ ZERO, ONE = np.float32(0), np.float32(1)
 
 
 class Obstacles(WorldFeature, name="obstacles"):
-    """A wall, from edge to edge in x and in y."""
+    """A rectangular wall."""
 
     x: tuple[float, float] = Field(
-        (280.0, 300.0), description="left and right edge, units of length"
+        (280.0, 300.0), description="Left and right edge, in units of length."
     )
     y: tuple[float, float] = Field(
-        (100.0, 220.0), description="upper and lower edge, units of length"
+        (100.0, 220.0), description="Upper and lower edge, in units of length."
     )
     derived = {
         "left": lambda part, experiment: np.float32(part.x[0]),
@@ -27,13 +28,12 @@ class Obstacles(WorldFeature, name="obstacles"):
     }
 
     def check(self, experiment):
-        for axis, (low, high), end in (
-            ("x", self.x, experiment.world.width),
-            ("y", self.y, experiment.world.height),
-        ):
-            if not 0 <= low < high <= end:
+        sides = {"x": (self.x, experiment.world.width), "y": (self.y, experiment.world.height)}
+        for axis, ((low, high), size) in sides.items():
+            if not 0 <= low < high <= size:
                 raise ValueError(
-                    f"world.obstacles.{axis} = [{low:g}, {high:g}] must rise, and lie from 0 to {end:g}"
+                    f"world.obstacles.{axis} = [{low:g}, {high:g}] must be two increasing numbers "
+                    f"from 0 to {size:g}"
                 )
 
     def map_shapes(self):
@@ -51,28 +51,32 @@ class Obstacles(WorldFeature, name="obstacles"):
 
     @staticmethod
     def blocks_sight(part, model, x, y, dx, dy):
-        """Whether the line of sight meets the wall: the shares of the way at which it enters and leaves its two strips."""
-        enters_x, leaves_x = (part.left - x) / dx, (part.right - x) / dx
-        enters_y, leaves_y = (part.upper - y) / dy, (part.lower - y) / dy
-        first_x, last_x = (
-            choose(enters_x < leaves_x, enters_x, leaves_x),
-            choose(enters_x < leaves_x, leaves_x, enters_x),
-        )
-        first_y, last_y = (
-            choose(enters_y < leaves_y, enters_y, leaves_y),
-            choose(enters_y < leaves_y, leaves_y, enters_y),
-        )
+        """Return whether the line of sight crosses the wall.
+
+        The line is in the wall between `first` and `last`, as fractions of its length.
+        """
+        left = (part.left - x) / dx
+        right = (part.right - x) / dx
+        upper = (part.upper - y) / dy
+        lower = (part.lower - y) / dy
+        first_x = choose(left < right, left, right)
+        last_x = choose(left < right, right, left)
+        first_y = choose(upper < lower, upper, lower)
+        last_y = choose(upper < lower, lower, upper)
         first = choose(first_x > first_y, first_x, first_y)
         last = choose(last_x < last_y, last_x, last_y)
         return (first <= last) & (last >= ZERO) & (first <= ONE)
 
     @staticmethod
     def oracle(part, x, y, dx, dy):
-        """A way meets the wall unless it lies beside it, or has all of its corners at the same hand."""
+        """Return the result of each hook.
+
+        A line crosses the wall unless it passes next to it, or all corners are on one side of it.
+        """
         inside = part.left <= x <= part.right and part.upper <= y <= part.lower
-        beside = max(x, x + dx) < part.left or min(x, x + dx) > part.right
-        above = max(y, y + dy) < part.upper or min(y, y + dy) > part.lower
-        hands = [
+        is_next_to_wall = max(x, x + dx) < part.left or min(x, x + dx) > part.right
+        is_above_or_below = max(y, y + dy) < part.upper or min(y, y + dy) > part.lower
+        sides = [
             dx * (b - y) - dy * (a - x)
             for a in (part.left, part.right)
             for b in (part.upper, part.lower)
@@ -80,5 +84,6 @@ class Obstacles(WorldFeature, name="obstacles"):
         return {
             "blocks_placement": inside,
             "blocks_movement": inside,
-            "blocks_sight": not (beside or above) and min(hands) <= 0 <= max(hands),
+            "blocks_sight": not (is_next_to_wall or is_above_or_below)
+            and min(sides) <= 0 <= max(sides),
         }

@@ -1,4 +1,4 @@
-"""Poison: items that cost energy, a sense of their own, and a fitness that copes with values below 0.
+"""Poison: a world feature with items that cost energy, a sense for them, and a fitness.
 
     baldwinlab run evo/A --part examples/parts/poison.py --set world.features='["poison"]' senses.kinds='["food", "poison"]' \
         evolution.fitness=above-the-worst
@@ -10,18 +10,16 @@ from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
 
 
 class Poison(WorldFeature, name="poison"):
-    """Items that cost energy, in a region of their own."""
+    """A region with items that cost energy."""
 
     x: tuple[float, float] = Field(
-        (400.0, 560.0), description="left and right edge, units of length"
+        (400.0, 560.0), description="Left and right edge, in units of length."
     )
     y: tuple[float, float] = Field(
-        (80.0, 240.0), description="upper and lower edge, units of length"
+        (80.0, 240.0), description="Upper and lower edge, in units of length."
     )
-    count: int = Field(20, ge=0, le=1_000_000, description="items in the region at any time")
-    cost: float = Field(
-        1.0, ge=0, le=1_000_000, description="energy that an item takes from its eater"
-    )
+    count: int = Field(20, ge=0, le=1_000_000, description="Number of items in the region.")
+    cost: float = Field(1.0, ge=0, le=1_000_000, description="Energy that an item costs.")
 
     def items(self):
         return (
@@ -37,7 +35,7 @@ class Poison(WorldFeature, name="poison"):
 
 
 class TastesPoison(Sense, name="poison"):
-    """Three binary sensors: whether any poison is at the left, in front, or at the right."""
+    """Three binary inputs: poison in the left, front and right sector."""
 
     inputs = ("poison left", "poison in front", "poison right")
     sectors = ((315, 345), (345, 15), (15, 45))
@@ -55,7 +53,10 @@ class TastesPoison(Sense, name="poison"):
 
 
 class AboveTheWorst(Fitness, name="above-the-worst"):
-    """Energy above that of the worst of the generation: windowing, as in Grefenstette's GENESIS (1984)."""
+    """Energy minus the lowest energy of the generation (windowing).
+
+    Source: J. J. Grefenstette, GENESIS (1984).
+    """
 
     @staticmethod
     def evaluate(part, energy, cost, fitness):
@@ -68,4 +69,4 @@ class AboveTheWorst(Fitness, name="above-the-worst"):
     @staticmethod
     def oracle(part, energy, cost):
         balance = [gained - spent for gained, spent in zip(energy, cost, strict=True)]
-        return [each - min(balance) for each in balance]
+        return [value - min(balance) for value in balance]

@@ -1,19 +1,22 @@
-"""Self-teaching, written as a user would: the paper's own rule under another name, and to the same bits.
+"""The learning rule of the first paper as a custom part, with identical results.
 
     baldwinlab run evo+self-taught/A --part examples/parts/self_taught_again.py --set learning.rule=self-taught-again
 
-In every step, one step of backpropagation moves what the action module answers to what was sensed towards the answer of the
-reinforcement module, which is inherited and never learns (Le 2019, "The Self-taught neural architecture").
+In each step, backpropagation moves the outputs of the action module toward the outputs of the
+reinforcement module, which is inherited and does not learn.
+
+Source: Le 2019, "The Self-taught neural architecture".
 """
 
 from baldwinlab.parts import LearningRule, backward, get
 
 
 class SelfTaughtAgain(LearningRule, name="self-taught-again"):
-    """Backpropagation towards what the reinforcement module answers."""
+    """Backpropagation toward the outputs of the reinforcement module."""
 
     modules = ("action", "reinforcement")
-    supports_drift_control = True  # the control `drift` goes as far as self-teaching would
+    # The drift control changes weights as much as self-teaching does.
+    supports_drift_control = True
 
     @staticmethod
     def learn(part, model, state, step, lane):
@@ -24,6 +27,6 @@ class SelfTaughtAgain(LearningRule, name="self-taught-again"):
 
     @staticmethod
     def oracle(part, agents, agent, naive):
-        """The same in plain Python, one number after another, as `check` holds it against the compiled hook."""
+        """Compute the same in plain Python. `check` compares it with the compiled hook."""
         target = naive.think(agent.reinforcement_module, agent.inputs)
         naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)

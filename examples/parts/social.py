@@ -1,19 +1,21 @@
-"""Social learning: everybody learns towards what the agent that has eaten most so far does.
+"""A learning rule: agents imitate the agent that has eaten most.
 
     baldwinlab run evo/A --part examples/parts/social.py --set learning.rule=social --set learning.social.least=3
 
-Nobody inherits a teacher. Who the best is takes a look at all agents of a world, so it is found in the per-world hook,
-`observe_others`; each then learns by itself. The idea is old: see Boyd and Richerson, Culture and the Evolutionary Process (1985).
+The per-world hook `observe_others` finds the best agent, because it may read all agents of a world.
+The per-agent hook `learn` then changes the weights of each agent.
+
+Source: R. Boyd and P. J. Richerson, Culture and the Evolutionary Process (1985).
 """
 
 from baldwinlab.parts import Field, LearningRule, backward, get
 
 
 class Social(LearningRule, name="social"):
-    """Learns towards what the agent that has eaten most so far does."""
+    """Backpropagation toward the outputs of the agent that has eaten most."""
 
     least: int = Field(
-        1, ge=1, le=1_000_000, description="items that the best must have eaten, or nobody learns"
+        1, ge=1, le=1_000_000, description="Minimum number of items that the best agent has eaten."
     )
 
     @staticmethod

@@ -1,6 +1,7 @@
-"""A fitness that is read from a file: the worth of an energy of 0, 1, 2, ..., a number per line.
+"""A fitness from a data file: line k contains the fitness of the energy k - 1.
 
-baldwinlab run evo/A --part examples/parts/tabled_fitness.py --set evolution.fitness=tabled evolution.tabled.table=worth.txt
+    baldwinlab run evo/A --part examples/parts/tabled_fitness.py --set evolution.fitness=tabled \
+        evolution.tabled.table=worth.txt
 """
 
 import numpy as np
@@ -9,13 +10,16 @@ from baldwinlab.parts import Field, File, Fitness
 
 
 def read_table(part, experiment):
-    return np.array(part.table.read().split(), dtype=np.float64) if part.table.path else np.empty(0)
+    """Return the numbers in the file, or an empty array without a file."""
+    if not part.table.path:
+        return np.empty(0)
+    return np.array(part.table.read().split(), dtype=np.float64)
 
 
 class Tabled(Fitness, name="tabled"):
-    """The entry of a table at the energy; beyond the table its last entry. Without a table, the energy."""
+    """The entry of a table for the energy, or its last entry. Without a table, the energy."""
 
-    table: File = Field(File(), description="a text file with the worth of each energy, or none")
+    table: File = Field(File(), description="Text file with the fitness of each energy, or none.")
 
     derived = {"worth": read_table}
 
@@ -29,6 +33,8 @@ class Tabled(Fitness, name="tabled"):
 
     @staticmethod
     def oracle(part, energy, cost):
-        left = [gained - paid for gained, paid in zip(energy, cost, strict=True)]
+        net = [gained - paid for gained, paid in zip(energy, cost, strict=True)]
         worth = list(part.worth)
-        return [worth[min(max(int(each), 0), len(worth) - 1)] for each in left] if worth else left
+        if not worth:
+            return net
+        return [worth[min(max(int(value), 0), len(worth) - 1)] for value in net]

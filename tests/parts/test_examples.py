@@ -150,7 +150,7 @@ def test_a_network_with_memory_answers_otherwise_to_the_same_inputs(in_plain_pyt
     assert not trace.sensor.any()
     outputs = trace.output.values[:, 0]
     assert (outputs[0] != outputs[1]).any()  # without food the inputs are the same in every step
-    with pytest.raises(ExperimentError, match=r"network\.hidden must have at least one layer"):
+    with pytest.raises(ExperimentError, match=r"needs at least one hidden layer"):
         with_settings("evo", "network.kind=elman", "network.hidden=[]")
 
 
@@ -207,6 +207,6 @@ def test_the_source_of_a_part_is_known_by_its_hash() -> None:
 
 def test_a_part_s_file_may_have_any_name(tmp_path: Path) -> None:
     given = tmp_path / "champion.txt"
-    given.write_bytes((EXAMPLES / "own_selection.py").read_bytes())
+    given.write_bytes((EXAMPLES / "champion.py").read_bytes())
     load_file(given)
     assert "champion" in registry.names("selection")
