@@ -7,7 +7,7 @@ lamp is lit. Fitness is the share of a life's steps spent within 0.2 of the lamp
 it is lit, to its front, left, back and right; the stripe, half left, ahead and half right; and walls ahead, left and right. All
 neurons are logistic, sense all inputs and, as they were, each other, and the last two drive the wheels.
 
-Of what genes are, `coding` says: of each neuron, or of each synapse, a sign, one of four rules and a rate (5 bits: 1, 2, 2), and
+`encoding` is the genetic encoding: of each neuron, or of each synapse, a sign, one of four rules and a rate (5 bits: 1, 2, 2), and
 weights are small and random at birth, and change in every step, in [0, 1]; or of each synapse a sign and a strength (5 bits: 1,
 4), which stay. A neuron's rule and rate are those of the synapses that lead to it, its sign that of those that it sends. In every
 generation each agent has another life, which does not count, in a world that is changed.

@@ -2,7 +2,7 @@
 
     baldwinlab reproduce paenke-2007
 
-A genome is one number x, and innate fitness f(x) = exp(rise x + bend x^2 / 2), so that `bend` says whether the logarithm of
+A genome is one number x, and innate fitness f(x) = exp(slope x + curvature x^2 / 2), so that `curvature` says whether the logarithm of
 fitness is convex (above 0), straight (0) or concave (below 0). An agent that learns is worth f(x + step). What decides is the
 gain function g(x) = f(x + step) / f(x): with learning selection moves x faster where g rises with x, and slower where g falls.
 Here the logarithm of g is step bend x, and a constant.

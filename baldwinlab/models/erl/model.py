@@ -309,7 +309,7 @@ class ErlPopulations(Model, name="erl-populations"):
 
 @entry
 def history(rules: Rules, world: World, genomes: Any, longest: int, inputs: Any, told: Any) -> int:
-    """The steps that a population survives, at most `longest`, from founders [founder, bit].
+    """The steps that a population survives, at most `max_steps`, from founders [founder, bit].
 
     Fill `told` with births, and agents and carnivores added up over the steps. `inputs` [input] is scratch.
     """

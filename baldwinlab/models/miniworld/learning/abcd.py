@@ -181,7 +181,7 @@ class _Inherited(LearningRule):
 class EvolvedABCD(_Inherited, name="evolved-abcd"):
     """As `abcd`, with inherited coefficients A, B, C and D.
 
-    With `coding = "network"` all weights share them; with `coding = "connection"` each weight has
+    With `encoding = "network"` all weights share them; with `encoding = "connection"` each weight has
     its own.
 
     References

@@ -81,7 +81,7 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
 class Imitation(LearningRule, name="imitation"):
     """Backpropagation toward the action of another agent for the same inputs.
 
-    The imitated agent is the best forager so far, or the nearest agent (`whom`).
+    The imitated agent is the best forager so far, or the nearest agent (`teacher`).
 
     References
     ----------

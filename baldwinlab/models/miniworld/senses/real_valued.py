@@ -193,7 +193,7 @@ class Smell(_OfItems, name="smell"):
 
     An input is s / (1 + s).
     An item at distance d adds (1 - (d / r)^2)^2 to s, where r is `senses.visual_radius` minus
-    `spread`.
+    `nostril_distance`.
     Walls do not block smell.
 
     References
