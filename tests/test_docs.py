@@ -127,6 +127,21 @@ def test_a_shell_script_is_valid_and_its_command_lines_are_accepted(script: str)
             app.parse_args(shlex.split(line), print_error=False, exit_on_error=False)
 
 
+def test_dask_accepts_the_configuration_of_the_slurm_page() -> None:
+    slurm = pytest.importorskip("dask_jobqueue.slurm", reason="it needs the extra cluster")
+    import dask
+    import yaml
+
+    page = snippets(DOCS / "how-to" / "slurm.md")
+    (text,) = [snippet.text for snippet in page if snippet.file == "jobqueue.yaml"]
+    settings = yaml.safe_load(text)["jobqueue"]["slurm"]
+    assert settings.keys() <= dask.config.get("jobqueue.slurm").keys()
+    with dask.config.set({f"jobqueue.slurm.{key}": value for key, value in settings.items()}):
+        script = slurm.SLURMJob("tcp://127.0.0.1:8786", name="worker").job_script()
+    for option in ("-p normal", "-A PROJECT", "-t 02:00:00", "--cpus-per-task=16", "--qos=normal"):
+        assert f"#SBATCH {option}\n" in script
+
+
 @pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.name)
 def test_a_snippet_of_a_guide_is_short(page: Path) -> None:
     if page.parent.name == "how-to":
