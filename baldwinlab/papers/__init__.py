@@ -1,7 +1,7 @@
-"""The papers: those that come with baldwinlab, each a folder here, and any folder of one's own.
+"""The papers of baldwinlab, one folder each, and custom papers in any folder.
 
-A study that was made by a paper says so in `study.toml`. It keeps a user's paper in `DIR/paper`, so that its report can be made
-again wherever it is; these are data, and nothing of them is ever executed.
+A study of a paper contains the name of the paper in `study.toml`, and a copy of a custom paper in `DIR/paper`.
+The report can therefore be written again on any machine. A paper is data; baldwinlab executes nothing in it.
 """
 
 from __future__ import annotations
@@ -22,42 +22,43 @@ from baldwinlab.papers.paper import CARD, KINDS, Paper, check, open_paper
 __all__ = ["DEFAULT", "KEPT", "Paper", "PaperError", "built_in", "keep", "load", "of_study"]
 
 DEFAULT = "le-2019"
-KEPT = "paper"  # the folder of a study that holds the user's paper that made it
+# Folder of a study with a copy of its custom paper.
+KEPT = "paper"
 
 
 @cache
 def built_in() -> dict[str, Paper]:
-    """The papers that come with baldwinlab by name, the default first."""
-    found = [open_paper(path.parent) for path in Path(__file__).parent.glob("*/paper.toml")]
+    """Return the papers of baldwinlab by name, the default first."""
+    available = [open_paper(path.parent) for path in Path(__file__).parent.glob("*/paper.toml")]
     return {
         paper.name: paper
-        for paper in sorted(found, key=lambda paper: (paper.name != DEFAULT, paper.name))
+        for paper in sorted(available, key=lambda paper: (paper.name != DEFAULT, paper.name))
     }
 
 
 def load(paper: str | Path = DEFAULT) -> Paper:
-    """A paper by its name, or by the path of its folder, which is checked.
+    """Return the paper with a name, or the paper in a folder.
 
-    Raises PaperError where there is none, or where it is not what a paper should be.
+    Raises PaperError if there is no such paper, or if the folder is not a valid paper.
     """
     if str(paper) in built_in():
         return built_in()[str(paper)]
     folder = Path(paper)
     if not folder.is_dir():
-        known = suggest(str(paper), built_in())
+        suggestion = suggest(str(paper), built_in())
         raise PaperError(
-            f"there is no paper {str(paper)!r}{known}, and any folder with a paper.toml"
+            f"there is no paper {str(paper)!r}{suggestion}, and any folder with a paper.toml"
         )
-    found = check(open_paper(folder))
-    if found.name in built_in():
+    custom = check(open_paper(folder))
+    if custom.name in built_in():
         raise PaperError(
-            f"{folder / 'paper.toml'}: name {found.name!r} is that of a paper of baldwinlab; choose another"
+            f"{folder / 'paper.toml'}: name {custom.name!r} is that of a paper of baldwinlab; choose another"
         )
-    return found
+    return custom
 
 
 def keep(paper: Paper, directory: Path) -> None:
-    """Copy a user's paper into the folder of its study, in place of what was kept of it before. Raises OSError."""
+    """Copy a custom paper into the folder of its study, and remove an earlier copy. Raises OSError."""
     if built_in().get(paper.name) == paper:
         return
     pages = (
@@ -71,24 +72,24 @@ def keep(paper: Paper, directory: Path) -> None:
         for page in pages
         for path in paper.folder.glob(page)
     }
-    kept = directory / KEPT
-    require_inside_study(kept / "paper.toml")
-    for path in kept.rglob("*.toml"):
+    copy = directory / KEPT
+    require_inside_study(copy / "paper.toml")
+    for path in copy.rglob("*.toml"):
         path.unlink()
     for name, content in files.items():
-        write_atomically(kept / name, content)
+        write_atomically(copy / name, content)
 
 
 def of_study(directory: Path, name: str) -> Paper:
-    """Return the paper that made a study, by `name`, or the default where none did.
+    """Return the paper of a study by `name`, or the default paper if the study has none.
 
-    Raises PaperError where the study's own is neither kept in it nor comes with baldwinlab.
+    Raises PaperError if the paper is neither in the study nor in baldwinlab.
     """
-    kept = directory / KEPT
-    if (kept / "paper.toml").exists():
-        return open_paper(kept, is_stored=True)
+    copy = directory / KEPT
+    if (copy / "paper.toml").exists():
+        return open_paper(copy, is_stored=True)
     if (name or DEFAULT) not in built_in():
         raise PaperError(
-            f"{directory} was made by the paper {name!r}, of which nothing is kept in {kept}"
+            f"{directory} is a study of the paper {name!r}, but {copy} contains no copy of this paper"
         )
     return built_in()[name or DEFAULT]

@@ -1,4 +1,4 @@
-"""What a paper claims, as data: `claims.toml` in its folder, whose head in `le_2019` says what each key is."""
+"""Claims of a paper, read from its `claims.toml`; the head of that file in `le_2019` explains the keys."""
 
 from __future__ import annotations
 
@@ -11,51 +11,50 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.papers.loading import Declared, PaperError, declared, read
 
-FIRST = "first"  # in place of a condition: the same one, in its first generations
+# Instead of the name of a condition: the same condition in its first generations.
+FIRST = "first"
 
 Rule = Literal[
     "greater", "lower", "close", "survives_longer", "zero",
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
 ]  # fmt: skip
-OF_ALL = (
-    "best",
-    "mean",
-    "share",
-    "most",
-)  # what can be measured of any model; a model has `measures` of its own
+# Measures of every model. A model can declare more, in `measures`.
+OF_ALL = ("best", "mean", "share", "most")
 
 RULES: Mapping[Rule, str] = {
-    "greater": "Holds if every comparison has a corrected p below 0.05 and the first condition is the higher, in the median and "
-    "in A12; does not hold if in any comparison it is significantly the lower; else undecided.",
-    "lower": "Holds if every comparison has a corrected p below 0.05 and the first condition is the lower, in the median and in "
-    "A12; does not hold if in any comparison it is significantly the higher; else undecided.",
-    "close": "Holds if the 95 % interval of the difference lies within {bound} of 0; does not hold if it lies wholly beyond; "
-    "else undecided.",
-    "survives_longer": "Holds if every comparison has a corrected p of the log-rank test below 0.05 and the first lasts "
-    "longer, in it and in the restricted mean; does not hold if in any comparison it lasts significantly shorter; else "
-    "undecided. Runs that live on when they are left alone are censored.",
-    "zero": "Holds if no agent ate a single item in any run and any generation; else does not hold.",
-    "at_least": "Holds if the 95 % interval of the median over runs lies at or above {bound}; does not hold if it lies wholly "
-    "below; else undecided.",
-    "within": "Holds if the 95 % interval of the median over runs lies in {bound}; does not hold if it lies wholly outside; else "
-    "undecided.",
-    "mean_within": "Holds if the mean over runs lies in {bound}; else does not hold.",
-    "mean_at_most": "Holds if the mean over runs is at most {bound}; else does not hold.",
-    "every_at_most": "Holds if it is at most {bound} in every run; else does not hold.",
-    "every_at_least": "Holds if it is at least {bound} in every run; else does not hold.",
+    "greater": "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is higher in the "
+    "median and in A12. Does not hold if it is significantly lower in any comparison. Otherwise undecided.",
+    "lower": "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is lower in the "
+    "median and in A12. Does not hold if it is significantly higher in any comparison. Otherwise undecided.",
+    "close": "Holds if the 95 % interval of the difference is within {bound} of 0. Does not hold if the interval is "
+    "completely outside. Otherwise undecided.",
+    "survives_longer": "Holds if, in every comparison, the corrected p of the log-rank test is below 0.05 and the first "
+    "condition survives longer, also in the restricted mean. Does not hold if it survives significantly shorter in any "
+    "comparison. Otherwise undecided. Runs that survive to the end are censored.",
+    "zero": "Holds if no agent ate an item in any run and any generation. Otherwise it does not hold.",
+    "at_least": "Holds if the 95 % interval of the median over runs is at or above {bound}. Does not hold if the "
+    "interval is completely below. Otherwise undecided.",
+    "within": "Holds if the 95 % interval of the median over runs is in {bound}. Does not hold if the interval is "
+    "completely outside. Otherwise undecided.",
+    "mean_within": "Holds if the mean over runs is in {bound}. Otherwise it does not hold.",
+    "mean_at_most": "Holds if the mean over runs is at most {bound}. Otherwise it does not hold.",
+    "every_at_most": "Holds if the value is at most {bound} in every run. Otherwise it does not hold.",
+    "every_at_least": "Holds if the value is at least {bound} in every run. Otherwise it does not hold.",
 }
 _BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
 _BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
 
 
 class Comparison(Declared):
-    """What is held against what. Without `b`, `a` is held against `bound`."""
+    """A comparison of the condition `a` with the condition `b`, or with `bound` if there is no `b`."""
 
     a: str = Field(min_length=1)
-    measure: str  # one of `OF_ALL`, or of the measures of the condition's model
+    # One of `OF_ALL`, or a measure of the condition's model.
+    measure: str
     rule: Rule
     b: str = ""
-    paired: bool = False  # whether runs of the same number are held against each other: where they share a landscape, say
+    # Compare runs with the same number, for example because they share a landscape.
+    paired: bool = False
     bound: float | tuple[float, float] | None = None
 
     @field_validator("a")
@@ -82,12 +81,12 @@ class Comparison(Declared):
     @model_validator(mode="after")
     def _can_be_decided(self) -> Self:
         needs = {
-            "greater": (bool(self.b), "b beside a"),
-            "lower": (bool(self.b), "b beside a"),
-            "close": (bool(self.b) and isinstance(self.bound, float), "b beside a, and a bound"),
+            "greater": (bool(self.b), "a and b"),
+            "lower": (bool(self.b), "a and b"),
+            "close": (bool(self.b) and isinstance(self.bound, float), "a, b and a bound"),
             "survives_longer": (
                 bool(self.b) and not self.paired and self.measure not in OF_ALL,
-                "b beside a, a measure of the model's own, and runs that are not paired",
+                "a and b, a measure of the model, and runs that are not paired",
             ),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
@@ -99,10 +98,10 @@ class Comparison(Declared):
             _BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b")
         )
         if self.paired and not self.b:
-            raise ValueError("paired runs need b beside a")
-        met, what = needs[self.rule]
-        if not met:
-            raise ValueError(f"the rule {self.rule!r} needs {what}")
+            raise ValueError("paired runs need a and b")
+        is_met, requirement = needs[self.rule]
+        if not is_met:
+            raise ValueError(f"the rule {self.rule!r} needs {requirement}")
         if self.b == FIRST and self.measure not in ("best", "mean", "share"):
             raise ValueError(
                 f"the measure {self.measure!r} is of a whole run, so b cannot be 'first'"
@@ -111,14 +110,14 @@ class Comparison(Declared):
 
     @property
     def other(self) -> str:
-        """What `a` is held against, in words."""
+        """Return the name of the condition or bound with which `a` is compared."""
         if not self.b:
             return self.limit
         return f"{self.a}, first generations" if self.b == FIRST else self.b
 
     @property
     def limit(self) -> str:
-        """The bound, in words."""
+        """Return the bound as text."""
         return (
             f"{self.bound[0]:g} to {self.bound[1]:g}"
             if isinstance(self.bound, tuple)
@@ -131,10 +130,12 @@ class Comparison(Declared):
 
 
 class Choice(Declared):
-    """What the paper leaves open."""
+    """A choice that the paper leaves open."""
 
-    id: str = ""  # its key in the file
-    field: str  # where an experiment holds it, such as senses.visual_radius
+    # Key in the file.
+    id: str = ""
+    # Setting of the experiment, for example senses.visual_radius.
+    field: str
     text: str
 
 
@@ -143,35 +144,39 @@ class Claim(Declared):
     title: str
     text: str = Field(alias="claim")
     decided_by: Rule | None = Field(None, alias="rule")
-    paper: str = ""  # what it says, or what another source says; "" where it is a question of the study's own
+    # Statement of the paper or of another source; "" for a question of this study.
+    paper: str = ""
     figure: float | None = None
-    choices: tuple[Choice, ...] = ()  # that could account for a difference, the likeliest first
+    # Choices that could cause a difference, the most likely first.
+    choices: tuple[Choice, ...] = ()
     comparisons: tuple[Comparison, ...] = Field(min_length=1)
 
     @field_validator("choices", mode="before")
     @classmethod
     def _named(cls, names: Any, info: ValidationInfo) -> Any:
-        known: Mapping[str, Choice] = info.context or {}
-        for name in names if isinstance(names, list) else ():
-            if name not in known:
-                raise ValueError(f"there is no choice {name!r}{suggest(name, known)}")
-        return [known[name] for name in names] if isinstance(names, list) else names
+        choices: Mapping[str, Choice] = info.context or {}
+        if not isinstance(names, list):
+            return names
+        for name in names:
+            if name not in choices:
+                raise ValueError(f"there is no choice {name!r}{suggest(name, choices)}")
+        return [choices[name] for name in names]
 
     @field_validator("comparisons", mode="before")
     @classmethod
     def _under_its_rule(cls, comparisons: Any, info: ValidationInfo) -> Any:
         rule = info.data.get("decided_by")
-        tables = isinstance(comparisons, list) and all(isinstance(one, dict) for one in comparisons)
-        return [{"rule": rule} | one for one in comparisons] if tables and rule else comparisons
+        tables = isinstance(comparisons, list) and all(isinstance(row, dict) for row in comparisons)
+        return [{"rule": rule} | row for row in comparisons] if tables and rule else comparisons
 
     @property
     def of_paper(self) -> bool:
-        """Whether it says what a paper found, which a result can then differ from."""
+        """Return whether the claim is a statement of a paper, from which a result can differ."""
         return bool(self.paper or self.choices) or self.figure is not None
 
     @property
     def rule(self) -> str:
-        """What decides it, in words."""
+        """Return the rules of the verdict as text."""
         used = {comparison.rule: comparison.limit for comparison in self.comparisons}
         return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in used.items())
 
@@ -189,7 +194,7 @@ class _Claims(Declared):
 
 
 def read_claims(path: Path) -> tuple[Claim, ...]:
-    """The claims in a file; none where there is no such file. Raises PaperError."""
+    """Return the claims in a file, or none if the file does not exist. Raises PaperError."""
     if not path.exists():
         return ()
     tree = read(path)

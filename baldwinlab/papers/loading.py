@@ -1,4 +1,4 @@
-"""The files of a paper: TOML, read into what it declares; every fault is one sentence that names the file."""
+"""Read and validate the TOML files of a paper. An error is one sentence that names the file."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from baldwinlab.core.files import PAPER_FILE, parse_toml, read_text
 
 
 class PaperError(BaldwinLabError, ValueError):
-    """A paper that there is not, or a folder that is not the paper it should be."""
+    """There is no such paper, or a folder is not a valid paper."""
 
 
 class Declared(BaseModel):
-    """What a file may say: these fields and no others."""
+    """A table of a file, with these fields and no others."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @field_validator("*", mode="before")
     @classmethod
     def _truth_values_where_allowed(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse true and false for other keys, where pydantic would read them as the numbers 1 and 0."""
+        """Refuse true and false for keys that are not flags: pydantic would read them as 1 and 0."""
         values = value if isinstance(value, list) else [value]
         is_flag = cls.model_fields[str(info.field_name)].annotation is bool
-        if not is_flag and any(isinstance(one, bool) for one in values):
+        if not is_flag and any(isinstance(item, bool) for item in values):
             raise ValueError("true and false are not allowed here")
         return value
 
@@ -36,7 +36,7 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The tables of a TOML file. Raises PaperError."""
+    """Return the tables of a TOML file. Raises PaperError."""
     try:
         return parse_toml(read_text(path, PAPER_FILE))
     except FileNotFoundError:
@@ -50,7 +50,10 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def declared(model: type[M], tree: dict[str, Any], path: Path, context: Any = None) -> M:
-    """What the tables of a file declare; `context` is for the model's validators. Raises PaperError with the first fault."""
+    """Validate the tables of a file. Raises PaperError with the first error.
+
+    `context` is passed to the validators of the model.
+    """
     try:
         return model.model_validate(tree, context=context)
     except ValidationError as error:
@@ -59,12 +62,12 @@ def declared(model: type[M], tree: dict[str, Any], path: Path, context: Any = No
 
 def _sentence(error: ValidationError) -> str:
     fault = error.errors()[0]
-    place = ".".join(map(str, fault["loc"]))
+    key = ".".join(map(str, fault["loc"]))
     message = fault["msg"].removeprefix("Value error, ")
     if fault["type"] == "missing":
-        return f"{place} is missing"
+        return f"{key} is missing"
     if fault["type"] == "extra_forbidden":
-        return f"{place}: there is no such key"
-    if not place or fault["type"] == "value_error":
-        return f"{place}: {message}" if place else message
-    return f"{place} = {fault['input']!r}: {message[0].lower()}{message[1:]}"
+        return f"{key}: there is no such key"
+    if not key or fault["type"] == "value_error":
+        return f"{key}: {message}" if key else message
+    return f"{key} = {fault['input']!r}: {message[0].lower()}{message[1:]}"

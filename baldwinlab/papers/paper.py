@@ -1,13 +1,17 @@
-"""A paper: a folder of data, and the experiments, claims and words that it declares.
+"""A paper: a folder of data that declares experiments, claims and texts.
 
-    paper.toml                             name, title, authors, what it runs: the fields of `About`
-    conditions/*.toml                      each laid over the defaults of an experiment
-    maps/*.toml, variants/*.toml           laid over a condition; controls/*.toml: conditions that are not the paper's own
-    claims.toml, words.toml, README.md     what it claims; what the report says of it; its page
-    card.png                               a small picture of it, twice as wide as it is high
+    paper.toml            name, title, authors and conditions: the fields of `About`
+    conditions/*.toml     changes of the defaults of an experiment
+    controls/*.toml       conditions that are not the paper's own
+    maps/*.toml           changes of a condition
+    variants/*.toml       changes of a condition
+    claims.toml           the claims
+    words.toml            texts of the report
+    README.md             the page of the paper
+    card.png              a small picture, twice as wide as high
 
-An experiment is named CONDITION/MAP, or CONDITION where the paper has no maps. All but paper.toml and conditions/ may be left
-out. Nothing in the folder is code.
+An experiment is named CONDITION/MAP, or CONDITION if the paper has no maps. Only paper.toml and conditions/ are
+required. The folder contains no code.
 """
 
 from __future__ import annotations
@@ -32,34 +36,40 @@ from baldwinlab.papers.loading import Declared, PaperError, declared, read
 from baldwinlab.papers.texts import FIGURES, Assay, Figure, Words, read_words
 
 KINDS = ("conditions", "controls", "maps", "variants")
-OLD_FOLDERS = {"variants": "readings"}  # papers of version 0.1 have these
+# Names of folders in papers of version 0.1.
+OLD_FOLDERS = {"variants": "readings"}
 CARD = "card.png"
-MOST_RUNS = 2**31  # as many as a study can hold
-STANDARD = "standard"  # the variant taken unless another is named
+# Maximum number of runs in a study.
+MOST_RUNS = 2**31
+# Default variant.
+STANDARD = "standard"
 
 
 class About(Declared):
-    """What `paper.toml` declares."""
+    """The fields of `paper.toml`."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     title: str
     authors: tuple[str, ...] = Field(min_length=1)
     year: int = Field(ge=1, le=9999)
-    published: str = ""  # where, such as "AISB 2019"
+    # Journal or conference, for example "AISB 2019".
+    published: str = ""
     citation: str
-    link: str = ""  # of http or https
+    # Address with http or https.
+    link: str = ""
     description: str
-    conditions: tuple[str, ...] = ()  # that it runs, in order; all that there are unless given
+    # Conditions of the study, in order. Default: all.
+    conditions: tuple[str, ...] = ()
     maps: tuple[str, ...] = ()
-    runs: int = Field(30, ge=1, le=MOST_RUNS)  # of each condition
+    # Runs of each condition.
+    runs: int = Field(30, ge=1, le=MOST_RUNS)
     figures: tuple[Figure, ...] = FIGURES
-    assays: tuple[Assay, ...] = get_args(Assay)  # that are done when it is reproduced
-    emergence: str = (
-        ""  # the experiment whose lives the figure of that name shows; the first unless given
-    )
-    compared: tuple[
-        str, ...
-    ] = ()  # experiments that stand for it beside other papers; all that learn unless given
+    # Assays of `reproduce`.
+    assays: tuple[Assay, ...] = get_args(Assay)
+    # Experiment of the figure "emergence". Default: the first.
+    emergence: str = ""
+    # Experiments that the gallery compares with other papers. Default: all with learning.
+    compared: tuple[str, ...] = ()
 
     @field_validator("link")
     @classmethod
@@ -77,7 +87,7 @@ class About(Declared):
 
     @property
     def source(self) -> str:
-        """Authors, title and place, in a line."""
+        """Return authors, title and journal in one line."""
         published = f" ({self.published})" if self.published else ""
         return f"{', '.join(self.authors)}, {self.title}{published}"
 
@@ -108,61 +118,66 @@ class Paper:
         }
 
     def preset_folder(self, kind: str) -> Path:
-        """Return the folder of the presets of a kind, under its old name where only that one exists."""
+        """Return the folder of the presets of a kind, by its old name if only that one exists."""
         folder = self.folder / kind
         old = self.folder / OLD_FOLDERS.get(kind, kind)
         return old if old.is_dir() and not folder.is_dir() else folder
 
     def names(self, kind: str) -> list[str]:
-        """The presets of a kind (one of `KINDS`), the standard variant first."""
+        """Return the names of the presets of a kind (one of `KINDS`), the standard variant first."""
         return sorted(self._named[kind], key=lambda name: name != STANDARD)
 
     def describe(self, kind: str, name: str) -> str:
-        """What a preset is, in a line."""
+        """Return the description of a preset."""
         return str(self.layer(kind, name)["description"])
 
     def changes(self, kind: str, name: str) -> dict[str, Any]:
-        """The fields that a preset sets, as `Experiment.replace` takes them."""
+        """Return the fields that a preset sets, for `Experiment.replace`."""
         return {
             part: fields for part, fields in self.layer(kind, name).items() if part != "description"
         }
 
     def layer(self, kind: str, name: str) -> dict[str, Any]:
-        """A preset's file. Raises ExperimentError where there is none, PaperError for one that does not say what it is."""
-        known = self.names(kind)
-        if name not in known:
+        """Return the tables of a preset's file.
+
+        Raises ExperimentError if there is no such preset, and PaperError if it has no description.
+        """
+        names = self.names(kind)
+        if name not in names:
             if (kind, name) == ("variants", STANDARD):
-                return {"description": "the paper as it stands"}
+                return {"description": "the paper without changes"}
             raise ExperimentError(
-                f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, known)}"
+                f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )
         path = self.preset_folder(kind) / f"{name}.toml"
         layer = read(path)
         if not isinstance(layer.get("description"), str):
-            raise PaperError(f"{path}: description is missing, a line that says what it is")
+            raise PaperError(f"{path}: description is missing: one line that describes the preset")
         if "name" in layer:
-            raise PaperError(f"{path}: name: a preset has no such key, it is named by its file")
+            raise PaperError(
+                f"{path}: name: a preset has no such key; the name of its file is its name"
+            )
         return layer
 
     def factors(self) -> dict[str, Factors]:
-        """Learner and map of all that it can name, its own conditions first."""
+        """Return learner and map of all experiments by name, those of the paper first."""
         learners, maps = [*self.names("conditions"), *self.names("controls")], self.names("maps")
         if not maps:
             return {learner: Factors(learner) for learner in learners}
         return {
-            f"{learner}/{place}": Factors(learner, place) for learner in learners for place in maps
+            f"{learner}/{name}": Factors(learner, name) for learner in learners for name in maps
         }
 
     def experiment_names(self) -> list[str]:
-        """All that it can name, its own conditions first."""
+        """Return the names of all experiments, those of the paper first."""
         return list(self.factors())
 
     def experiment(self, name: str, variant: str = STANDARD) -> Experiment:
-        """One by name, under a variant.
+        """Return an experiment by name, under a variant.
 
-        Raises ExperimentError where there is none of that name, and PaperError where its files make none.
+        Raises ExperimentError if there is no such name, and PaperError if its files are not a valid experiment.
         """
-        condition, slash, place = name.rpartition("/") if self.names("maps") else (name, "/", "")
+        condition, slash, map_name = name.rpartition("/") if self.names("maps") else (name, "/", "")
         if not slash:
             if self.lacks_map(name):
                 raise self.missing_map(name)
@@ -170,7 +185,11 @@ class Paper:
                 f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
             )
         first = "controls" if condition in self.names("controls") else "conditions"
-        layers = [(first, condition), *([("maps", place)] if place else []), ("variants", variant)]
+        layers = [
+            (first, condition),
+            *([("maps", map_name)] if map_name else []),
+            ("variants", variant),
+        ]
         tree: dict[str, Any] = {"name": name}
         for layer in layers:
             tree = merge(tree, self.changes(*layer))
@@ -179,26 +198,26 @@ class Paper:
             return made
         except ExperimentError as error:
             files = " with ".join(
-                f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind)
+                f"{kind}/{layer}.toml" for kind, layer in layers if layer in self.names(kind)
             )
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
 
     def lacks_map(self, name: str) -> bool:
-        """Return whether a name is that of a condition alone, in a paper whose experiments name a map, too."""
+        """Return whether a name is that of a condition, and lacks the required map."""
         return bool(self.names("maps")) and name in (
             *self.names("conditions"),
             *self.names("controls"),
         )
 
     def missing_map(self, name: str) -> ExperimentError:
-        """Return the error for a name that `lacks_map`."""
+        """Return the error for a name without its map."""
         maps = self.about.maps or self.names("maps")
         return ExperimentError(
             f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}"
         )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """The measures of the model of one of its experiments, next to `OF_ALL`; None where its parts are not loaded."""
+        """Return the measures of an experiment's model, without `OF_ALL`; None if its parts are not loaded."""
         try:
             model = self.experiment(name).loaded_model
         except (ExperimentError, PaperError):
@@ -206,45 +225,45 @@ class Paper:
         return {} if model is None else model.measures
 
     def own(self) -> list[str]:
-        """Of the experiments it can name, those that it runs, in its order."""
+        """Return the names of the experiments of the study, in order."""
         conditions = self.about.conditions or self.names("conditions")
         maps = self.about.maps or self.names("maps")
         return (
-            [f"{condition}/{place}" for place, condition in product(maps, conditions)]
+            [f"{condition}/{map_name}" for map_name, condition in product(maps, conditions)]
             if maps
             else list(conditions)
         )
 
     def experiments(self, variant: str = STANDARD) -> list[Experiment]:
-        """Those that it runs, in its order."""
+        """Return the experiments of the study, in order."""
         return [self.experiment(name, variant) for name in self.own()]
 
 
 def open_paper(folder: Path, is_stored: bool = False) -> Paper:
-    """The paper in a folder, as far as its paper.toml says. Raises PaperError."""
+    """Return the paper in a folder; only its paper.toml is checked. Raises PaperError."""
     path = folder / "paper.toml"
     return Paper(folder, declared(About, read(path), path), is_stored)
 
 
 def check(paper: Paper) -> Paper:
-    """Read all that is in the folder, and give it back. Raises PaperError with the first fault."""
+    """Check all files of a paper and return it. Raises PaperError with the first error."""
     if not paper.names("conditions"):
         raise PaperError(
-            f"{paper.folder / 'conditions'} holds no condition: a TOML file laid over an experiment's defaults"
+            f"{paper.folder / 'conditions'} contains no condition: a TOML file with changes of an experiment's defaults"
         )
     _require_distinct_names(paper)
     for kind, listed in (("conditions", paper.about.conditions), ("maps", paper.about.maps)):
         _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
-    known = paper.experiment_names()
-    experiments = [paper.experiment(name) for name in known]
+    names = paper.experiment_names()
+    experiments = [paper.experiment(name) for name in names]
     for variant in paper.names("variants"):
-        paper.experiment(known[0], variant)
-    for key, named in (
+        paper.experiment(names[0], variant)
+    for key, listed in (
         ("emergence", filter(None, [paper.about.emergence])),
         ("compared", paper.about.compared),
     ):
-        _require(named, known, f"{paper.folder / 'paper.toml'}: {key}")
-    require_known(paper.claims, paper.folder / "claims.toml", known, paper.measures)
+        _require(listed, names, f"{paper.folder / 'paper.toml'}: {key}")
+    require_known(paper.claims, paper.folder / "claims.toml", names, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:
             _require_field(
@@ -252,20 +271,21 @@ def check(paper: Paper) -> Paper:
                 experiments,
                 f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}",
             )
-    paper.words  # noqa: B018 (reading them is the check)
+    # Reading the texts checks them.
+    paper.words  # noqa: B018
     return paper
 
 
 def _require_distinct_names(paper: Paper) -> None:
-    """Raise PaperError where a name in claims or on the command line would mean two things."""
+    """Raise PaperError if a name in claims or on the command line is ambiguous."""
     for name in sorted({*paper.names("conditions")} & {*paper.names("controls")}):
         raise PaperError(
-            f"{paper.folder / 'controls' / name}.toml: {name!r} is the name of a condition, too; "
-            "a control must have a name of its own"
+            f"{paper.folder / 'controls' / name}.toml: {name!r} is also the name of a condition; "
+            "choose another name for the control"
         )
     if FIRST in paper.experiment_names():
         raise PaperError(
-            f"{paper.folder}: no condition can be named {FIRST!r}, because claims call the first generations so; rename its file"
+            f"{paper.folder}: no condition can be named {FIRST!r}, because claims use this name for the first generations; rename its file"
         )
 
 
@@ -275,37 +295,40 @@ def require_known(
     known: list[str],
     measures: Callable[[str], Mapping[str, Any] | None],
 ) -> None:
-    """Raise PaperError where claims in a file are about a condition that is not known, or about what it does not measure.
+    """Raise PaperError if a claim names an unknown condition, or an unknown measure of a condition.
 
-    `measures` gives those that a condition has next to `OF_ALL`, by name; None where its model is not loaded.
+    `measures` returns the measures of a condition in addition to `OF_ALL`, or None if its model is not loaded.
     """
     for claim in claims:
         _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")
         for comparison in claim.comparisons:
             for name in sorted(comparison.conditions):
-                own = measures(name)
-                if own is None:
+                model_measures = measures(name)
+                if model_measures is None:
                     continue
                 _require(
                     [comparison.measure],
-                    [*OF_ALL, *own],
+                    [*OF_ALL, *model_measures],
                     f"{path}: {claim.id}: a measure of {name}",
                 )
-                if comparison.rule == "survives_longer" and not own[comparison.measure].censored:
+                if (
+                    comparison.rule == "survives_longer"
+                    and not model_measures[comparison.measure].censored
+                ):
                     raise PaperError(
-                        f"{path}: {claim.id}: the rule 'survives_longer' needs a measure that tells which runs are censored, "
-                        f"and {comparison.measure!r} of {name} does not"
+                        f"{path}: {claim.id}: the rule 'survives_longer' needs a measure with censored runs, "
+                        f"and {comparison.measure!r} of {name} has none"
                     )
 
 
 def _require(names: Iterable[str], known: list[str], where: str) -> None:
     for name in names:
         if name not in known:
-            raise PaperError(f"{where} {name!r}, which there is not{suggest(name, known)}")
+            raise PaperError(f"{where} {name!r}, which does not exist{suggest(name, known)}")
 
 
 def _require_field(path: str, experiments: Sequence[Experiment], where: str) -> None:
-    """A field that a part brings is there only where that part is chosen."""
+    """Raise PaperError if a field is in no experiment; the field of a part exists only if the part is selected."""
     faults = []
     for experiment in experiments:
         try:

@@ -1,4 +1,4 @@
-"""What a report says of a paper and of no other: `words.toml` in its folder. All of it may be left out."""
+"""Texts of a report for one paper, read from its `words.toml`. Every key is optional."""
 
 from __future__ import annotations
 
@@ -29,21 +29,22 @@ Question = Literal[
 
 
 class Inference(Declared):
-    """How the paper infers the Baldwin effect, beside the question of ours that makes the same comparison."""
+    """The paper's own inference of the Baldwin effect, and the question that makes the same comparison."""
 
     question: Question
     says: str
-    limit: str = ""  # what that comparison cannot show
+    # Limit of the comparison.
+    limit: str = ""
 
 
 class Words(Declared):
-    heading: str = ""  # of the report
-    captions: Mapping[Figure, str] = Field(
-        default_factory=dict
-    )  # what a figure's caption adds on the paper's own figure
+    # Heading of the report.
+    heading: str = ""
+    # Additions to captions, about the paper's own figures.
+    captions: Mapping[Figure, str] = Field(default_factory=dict)
     inference: Inference | None = None
 
 
 def read_words(path: Path) -> Words:
-    """The words in a file; none where there is no such file. Raises PaperError."""
+    """Return the texts in a file, or none if the file does not exist. Raises PaperError."""
     return declared(Words, read(path), path) if path.exists() else Words()

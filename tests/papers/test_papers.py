@@ -143,7 +143,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             ("conditions",),
             {},
-            "{}/conditions holds no condition: a TOML file laid over an experiment's defaults",
+            "{}/conditions contains no condition: a TOML file with changes of an experiment's defaults",
         ),
         ((), {"paper": "name = "}, "{}/paper.toml is not TOML: Invalid value (at end of document)"),
         ((), {"paper": PAPER.replace("year = 2026\n", "")}, "{}/paper.toml: year is missing"),
@@ -161,12 +161,12 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"paper": PAPER + 'maps = ["nera"]\n'},
-            "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)",
+            "{}/paper.toml: maps 'nera', which does not exist (did you mean 'near'?)",
         ),
         (
             (),
             {"paper": PAPER + 'emergence = "taught"\n'},
-            "{}/paper.toml: emergence 'taught', which there is not",
+            "{}/paper.toml: emergence 'taught', which does not exist",
         ),
         (
             (),
@@ -192,12 +192,12 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"claims": CLAIMS.replace("taught/near", "taugt/near")},
-            "T1 names a condition 'taugt/near', which there is not",
+            "T1 names a condition 'taugt/near', which does not exist",
         ),
         (
             (),
             {"claims": CLAIMS.replace('"mean"', '"weight"')},
-            "claims.toml: T1: a measure of plain/near 'weight', which there is not; there are best, mean, share, most",
+            "claims.toml: T1: a measure of plain/near 'weight', which does not exist; there are best, mean, share, most",
         ),
         (
             (),
@@ -231,7 +231,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"claims": CLAIMS.replace("bound = 0.01", "paired = true, bound = 0.01")},
-            "comparisons.0: paired runs need b beside a",
+            "comparisons.0: paired runs need a and b",
         ),
         (
             (),
@@ -240,7 +240,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
                     'rule = "greater"\npaper', 'rule = "survives_longer"\npaper'
                 )
             },
-            "the rule 'survives_longer' needs b beside a, a measure of the model's own, and runs that are not paired",
+            "the rule 'survives_longer' needs a and b, a measure of the model, and runs that are not paired",
         ),
         (
             (),
@@ -343,7 +343,7 @@ def test_a_control_cannot_take_the_place_of_a_condition(tmp_path: Path) -> None:
     place = folder(tmp_path / "tiny")
     (place / "controls").mkdir()
     (place / "controls" / "plain.toml").write_text(TAUGHT)
-    message = f"{place}/controls/plain.toml: 'plain' is the name of a condition, too; a control must have a name of its own"
+    message = f"{place}/controls/plain.toml: 'plain' is also the name of a condition; choose another name for the control"
     with pytest.raises(PaperError, match=re.escape(message)):
         papers.load(place)
 
@@ -353,7 +353,7 @@ def test_no_condition_has_the_name_of_the_first_generations(tmp_path: Path) -> N
     (place / "conditions" / "first.toml").write_text(PLAIN)
     with pytest.raises(
         PaperError,
-        match="no condition can be named 'first', because claims call the first generations so",
+        match="no condition can be named 'first', because claims use this name for the first generations",
     ):
         papers.load(place)
 
@@ -371,7 +371,7 @@ def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Pat
     ):
         file = tmp_path / "mine" / f"{name}.toml"
         file.write_text(file.read_text().replace(old, new))
-    wrong = "A1: the rule 'survives_longer' needs a measure that tells which runs are censored, and 'born' of E does not"
+    wrong = "A1: the rule 'survives_longer' needs a measure with censored runs, and 'born' of E has none"
     with pytest.raises(PaperError, match=wrong):
         papers.load(tmp_path / "mine")
 
@@ -519,7 +519,7 @@ def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) 
     done = command("report", "mine")
     assert (done.code, done.err) == (
         2,
-        "baldwinlab: mine was made by the paper 'tiny', of which nothing is kept in mine/paper\n",
+        "baldwinlab: mine is a study of the paper 'tiny', but mine/paper contains no copy of this paper\n",
     )
 
 
