@@ -143,7 +143,7 @@ def test_a_change_that_cannot_be_made_is_refused_before_anything_is_written(
 
 def test_all_papers_cannot_be_changed_at_once(command: Command) -> None:
     done = command("reproduce", "all", "--set", "population.size=3")
-    assert done.code == 2 and "--set population.size=3 is of one paper" in done.err
+    assert done.code == 2 and "--set population.size=3 applies to one paper only" in done.err
 
 
 def test_a_study_whose_changes_are_no_texts_is_refused(paper: str, tmp_path: Path) -> None:

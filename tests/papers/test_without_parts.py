@@ -101,8 +101,8 @@ def test_every_command_that_reads_works_without_the_part(
         ("report", study),
         ("claims", study),
         ("gallery", str(results)),
-        ("phylogeny", study, "--out", str(tmp_path / "lineages.csv")),
-        ("crate", study),
+        ("export", study, "--format", "phylogeny", "--out", str(tmp_path / "lineages.csv")),
+        ("export", study, "--format", "ro-crate"),
         ("export", study, "--out", str(tmp_path / "table.csv")),
     ):
         done = command(*words)
