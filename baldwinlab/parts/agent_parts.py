@@ -1,17 +1,23 @@
-"""The kinds of part, and the hooks of each: what a part of that kind may do, when, and with what.
+"""Kinds of part that belong to an agent or to its world, and the hooks of each kind.
 
-A part is a class derived from one of these kinds, with a name: `class Social(LearningRule, name="social")`. Its annotations are
-fields of the experiment; `arrays` declares what it works on; its static methods are its hooks. A hook that it has not is
-the one written here. Phases take the part first: in compiled code that is a NamedTuple of its numeric fields, of what is
-`derived` and of its arrays. Their arguments are named as here. What the others are:
+A part is a class that derives from one of these kinds and has a name:
+`class Social(LearningRule, name="social")`.
 
-    model   what never changes in a life: see models/miniworld/state.py, `Model`
-    state   what does, and the other parts: state.network, state.rule, state.body, state.senses, state.features
-    lane    an agent's column in arrays [row, lane], or a bundle of sixteen; only `get` and `put` reach it
-    world, agent   numbers; the agent's lane is world * model.agents + agent
+- Annotations are settings of the experiment.
+- `arrays` declares the arrays of the part.
+- Static methods are hooks, compiled by Numba. A part inherits every hook that it does not define.
 
-A *per-agent* hook must not read other agents. A *per-world* hook may read all of them: `prepare_senses`,
+A hook has the arguments of its kind, with the same names. The first is the part: a NamedTuple of
+its numeric settings, its `derived` values and its arrays.
+
+A *per-agent* hook is called for one lane: the column of one agent in arrays [row, lane], or a SIMD
+block of 16 such columns. It must not read other agents, and reaches its lane only by `get` and `put`.
+
+A *per-world* hook may read and write the arrays of all agents of its world: `prepare_senses`,
 `observe_others`, `init_world`, `end_step`.
+
+The fields of `model` and `state` are described in `Model` and `State` of
+`baldwinlab/models/miniworld/state.py`.
 """
 
 from __future__ import annotations
@@ -48,11 +54,26 @@ class PartMeta(FieldsMeta):
 
 
 class Part(Fields, metaclass=PartMeta):
-    """A piece of a model. Its fields are the experiment's; `name` is what chooses it.
+    """Base class of all kinds of part.
 
-    arrays   by name, declared with `per_agent` or `per_world`; rows are numbers or "weights", "units", "inputs", "actions"
-    derived  by name, a function of (part, experiment) whose number or array the hooks need
-    needs    settings, by dotted path, without which it can be in no experiment: what `baldwinlab check` tries it with
+    The annotations of a part are settings of the experiment: pydantic fields with a description, a unit
+    and limits. The name of the part chooses it.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of part, such as "sense". Set by the kind.
+    name : str
+        Name of the part. Set by `class X(Kind, name="x")`.
+    arrays : Mapping[str, Array]
+        Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A dimension is a
+        number, or "weights", "units", "inputs" or "actions".
+    derived : Mapping[str, Callable]
+        Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as `part.NAME`.
+    required_settings : Mapping[str, Any]
+        Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses them.
+    Compiled : type
+        NamedTuple class of the first argument of the hooks.
     """
 
     kind: ClassVar[str] = ""
@@ -60,7 +81,7 @@ class Part(Fields, metaclass=PartMeta):
     arrays: ClassVar[Mapping[str, Array]] = {}
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
     required_settings: ClassVar[Mapping[str, Any]] = {}
-    Compiled: ClassVar[type]  # the NamedTuple that its hooks get
+    Compiled: ClassVar[type]
 
     def __init_subclass__(cls, name: str = "", **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -69,7 +90,8 @@ class Part(Fields, metaclass=PartMeta):
     def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
         super().__pydantic_init_subclass__(**options)
         if not name:
-            return  # a kind, or a base that parts share
+            # A kind, or a base class of parts.
+            return
         built_in = registry.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
         cls.name = name
@@ -88,26 +110,32 @@ class Part(Fields, metaclass=PartMeta):
 
     @classmethod
     def hooks(cls) -> tuple[Callable[..., Any], ...]:
-        """The functions of its hooks, its own or the kind's."""
+        """Return the functions of all hooks of the part."""
         return tuple(getattr(cls, each) for each in hook_names(cls))
 
     def check(self, experiment: Any) -> None:
-        """Raises ValueError, with a sentence, where the part cannot be in that experiment."""
+        """Check that the part fits an experiment.
+
+        Raises
+        ------
+        ValueError
+            If the part cannot be used with these settings. The message is shown to the user.
+        """
 
 
 def hook_names(kind: type[Part]) -> list[str]:
-    """The names of the hooks that parts of a kind have."""
+    """Return the names of the hooks of a kind."""
     base = next(each for each in kind.__mro__ if Part in each.__bases__)
     return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
-    """The names of the hooks that a part does not leave to its kind."""
+    """Return the names of the hooks that a part defines itself."""
     return [name for name in hook_names(part) if getattr(part, name) is not _of_kind(part, name)]
 
 
 def numeric_fields(part: type[Part]) -> list[str]:
-    """The fields that compiled code can read: numbers, true and false."""
+    """Return the names of the settings that compiled code can read: int, float and bool."""
     return [
         name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)
     ]
@@ -134,23 +162,92 @@ def _of_kind(part: type[Part], name: str) -> Callable[..., Any]:
 
 @hook
 def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-    """Per agent: which of the part's inputs are 1, as bits, the first input's the lowest."""
+    """Return the inputs of a binary sense as bits.
+
+    Per agent, once per step, if `is_continuous` is false.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
+
+    Returns
+    -------
+    int
+        Bit k is 1 if input k is on. Input 0 is the lowest bit.
+    """
     return 0
 
 
 @hook
 def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-    """Per agent, of a sense that is `is_continuous`: its inputs, each in [0, 1], into state.activations from the row `first` on."""
+    """Write the inputs of a continuous sense.
+
+    Per agent, once per step, if `is_continuous` is true.
+    It writes rows `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1], and nothing else
+    that is not an array of the part.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
+    first : int
+        Row of the first input of the part in `state.activations`.
+    """
 
 
 @hook
 def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-    """Per world, before anybody senses: what a sense needs of others. It may write what is the agents'."""
+    """Compute data about other agents before the agents sense.
+
+    Per world, at the beginning of every step. It may write the arrays of the part
+    and per-agent arrays of `state`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    step : int
+        Step of the lifetime, from 0.
+    """
 
 
 @hook
 def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
-    """Per agent: the action, into state.action: unless the body says otherwise, the largest output, a tie going to the first."""
+    """Write the chosen action to `state.action` [1, lane].
+
+    Per agent, once per step, after the network. By default the action is the index of the largest
+    output. The first of equal outputs is chosen.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
     rows, actions = state.activations.shape[0], state.targets.shape[0]
     best, action = get(state.activations, rows - actions, lane), ZERO
     put(state.action, 0, lane, action)
@@ -167,96 +264,319 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
 
 @hook
 def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
-    """Per agent: do the action: turn, and change place."""
+    """Turn and move the agent by its action.
+
+    Per agent, once per step, after `choose_action`. It reads `state.action`, and writes `state.heading` and
+    `state.places`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
 
 
 @hook
 def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
-    """Per agent: fill `activations` [unit, lane] from its first rows, the inputs, to its last, the outputs."""
+    """Compute the outputs of the network from its inputs.
+
+    Per agent, once per step, and for a reinforcement module once more. The first rows of `activations`
+    are the inputs; the hook writes the other rows. The last rows are the outputs.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    weights : array, float32 [weight, lane]
+        Weights of the module. Read only.
+    activations : array, float32 [unit, lane]
+        Activations of all units.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
 
 
 @hook
 def backward(
     part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane
 ) -> None:
-    """Per agent: change `weights` so that the outputs move towards `targets`. `errors` [unit, lane] is scratch."""
+    """Change the weights so that the outputs move towards the targets.
+
+    Per agent. Learning rules call it after `forward`, with the activations of that call.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    rate : float32, or a SIMD block
+        Learning rate of the agent.
+    weights : array, float32 [weight, lane]
+        Weights of the module. The hook changes them.
+    activations : array, float32 [unit, lane]
+        Activations of all units. Read only.
+    errors : array, float32 [unit, lane]
+        Scratch memory.
+    targets : array, float32 [action, lane]
+        Target of each output. Read only.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
 
 
 @hook
 def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
-    """Per agent, of a network that is no layers, for whoever draws: fill `found`, and say how many links there are.
+    """Write the links of a network without layers, for drawings.
 
-    It is [link, (from unit, to unit, weight)], with room for as many as there are weights; a unit that is always 1 is -1.
+    Per agent, on demand. It is called in plain Python.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    weights : array, float32 [weight, lane]
+        Weights of the module. Read only.
+    units : int
+        Number of units.
+    lane : int
+        Column of the agent.
+    found : array [weight, 3]
+        Output: source unit, target unit and weight of each link. The source of a bias is -1.
+
+    Returns
+    -------
+    int
+        Number of links. 0 for a network with layers.
     """
     return 0
 
 
 @hook
 def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> None:
-    """Per agent, at birth and before `init_agent`: keep what life needs of the genome's modules beside the action module.
+    """Store the genes of further modules in the arrays of the part.
 
-    Their weights are in `genes` [module and weight, lane], one module after another.
+    Per agent, at birth, before `init_agent`. `state.weights` already holds the action module.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    genes : array, float32 [gene, lane]
+        Weights of all modules after the action module, one module after the other. Read only.
+    lane : Lane
+        Column of an agent, or a SIMD block.
     """
 
 
 @hook
 def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
-    """Per agent, at birth: make the part's arrays ready. The weights are there already."""
+    """Initialize the arrays of the part for a newborn agent.
+
+    Per agent, at birth, after `load_genes`. The position, heading and weights of the agent are set.
+    It may write the column of the agent in the arrays of the part and in `state`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it. The lane is `world * model.agents + agent`.
+    """
 
 
 @hook
 def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-    """Per world, when all have acted and before anybody learns: what needs a look at others. It may write what is the agents'."""
+    """Compute data about other agents before the agents learn.
+
+    Per world, once per step, after all agents have acted. It may read all agents, and write the
+    arrays of the part and per-agent arrays of `state`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    step : int
+        Step of the lifetime, from 0.
+    """
 
 
 @hook
 def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
-    """Per agent: change state.weights."""
+    """Change the weights of an agent.
+
+    Per agent, once per step, after `observe_others`, while the agent learns (`learning.steps`). It writes
+    `state.weights` and the column of the agent in the arrays of the part.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    step : int
+        Step of the lifetime, from 0.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
 
 
 @hook
 def init_world(part: Any, model: Any, state: Any, world: int) -> None:
-    """Per world, at its beginning: make the part's arrays ready. Nobody is born yet, nothing has grown."""
+    """Initialize the arrays of the part for a world.
+
+    Per world, at the beginning of a lifetime, before agents and items are placed.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    """
 
 
 @hook
 def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> bool:
-    """Per agent: whether nobody can be born, and nothing grow, at a place."""
+    """Return whether agents and items cannot be placed at a position.
+
+    Called for each candidate position of a newborn or an item. It writes nothing.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    x, y : float32
+        Position, in units of length. y points down.
+
+    Returns
+    -------
+    bool
+        True if the position is blocked. False by default.
+    """
     return False
 
 
 @hook
 def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value, dy: Value) -> Mask:
-    """Per agent: whether what is at (x + dx, y + dy) cannot be seen from (x, y)."""
-    return dx * ZERO > ONE  # false, for each item
+    """Return whether an item or agent cannot be seen.
+
+    Per agent, for each seen candidate. It writes nothing.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    x, y : float32
+        Position of the agent, in units of length. y points down.
+    dx, dy : float32, or a SIMD block
+        Offset of the seen item or agent.
+
+    Returns
+    -------
+    bool, or a mask
+        True where the view from (x, y) to (x + dx, y + dy) is blocked. False by default.
+    """
+    # False for each item, as a bool or as a mask.
+    return dx * ZERO > ONE
 
 
 @hook
 def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
-    """Per agent: whether nobody can step to (x, y): who would stays where it is."""
+    """Return whether an agent cannot enter a position.
+
+    Per agent, when it moves. An agent that tries stays at its position. It writes nothing.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    x, y : float32, or a SIMD block
+        New position, in units of length. y points down.
+
+    Returns
+    -------
+    bool, or a mask
+        True where the position cannot be entered. False by default.
+    """
     return x * ZERO > ONE
 
 
 @hook
 def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-    """Per world, at the end of a step: what changes in the world by itself."""
+    """Change the world at the end of a step.
+
+    Per world, after all agents have eaten. It may write the arrays of the part, items and agents of the
+    world.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world : int
+        Index of the world.
+    step : int
+        Step of the lifetime, from 0.
+    """
 
 
 class Sense(Part):
-    """What an agent is told of its surroundings: inputs of its network, 0 or 1, or real-valued, between them."""
+    """Sense of an agent: inputs of its network, 0 or 1, or real numbers in [0, 1].
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Names of the inputs.
+    sectors : tuple of (float, float) or None
+        Angular range of each input, in degrees clockwise from the heading, for drawings. None: no range.
+    item_kind : str
+        Kind of the items that the helper `see` looks for. "" is food.
+    only_items : bool
+        True if the inputs depend on items alone. Then the sense is skipped where no item is near.
+    is_continuous : bool
+        True if `measure` writes the inputs, False if `sense` returns them as bits.
+    """
 
     kind: ClassVar[str] = "sense"
-    inputs: ClassVar[tuple[str, ...]] = ()  # their names
-    sectors: ClassVar[
-        tuple[tuple[float, float] | None, ...]
-    ] = ()  # where each looks, degrees clockwise from the heading
-    item_kind: ClassVar[str] = ""  # of items that it looks for by `see`
-    only_items: ClassVar[bool] = (
-        False  # tells of items alone, so it need not be asked where none are near
-    )
-    is_continuous: ClassVar[bool] = (
-        False  # whether its inputs are what `measure` writes, and not the bits that `sense` gives
-    )
+    inputs: ClassVar[tuple[str, ...]] = ()
+    sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ()
+    item_kind: ClassVar[str] = ""
+    only_items: ClassVar[bool] = False
+    is_continuous: ClassVar[bool] = False
 
     sense: ClassVar[Any] = staticmethod(sense.default)
     measure: ClassVar[Any] = staticmethod(measure.default)
@@ -264,36 +584,68 @@ class Sense(Part):
 
 
 class Body(Part):
-    """What an agent can do."""
+    """Body of an agent: its actions and its movement.
+
+    Attributes
+    ----------
+    actions : tuple of str
+        Names of the actions. Each is an output of the network.
+    stride : float
+        Maximum distance of a step, in units of length.
+    chooses : bool
+        True if an agent performs one action per step. False if it uses all outputs.
+    """
 
     kind: ClassVar[str] = "body"
-    actions: ClassVar[tuple[str, ...]] = ()  # their names; each is an output of the network
-    stride: ClassVar[float] = 2.0  # the longest way in one step, units of length
-    chooses: ClassVar[bool] = (
-        True  # does one of its actions in a step, and not something of all of them
-    )
+    actions: ClassVar[tuple[str, ...]] = ()
+    stride: ClassVar[float] = 2.0
+    chooses: ClassVar[bool] = True
 
     choose_action: ClassVar[Any] = staticmethod(choose_action.default)
     move: ClassVar[Any] = staticmethod(move.default)
 
 
 class Network(Part):
-    """What turns inputs into outputs: layers of units, whose activations and weights are numbered from the inputs on."""
+    """Network of an agent: outputs from inputs.
+
+    Units are numbered from the inputs to the outputs. Weights are numbered in the order of the genome.
+
+    Attributes
+    ----------
+    is_memoryless : bool
+        True if the outputs depend on the current inputs alone. Then outputs may be looked up.
+    infinite_genes : tuple of int
+        Indices in a module of the genes that may be infinite. All other genes must be finite.
+    """
 
     kind: ClassVar[str] = "network"
-    is_memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
-    infinite_genes: ClassVar[
-        tuple[int, ...]
-    ] = ()  # by number in a module: those that may be infinite; no others may
+    is_memoryless: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = ()
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
-        """Units in each layer. The first `inputs` units are the inputs, the last `actions` ones the outputs."""
+        """Return the number of units in each layer, from the inputs to the outputs.
+
+        Parameters
+        ----------
+        inputs : int
+            Number of inputs: the first units.
+        hidden : tuple of int
+            The setting `network.hidden`.
+        actions : int
+            Number of outputs: the last units.
+        """
         return (inputs, *hidden, actions)
 
     def memory(
         self, inputs: int, hidden: tuple[int, ...], actions: int
     ) -> tuple[tuple[int, int], ...]:
-        """Units that remember, for whoever draws: pairs of a unit, and of the one that remembers what it was a step before."""
+        """Return the context units of a recurrent network, for drawings.
+
+        Returns
+        -------
+        tuple of (int, int)
+            Pairs of a unit and of the unit that holds its activation of the previous step.
+        """
         return ()
 
     forward: ClassVar[Any] = staticmethod(forward.default)
@@ -302,24 +654,33 @@ class Network(Part):
 
 
 class LearningRule(Part):
-    """What changes an agent's weights in life."""
+    """Learning rule: the change of the weights of an agent during its lifetime.
+
+    Attributes
+    ----------
+    modules : tuple of str
+        Modules of a genome, of equal size. The first is "action". A second module "reinforcement" is a
+        network whose outputs the engine writes to `state.targets` in each step.
+    learns : bool
+        False for a rule that changes no weights.
+    supports_drift_control : bool
+        True if the rule moves weights as far as self-teaching does, so that `drift` is its control.
+    answers : tuple of str
+        Names of the outputs of the reinforcement module, if they are not actions.
+    teacher_array : str
+        Name of the int array of the part with the teacher of each agent, or "". The index of the agent
+        itself means that it has no teacher.
+    color : str
+        Color of the rule in figures, a name of `baldwinlab.analysis.figures.palette`.
+    """
 
     kind: ClassVar[str] = "learning rule"
-    modules: ClassVar[tuple[str, ...]] = (
-        "action",
-    )  # in a genome, each of as many weights; the networks among them are
-    # "action", the first, and "reinforcement", the second where there is one, whose answer is then in state.targets
+    modules: ClassVar[tuple[str, ...]] = ("action",)
     learns: ClassVar[bool] = True
-    supports_drift_control: ClassVar[bool] = (
-        False  # whether it goes as far as self-teaching, so that drift, which does, is a control for it
-    )
-    answers: ClassVar[
-        tuple[str, ...]
-    ] = ()  # what the reinforcement module says, where that is not how to act: "gate", say
-    teacher_array: ClassVar[str] = (
-        ""  # the array of its own, of whole numbers, that holds from which agent each learns; itself: nobody
-    )
-    color: ClassVar[str] = "blue"  # of `baldwinlab.analysis.figures.palette`
+    supports_drift_control: ClassVar[bool] = False
+    answers: ClassVar[tuple[str, ...]] = ()
+    teacher_array: ClassVar[str] = ""
+    color: ClassVar[str] = "blue"
 
     load_genes: ClassVar[Any] = staticmethod(load_genes.default)
     init_agent: ClassVar[Any] = staticmethod(init_agent.default)
@@ -328,7 +689,21 @@ class LearningRule(Part):
 
 
 class ItemRegion(Fields):
-    """A rectangle in which items of a kind lie uniformly; an eaten one reappears in its own region at once."""
+    """Rectangle with uniformly placed items of a kind. An eaten item reappears in its region at once.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of the items, such as "food".
+    x, y : (float, float)
+        Left and right, upper and lower edge, in units of length.
+    count : int
+        Number of items.
+    energy : float
+        Energy of an item.
+    color : str
+        Color of the items, a name of the palette or "#rrggbb".
+    """
 
     kind: str
     x: tuple[float, float]
@@ -339,19 +714,29 @@ class ItemRegion(Fields):
 
 
 class WorldFeature(Part):
-    """What else there is in the world: kinds of items, walls, whatever hides, stops or moves."""
+    """Feature of the world: items, walls, and changes over time.
+
+    Attributes
+    ----------
+    allows_births : bool
+        True if agents are born during a lifetime.
+    """
 
     kind: ClassVar[str] = "world feature"
-    allows_births: ClassVar[bool] = (
-        False  # whether agents are born in mid-life, by `succeed` of models/miniworld/birth.py
-    )
+    allows_births: ClassVar[bool] = False
 
     def items(self) -> tuple[ItemRegion, ...]:
-        """The items that it adds to the world's food."""
+        """Return the regions of items that the feature adds to the food of the world."""
         return ()
 
     def map_shapes(self) -> tuple[dict[str, Any], ...]:
-        """What is drawn of it: {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color", "label"}."""
+        """Return the shapes of the feature on drawn maps.
+
+        Returns
+        -------
+        tuple of dict
+            {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color", "label"}
+        """
         return ()
 
     init_world: ClassVar[Any] = staticmethod(init_world.default)
@@ -362,7 +747,7 @@ class WorldFeature(Part):
 
 
 def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
-    """The NamedTuple that a part's hooks get."""
+    """Return the first argument of the hooks of a part: its settings, derived values and arrays."""
     own: dict[str, Any] = {}
     for name in numeric_fields(type(part)):
         value = getattr(part, name)
