@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 from baldwinlab import parts
 from baldwinlab.api.checks import reference as naive
+from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
 from baldwinlab.parts.agent_parts import hook_names
 from scripts import part_reference
@@ -139,3 +141,29 @@ def test_every_random_stream_has_a_description() -> None:
     assert all(text for _, _, text in streams)
     numbers = [number for _, number, _ in streams]
     assert len(set(numbers)) == len(numbers)
+
+
+ALL_PARTS = [(kind, name) for kind in registry.BUILT_IN for name in registry.packaged(kind)]
+# Names in docstrings of parts that are no setting of the part and no part.
+OTHER_NAMES = ("mutation_size",)
+SETTINGS_OF_PARTS = [
+    pytest.param(kind, name, id=f"{kind}: {name}")
+    for kind, name in ALL_PARTS
+    if name != "miniworld"
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), SETTINGS_OF_PARTS)
+def test_the_docstring_of_a_part_names_only_existing_settings(kind: str, name: str) -> None:
+    """A name in code type is a setting of the part, of the experiment, or another part."""
+    part = registry.find(kind, name)
+    text, _ = parse_docstring(part.__doc__)
+    known = {*part.model_fields, *OTHER_NAMES, *(other for _, other in ALL_PARTS)}
+    names = re.findall(r"`([a-z_]+)`", text)
+    assert [word for word in names if word not in known] == []
+
+
+@pytest.mark.parametrize(("kind", "name"), SETTINGS_OF_PARTS)
+def test_a_setting_of_a_part_is_described_by_a_sentence(kind: str, name: str) -> None:
+    for field in registry.find(kind, name).model_fields.values():
+        assert re.fullmatch(r"[A-Zxy].*[.]", field.description or ""), field.description

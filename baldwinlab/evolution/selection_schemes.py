@@ -7,7 +7,7 @@ References
 .. [2] S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
    Behavior 3 (1994): `best-copies`. In that paper the best 20 of 100 agents have five children each.
 .. [3] D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and behavioral
-   fitness", Neural Networks 13 (2000): the field `two_parent_share` of `best-copies`.
+   fitness", Neural Networks 13 (2000): the setting `two_parent_share` of `best-copies`.
 .. [4] D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic
    algorithms", Foundations of Genetic Algorithms 1 (1991): `larger-tournament`.
 """

@@ -94,7 +94,7 @@ class Continuous(Body, name="continuous"):
     """Two wheels whose speeds are the two outputs.
 
     The agent moves by the sum of the outputs, 0 to 2.
-    It turns toward the slower wheel by `turn` times the difference, rounded to multiples of 9
+    It turns toward the slower wheel by `max_turn` times the difference, rounded to multiples of 9
     degrees.
     The recorded action is the number of the faster wheel.
     The setting `motor.noise` must be 0.

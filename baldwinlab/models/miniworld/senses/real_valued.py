@@ -273,7 +273,7 @@ class Smell(_OfItems, name="smell"):
 
 
 class Energy(Sense, name="energy"):
-    """One real-valued input: the energy g gained in life, as g / (g + `half`).
+    """One real-valued input: the energy g gained in life, as g / (g + `half_saturation`).
 
     The input is 0 if g is below 0.
 
