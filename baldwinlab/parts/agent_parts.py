@@ -11,7 +11,8 @@ A hook has the arguments of its kind, with the same names. The first is the part
 its numeric settings, its `derived` values and its arrays.
 
 A *per-agent* hook is called for one lane: the column of one agent in arrays [row, lane], or a SIMD
-block of 16 such columns. It must not read other agents, and reaches its lane only by `get` and `put`.
+block of 16 such columns. It must not read other agents, and reaches its lane only by `get` and
+`put`.
 
 A *per-world* hook may read and write the arrays of all agents of its world: `prepare_senses`,
 `observe_others`, `init_world`, `end_step`.
@@ -56,7 +57,8 @@ class PartMeta(FieldsMeta):
 class Part(Fields, metaclass=PartMeta):
     """Base class of all kinds of part.
 
-    The annotations of a part are settings of the experiment: pydantic fields with a description, a unit
+    The annotations of a part are settings of the experiment: pydantic fields with a description, a
+    unit
     and limits. The name of the part chooses it.
 
     Attributes
@@ -66,12 +68,15 @@ class Part(Fields, metaclass=PartMeta):
     name : str
         Name of the part. Set by `class X(Kind, name="x")`.
     arrays : Mapping[str, Array]
-        Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A dimension is a
+        Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A
+        dimension is a
         number, or "weights", "units", "inputs" or "actions".
     derived : Mapping[str, Callable]
-        Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as `part.NAME`.
+        Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
+        `part.NAME`.
     required_settings : Mapping[str, Any]
-        Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses them.
+        Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses
+        them.
     Compiled : type
         NamedTuple class of the first argument of the hooks.
     """
@@ -95,12 +100,13 @@ class Part(Fields, metaclass=PartMeta):
         built_in = registry.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
         cls.name = name
-        made: Any = namedtuple("Compiled", [*numeric_fields(cls), *cls.derived, *cls.arrays])  # type: ignore[misc]
-        made.__module__, made.__qualname__ = (
-            cls.__module__,
-            f"{cls.__qualname__}.Compiled",
-        )  # so that Numba's cache finds it
-        setattr(made, "part", cls)  # noqa: B010  (it is the class of a tuple, of which mypy knows all attributes)
+        fields = [*numeric_fields(cls), *cls.derived, *cls.arrays]
+        made: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
+        # Numba's cache finds the class by these names.
+        made.__module__ = cls.__module__
+        made.__qualname__ = f"{cls.__qualname__}.Compiled"
+        # mypy knows the attributes of a NamedTuple, so an assignment would be an error.
+        setattr(made, "part", cls)  # noqa: B010
         cls.Compiled = made
         if not built_in:
             require_own_column(
@@ -147,11 +153,13 @@ def _require_signatures(part: type[Part]) -> None:
         given = vars(part).get(name)
         if given is not None and not isinstance(given, staticmethod):
             raise TypeError(
-                f"{part.__name__}.{name} must be a static method: @staticmethod def {name}({', '.join(wanted)})"
+                f"{part.__name__}.{name} must be a static method: "
+                f"@staticmethod def {name}({', '.join(wanted)})"
             )
         if [*inspect.signature(getattr(part, name)).parameters] != wanted:
             raise TypeError(
-                f"{part.__name__}.{name} must have the arguments of its kind: {name}({', '.join(wanted)})"
+                f"{part.__name__}.{name} must have the arguments of its kind: "
+                f"{name}({', '.join(wanted)})"
             )
 
 
@@ -190,7 +198,8 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
     """Write the inputs of a continuous sense.
 
     Per agent, once per step, if `is_continuous` is true.
-    It writes rows `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1], and nothing else
+    It writes rows `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1], and nothing
+    else
     that is not an array of the part.
 
     Parameters
@@ -266,7 +275,8 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
 def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Turn and move the agent by its action.
 
-    Per agent, once per step, after `choose_action`. It reads `state.action`, and writes `state.heading` and
+    Per agent, once per step, after `choose_action`. It reads `state.action`, and writes
+    `state.heading` and
     `state.places`.
 
     Parameters
@@ -286,7 +296,8 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
 def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
     """Compute the outputs of the network from its inputs.
 
-    Per agent, once per step, and for a reinforcement module once more. The first rows of `activations`
+    Per agent, once per step, and for a reinforcement module once more. The first rows of
+    `activations`
     are the inputs; the hook writes the other rows. The last rows are the outputs.
 
     Parameters
@@ -423,7 +434,8 @@ def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> 
 def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     """Change the weights of an agent.
 
-    Per agent, once per step, after `observe_others`, while the agent learns (`learning.steps`). It writes
+    Per agent, once per step, after `observe_others`, while the agent learns (`learning.steps`). It
+    writes
     `state.weights` and the column of the agent in the arrays of the part.
 
     Parameters
@@ -536,7 +548,8 @@ def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
 def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Change the world at the end of a step.
 
-    Per world, after all agents have eaten. It may write the arrays of the part, items and agents of the
+    Per world, after all agents have eaten. It may write the arrays of the part, items and agents
+    of the
     world.
 
     Parameters
@@ -562,7 +575,8 @@ class Sense(Part):
     inputs : tuple of str
         Names of the inputs.
     sectors : tuple of (float, float) or None
-        Angular range of each input, in degrees clockwise from the heading, for drawings. None: no range.
+        Angular range of each input, in degrees clockwise from the heading, for drawings. None: no
+        range.
     item_kind : str
         Kind of the items that the helper `see` looks for. "" is food.
     only_items : bool
@@ -608,7 +622,8 @@ class Body(Part):
 class Network(Part):
     """Network of an agent: outputs from inputs.
 
-    Units are numbered from the inputs to the outputs. Weights are numbered in the order of the genome.
+    Units are numbered from the inputs to the outputs. Weights are numbered in the order of the
+    genome.
 
     Attributes
     ----------
@@ -659,7 +674,8 @@ class LearningRule(Part):
     Attributes
     ----------
     modules : tuple of str
-        Modules of a genome, of equal size. The first is "action". A second module "reinforcement" is a
+        Modules of a genome, of equal size. The first is "action". A second module "reinforcement"
+        is a
         network whose outputs the engine writes to `state.targets` in each step.
     learns : bool
         False for a rule that changes no weights.
@@ -668,7 +684,8 @@ class LearningRule(Part):
     answers : tuple of str
         Names of the outputs of the reinforcement module, if they are not actions.
     teacher_array : str
-        Name of the int array of the part with the teacher of each agent, or "". The index of the agent
+        Name of the int array of the part with the teacher of each agent, or "". The index of the
+        agent
         itself means that it has no teacher.
     color : str
         Color of the rule in figures, a name of `baldwinlab.analysis.figures.palette`.

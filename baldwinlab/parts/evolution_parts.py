@@ -1,7 +1,10 @@
-"""The kinds of part that breed: selection, variation, inheritance and fitness, and the hooks of each.
+"""Kinds of part that create generations: selection, variation, inheritance and fitness.
 
-They see a whole population at once, on the processor, in float64 where nothing else is said. Genomes are float32
-[agent, module, weight]; uniform numbers come in as arrays, so a hook draws none of its own.
+Their hooks run on the CPU and see the whole population. Numbers are float64 unless stated
+otherwise.
+Genomes are float32 [agent, module, weight]. Random numbers are passed as arrays, so hooks draw
+none,
+except that `vary_population` may draw by its key.
 """
 
 from __future__ import annotations
@@ -20,18 +23,35 @@ from baldwinlab.engine.phases import hook
 from baldwinlab.parts.agent_parts import Part, compiled_values
 
 Numbers = npt.NDArray[np.float64]
-ITSELF: Final = (
-    -2
-)  # in the place of a second parent: the child is its first parent, which lives on unchanged
+# Value of the second parent that marks a survivor: the child is its first parent, unchanged.
+ITSELF: Final = -2
 
 
 @hook
 def select(
     part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any
 ) -> None:
-    """Fill `parents` int32 [child, 2] with agents. `uniforms` is [child, draw, 4] in (0, 1), of two draws.
+    """Select two parents for each child.
 
-    `shares` float64 [agent] and `order` int64 [agent] are scratch. Where the second parent is `ITSELF`, the first lives on.
+    Per population, between two generations.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    uniforms : array, float64 [child, 2, 4]
+        Random numbers in (0, 1). Read only.
+    shares : array, float64 [agent]
+        Scratch memory.
+    order : array, int64 [agent]
+        Scratch memory.
+    parents : array, int32 [child, 2]
+        Output: indices of the two parents of each child. The hook fills it. The engine puts the
+        fitter
+        parent first afterwards. If the second value is `ITSELF`, the first agent survives
+        unchanged.
     """
 
 
@@ -45,7 +65,30 @@ def select_with_genomes(
     order: Any,
     parents: Any,
 ) -> None:
-    """As `select`, which it is unless the scheme says otherwise, with the genomes [agent, module, weight] to look at."""
+    """Select two parents for each child, with access to the genomes.
+
+    Per population, between two generations. By default it calls `select`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    genome : array, float32 [agent, module, weight]
+        Genomes of all agents. Read only.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    uniforms : array, float64 [child, 2, 4]
+        Random numbers in (0, 1). Read only.
+    shares : array, float64 [agent]
+        Scratch memory.
+    order : array, int64 [agent]
+        Scratch memory.
+    parents : array, int32 [child, 2]
+        Output: indices of the two parents of each child. The hook fills it. The engine puts the
+        fitter
+        parent first afterwards. If the second value is `ITSELF`, the first agent survives
+        unchanged.
+    """
     select(part, fitness, uniforms, shares, order, parents)
 
 
@@ -53,13 +96,46 @@ def select_with_genomes(
 def mark_survivors(
     part: Any, count: int, fitness: Numbers, uniforms: Numbers, parents: Any
 ) -> None:
-    """Let the `count` fittest live on, as the first children: of equals anybody."""
+    """Mark the agents that survive unchanged.
+
+    Per population, after selection, if `evolution.elite` is above 0. By default the `count` fittest
+    survive, with ties broken at random.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    count : int
+        Number of survivors: the setting `evolution.elite`.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    uniforms : array, float64 [child, 2, 4]
+        Random numbers in (0, 1). Read only.
+    parents : array, int32 [child, 2]
+        Output: the hook sets the first `count` rows to (agent, `ITSELF`).
+    """
     keep_first(count, fitness, uniforms[:, 1, 3], parents)
 
 
 @hook
 def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child: Any) -> None:
-    """Fill one `child` [module, weight] from its parents'. `draws` is [module and weight, 4] in (0, 1), and `gate` one number."""
+    """Create one child from two parents.
+
+    Per child, by the default `vary_population`. It must write every entry of `child`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    fitter, other : array, float32 [module, weight]
+        Genomes of the parents, the fitter one first. Read only.
+    draws : array, float64 [module and weight, 4]
+        Random numbers in (0, 1), four per gene. Read only.
+    gate : float
+        Random number in (0, 1), one per child.
+    child : array, float32 [module, weight]
+        Output: the genome of the child.
+    """
 
 
 @hook
@@ -72,9 +148,28 @@ def vary_population(
     draws: Numbers,
     children: Any,
 ) -> None:
-    """Fill all `children` [child, module, weight], one after another, by `vary`; `draws` is scratch, and `key` theirs.
+    """Create all children.
 
-    A variation has its own where children must know of each other. Who lives on is then left to it, too.
+    Per population, after selection. By default it copies survivors and calls `vary` for each other
+    child.
+    A variation overrides it if children depend on each other. Then it must copy the survivors, too.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    key : GenerationKey
+        Key of the random numbers: `seed`, `run` and `generation`.
+    genome : array, float32 [agent, module, weight]
+        Genomes of all agents. Read only.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    parents : array, int32 [child, 2]
+        Indices of the parents. Read only.
+    draws : array, float64 [module and weight, 4]
+        Scratch memory for random numbers.
+    children : array, float32 [child, module, weight]
+        Output: the genomes of all children.
     """
     seed, run, generation = key.seed, key.run, key.generation
     for child in range(children.shape[0]):
@@ -90,30 +185,79 @@ def vary_population(
 
 @hook
 def init_founders(part: Any, genome: Any) -> None:
-    """Make `genome` [agent, module, weight], all of it drawn from N(0, 1), the founders' genomes: as it is."""
+    """Change the genomes of the founders.
+
+    Per population, in the first generation. By default the genomes stay as they are drawn.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    genome : array, float32 [agent, module, weight]
+        Genomes drawn from N(0, 1). The hook changes them.
+    """
 
 
 @hook
 def inherit(part: Any, born: Any, learned: Any, inherited: Any) -> None:
-    """Fill the action module that an agent's children inherit, [weight], from what it was born with and what it had learned."""
+    """Compute the action module that the children of an agent inherit.
+
+    Per agent, between two generations, if `wants_learned` is true.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    born : array, float32 [weight]
+        Action module of the agent at birth. Read only.
+    learned : array, float32 [weight]
+        Action module of the agent at death. Read only.
+    inherited : array, float32 [weight]
+        Output: the inherited action module.
+    """
 
 
 @hook
 def assign_teachers(part: Any, born: Any, learned: Any, taught: Any) -> None:
-    """Change the reinforcement module that an agent's children are born with, `taught` [weight], its own until then.
+    """Change the reinforcement module that the children of an agent inherit.
 
-    `make_batch` and `learned` are the agent's action module, at birth and at death.
+    Per agent, between two generations, if the genome has a second module.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    born : array, float32 [weight]
+        Action module of the agent at birth. Read only.
+    learned : array, float32 [weight]
+        Action module of the agent at death. Read only.
+    taught : array, float32 [weight]
+        Reinforcement module of the agent. The hook changes it.
     """
 
 
 @hook
 def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> None:
-    """Fill `fitness` [agent] from the energy that agents gained in life, and what learning cost them."""
+    """Compute the fitness of all agents.
+
+    Per population, at the end of a lifetime.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    energy : array, float64 [agent]
+        Energy gained during the lifetime, or the payoff of the model. Read only.
+    cost : array, float64 [agent]
+        Cost of learning, in energy. Read only.
+    fitness : array, float64 [agent]
+        Output: fitness of each agent.
+    """
 
 
 @compiled
 def keep_first(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> None:
-    """Let the `count` agents live on that come first: the fittest, then those of the least tie, then of the least number."""
+    """Mark the `count` fittest agents as survivors, ties by `ties` and then by index."""
     last = -1
     for place in range(count):
         next_one = -1
@@ -135,20 +279,27 @@ def _comes_before(fitness: Numbers, ties: Numbers, a: int, b: int) -> bool:
 
 @compiled
 def copy_genome(genome: Any, into: Any) -> None:
-    """Fill `into` [module, weight] with one `genome`."""
+    """Copy a genome [module, weight] to `into`."""
     for module in range(genome.shape[0]):
         for weight in range(genome.shape[1]):
             into[module, weight] = genome[module, weight]
 
 
 class Selection(Part):
-    """Who become parents: two for each child, drawn independently; afterwards the fitter one is put first. And who live on."""
+    """Selection: the parents of each child, and the survivors.
+
+    Attributes
+    ----------
+    least : float
+        Lowest fitness that the selection accepts.
+    has_groups : bool
+        True if both parents of a child come from the group of the child, such as one half of the
+        population.
+    """
 
     kind: ClassVar[str] = "selection"
-    least: ClassVar[float] = -math.inf  # the lowest fitness that it copes with
-    has_groups: ClassVar[bool] = (
-        False  # whether parents are always of the child's own group, such as one half of the population
-    )
+    least: ClassVar[float] = -math.inf
+    has_groups: ClassVar[bool] = False
 
     select: ClassVar[Any] = staticmethod(select.default)
     select_with_genomes: ClassVar[Any] = staticmethod(select_with_genomes.default)
@@ -156,7 +307,7 @@ class Selection(Part):
 
     @classmethod
     def mixing_settings(cls, experiment: Any) -> list[str]:
-        """Return the settings of an experiment that mix the groups which this selection keeps apart."""
+        """Return the settings of an experiment that would mix the groups of the selection."""
         evolution, variation = experiment.evolution, experiment.part("evolution.variation")
         varies_alone = type(variation).vary_population is vary_population.default
         mixing = {
@@ -173,14 +324,20 @@ class Selection(Part):
 
 
 class Variation(Part):
-    """What children have of their parents, and what is new."""
+    """Variation: the genomes of the founders and of the children.
+
+    Attributes
+    ----------
+    settings : tuple of str
+        Settings of the table `evolution` that the variation uses.
+    """
 
     kind: ClassVar[str] = "variation"
     settings: ClassVar[tuple[str, ...]] = (
         "mutation_gate",
         "mutation_rate",
         "mutation_size",
-    )  # of `evolution`, that it heeds
+    )
 
     init_founders: ClassVar[Any] = staticmethod(init_founders.default)
     vary: ClassVar[Any] = staticmethod(vary.default)
@@ -188,13 +345,22 @@ class Variation(Part):
 
 
 class Inheritance(Part):
-    """What of a life is passed on."""
+    """Inheritance: the effect of learning on the genomes of the children.
+
+    Attributes
+    ----------
+    resamples_genomes : bool
+        True if nothing is inherited: every generation has random genomes.
+    """
 
     kind: ClassVar[str] = "inheritance"
-    resamples_genomes: ClassVar[bool] = False  # nothing: every generation begins with fresh genomes
+    resamples_genomes: ClassVar[bool] = False
 
     def wants_learned(self, experiment: Any) -> bool:
-        """Whether it matters what weights an agent dies with."""
+        """Return whether `inherit` and `assign_teachers` use the weights at death.
+
+        If it is false in an experiment, learned weights are not collected.
+        """
         return True
 
     inherit: ClassVar[Any] = staticmethod(inherit.default)
@@ -202,7 +368,7 @@ class Inheritance(Part):
 
 
 class Fitness(Part):
-    """What a life was worth."""
+    """Fitness of an agent, from its energy and the cost of learning."""
 
     kind: ClassVar[str] = "fitness"
 
@@ -211,7 +377,7 @@ class Fitness(Part):
 
 @lru_cache(maxsize=64)
 def breeding_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[..., Any], ...]]:
-    """The part that `evolution.FIELD` chooses, as its hooks get it; and what is compiled in with it: its type and its hook."""
+    """Return the part at `evolution.FIELD` for its hooks, and its type and hooks to compile."""
     part = experiment.part(f"evolution.{field}")
     return compiled_values(part, experiment, _no_arrays), (part.Compiled, *type(part).hooks())
 

@@ -1,8 +1,8 @@
-"""The kind of part that is a whole model: founders, lives, payoff; for models that are not the foragers of MiniWorld.
+"""The kind of part that is a whole model: founders, lifetimes and payoffs.
 
-A model is chosen by `model = "its-name"`, and its fields stand in a table of its name. Population, evolution and record are
-those of every experiment. Its genomes are float32 [agent, module, weight], so that selection, variation, records and assays are
-those of all.
+Genomes are float32 [agent, module, weight]. Selection, variation, records and assays are those of
+all
+experiments.
 """
 
 from __future__ import annotations
@@ -20,86 +20,123 @@ from baldwinlab.parts.views import View
 
 
 class FinalPopulation(NamedTuple):
-    """Who lives at the end of a life in whose midst agents were born, in the place of each agent."""
+    """Population at the end of a lifetime with births.
 
-    genome: npt.NDArray[np.float32]  # [run, agent, module, weight]
-    origin: npt.NDArray[
-        np.int32
-    ]  # [run, agent, (fitter, other)], of which of the life's first newborns they descend
+    Attributes
+    ----------
+    genome : array, float32 [run, agent, module, weight]
+        Genomes of the agents that are alive.
+    origin : array, int32 [run, agent, 2]
+        Indices of the agents at the beginning of the lifetime from which the two parents descend.
+    """
+
+    genome: npt.NDArray[np.float32]
+    origin: npt.NDArray[np.int32]
 
 
 class LifeResults(NamedTuple):
-    """What became of the agents of several runs in one generation."""
+    """Results of one lifetime of several runs.
 
-    energy: npt.NDArray[np.float64]  # [run, agent], gained in life
-    cost: npt.NDArray[np.float64]  # [run, agent], of learning
-    learned: (
-        npt.NDArray[np.float32] | None
-    )  # [run, agent, weight], the first module at death; None where it is no use
-    records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
-    final_population: FinalPopulation | None = (
-        None  # who lives at the end, where that is not who was born at the beginning
-    )
+    Attributes
+    ----------
+    energy : array, float64 [run, agent]
+        Energy gained, or payoff.
+    cost : array, float64 [run, agent]
+        Cost of learning.
+    learned : array, float32 [run, agent, weight], or None
+        First module at death. None if it is not needed.
+    records : Mapping[str, array]
+        Further recorded variables by name, each [run, agent].
+    final_population : FinalPopulation or None
+        Agents at the end of the lifetime, if agents were born during it.
+    """
+
+    energy: npt.NDArray[np.float64]
+    cost: npt.NDArray[np.float64]
+    learned: npt.NDArray[np.float32] | None
+    records: Mapping[str, npt.NDArray[Any]]
+    final_population: FinalPopulation | None = None
 
 
 class Measure(NamedTuple):
-    """A number that sums up one run, which a paper's claims can be about."""
+    """Number that summarizes a run. Claims of papers can refer to it.
 
-    meaning: str  # in words, with its unit
-    of: Callable[
-        [xr.Dataset], xr.DataArray
-    ]  # from runs (run, generation, agent), as they are stored, to (run); NaN where there is none
-    censored: Callable[[xr.Dataset], xr.DataArray] | None = (
-        None  # of a time, by run: true where it lasts longer than that
-    )
+    Attributes
+    ----------
+    meaning : str
+        Description with unit.
+    of : Callable
+        Function from the stored runs, a dataset (run, generation, agent), to an array (run). NaN:
+        no value.
+    censored : Callable or None
+        For a duration: function from the runs to a bool array (run), True if it is longer than
+        observed.
+    """
+
+    meaning: str
+    of: Callable[[xr.Dataset], xr.DataArray]
+    censored: Callable[[xr.Dataset], xr.DataArray] | None = None
 
 
 class Model(Part):
-    """A kind of life."""
+    """Model: founders, lifetimes and payoffs that are not those of MiniWorld.
+
+    `model = "NAME"` chooses a model, and its settings are in a table of its name. Population,
+    evolution and
+    record are those of all experiments.
+
+    Attributes
+    ----------
+    modules : tuple of str
+        Names of the modules of a genome.
+    infinite_genes : tuple of int
+        Indices in a module of the genes that may be infinite. All other genes must be finite.
+    records : Mapping[str, Variable]
+        Recorded variables of every agent and generation, besides fitness.
+    defaults : Mapping[str, Mapping[str, Any]]
+        Default settings by table: population, evolution, record.
+    check_settings : Mapping[str, Any]
+        Settings of the model for `baldwinlab check`: lifetimes that plain Python simulates in
+        seconds.
+    measures : Mapping[str, Measure]
+        Measures of a run, by name.
+    shares : Mapping[str, Measure]
+        Curves of (generation) that figures show next to recorded shares.
+    alleles : Mapping[str, float]
+        Value of each allele in a genome, by name, in the order of drawing.
+    views : Mapping[str, View]
+        Views of a generation for the lab, by name.
+    clock : str
+        Record that counts the evaluations of an agent, or "".
+    payoff : str
+        Name of the payoff, in figures and reports.
+    """
 
     kind: ClassVar[str] = "model"
-    modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
-    infinite_genes: ClassVar[
-        tuple[int, ...]
-    ] = ()  # by number in a module: those that may be infinite; no others may
-    records: ClassVar[
-        Mapping[str, Variable]
-    ] = {}  # what is recorded of every agent and generation beside fitness
-    defaults: ClassVar[
-        Mapping[str, Mapping[str, Any]]
-    ] = {}  # of fields, by table: population, evolution, record
-    check_settings: ClassVar[
-        Mapping[str, Any]
-    ] = {}  # fields of its own: lives so short that plain Python lives them in seconds
-    measures: ClassVar[
-        Mapping[str, Measure]
-    ] = {}  # by name: what sums up a run, beside best, mean and share
-    shares: ClassVar[
-        Mapping[str, Measure]
-    ] = {}  # by name: what is drawn beside records that are shares; to (..., generation)
-    alleles: ClassVar[
-        Mapping[str, float]
-    ] = {}  # by name, in the order of drawing: what stands for it in a genome
-    views: ClassVar[
-        Mapping[str, View]
-    ] = {}  # by name: how a generation can be looked at, beside its alleles
-    clock: ClassVar[str] = (
-        ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
-    )
-    payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
+    modules: ClassVar[tuple[str, ...]] = ("genome",)
+    infinite_genes: ClassVar[tuple[int, ...]] = ()
+    records: ClassVar[Mapping[str, Variable]] = {}
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    check_settings: ClassVar[Mapping[str, Any]] = {}
+    measures: ClassVar[Mapping[str, Measure]] = {}
+    shares: ClassVar[Mapping[str, Measure]] = {}
+    alleles: ClassVar[Mapping[str, float]] = {}
+    views: ClassVar[Mapping[str, View]] = {}
+    clock: ClassVar[str] = ""
+    payoff: ClassVar[str] = "fitness"
 
     @property
     def learns(self) -> bool:
-        """Whether agents learn in life."""
+        """Whether agents learn during their lifetime."""
         return False
 
     @property
     def steps(self) -> int:
-        """Steps of a life: what rates and times left are told in."""
+        """Number of steps of a lifetime."""
         return 1
 
     def all_shares(self) -> dict[str, Measure]:
-        """What generations are made of: the records that are shares, mean over agents, and its own `shares`."""
+        """Return the recorded shares, as means over agents, and `shares`."""
         recorded = {
             name: Measure(one.meaning, _mean_of(name))
             for name, one in self.records.items()
@@ -108,21 +145,57 @@ class Model(Part):
         return recorded | dict(self.shares)
 
     def without_learning(self) -> Self:
-        """The same with nothing learned in life: what is gained then is innate. Raises ValueError where that is no life."""
+        """Return the same model without learning.
+
+        Raises
+        ------
+        ValueError
+            If the model has no lifetime without learning.
+        """
         raise ValueError(f"the model {self.name!r} says nothing of a life without learning")
 
     def weights(self) -> int:
-        """Entries of a module."""
+        """Return the number of entries of a module."""
         raise NotImplementedError
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        """The genomes [agent, module, weight] of a generation without parents; random numbers are `key.uniforms(...)`."""
+        """Return the genomes of the first generation.
+
+        Parameters
+        ----------
+        agents : int
+            Number of agents.
+        key : GenerationKey
+            Key of the random numbers. `key.uniforms(...)` draws them.
+
+        Returns
+        -------
+        array, float32 [agent, module, weight]
+        """
         raise NotImplementedError
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        """The lives of one generation of these runs; `genomes` is [run, agent, module, weight]. A run's bits are its own."""
+        """Simulate one lifetime of several runs.
+
+        The results of a run must not depend on the other runs.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the study.
+        runs : sequence of int
+            Numbers of the runs. Together with seed and generation they key the random numbers.
+        generation : int
+            Generation, from 0.
+        genomes : array, float32 [run, agent, module, weight]
+            Genomes at birth. Read only.
+
+        Returns
+        -------
+        LifeResults
+        """
         raise NotImplementedError
 
 

@@ -31,7 +31,7 @@ def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_a
         record.energy.values[2, fittest]
     )
     header, other = arrays(looks_server.address, "view", **LIFE, agent=3)
-    of = CellForagers(environments=6, moves=20)
+    of = CellForagers(environments=6, steps_per_environment=20)
     wanted = arrays_of(of.views["life"].of(of, GenerationKey(5, 1, 2), record.genome.values[2], 3))
     assert header["agent"] == 3 and all((other[name] == wanted[name]).all() for name in wanted)
 
