@@ -1,4 +1,4 @@
-"""The agent inspector: networks in each step of a lifetime, weight changes, parents and children."""
+"""The agent inspector: networks at each step, weight changes, parents and children."""
 
 from __future__ import annotations
 
@@ -149,8 +149,8 @@ def _add_module_activations(
 ) -> None:
     """Add the activations of the modules that do not learn; `genome` is [module, weight].
 
-    If the engine looks up the outputs of a module in a table, it does not compute hidden units. Only
-    in this case, the module is evaluated again.
+    If the engine looks up the outputs of a module in a table, it does not compute hidden units.
+    Only in this case, the module is evaluated again.
     """
     inputs = arrays["activations"][:, : len(experiment.inputs)]
     recall = kind_of_recall(experiment)
@@ -193,7 +193,7 @@ def _evaluate_module(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
 
 
 def _links(batch: Batch, weights: Floats) -> Floats:
-    """Return [link, (from unit, to unit, weight)] of a network without layers, else an empty array."""
+    """Return the links [link, (from unit, to unit, weight)] of a network without layers."""
     buffer = np.empty((len(weights), 3), np.float32)
     units = len(batch.state.activations)
     count = links(batch.state.network, weights[:, None], units, 0, buffer)

@@ -1,4 +1,4 @@
-"""What is on the screen, to take away: a page that plays anywhere or lives, a moving picture, a study's report."""
+"""Downloads: pages that replay a lifetime, pages that simulate, movies and reports."""
 
 from __future__ import annotations
 
@@ -26,120 +26,131 @@ from baldwinlab.lab.recording import bytes_per_step, record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 
-PLAYER = "replay_page.js"  # the module that a shared page begins with
+# The module that a replay page starts with.
+PLAYER = "replay_page.js"
 STYLES = ("style.css", "world.css", "world_figure.css", "replay_page.css")
-MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
-MOST_OF_A_MOVIE = (
-    2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
-)
+MOVIE_TYPES = {"mp4": "video/mp4", "gif": "image/gif"}
+# Agents x steps. The trace is in memory, with about 100 bytes each.
+MAX_MOVIE_SIZE = 2_000_000
 _REPORT = re.compile(r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))")
 
-# A report is a file that anybody may have made, so it runs no scripts, reaches nothing, and counts as another page.
+# Any user can write a report, so it runs no scripts, loads nothing, and has an origin of its own.
 REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     async def share(request: Request) -> Response:
-        return QueuedResponse(lab, lambda: _shared(lab, request.query_params))
+        return QueuedResponse(lab, lambda: _respond_replay(lab, request.query_params))
 
     async def laboratory(request: Request) -> Response:
-        return QueuedResponse(lab, lambda: _laboratory(lab, request.query_params))
+        return QueuedResponse(lab, lambda: _respond_laboratory(lab, request.query_params))
 
     async def movie(request: Request) -> Response:
-        return QueuedResponse(lab, lambda: _movie(lab, request.query_params))
+        return QueuedResponse(lab, lambda: _respond_movie(lab, request.query_params))
 
-    def made(request: Request) -> JSONResponse:
-        return JSONResponse(
-            {"share": lab.movie_progress.get(text(request.query_params, "ticket"), 0.0)}
-        )
+    def movie_progress(request: Request) -> JSONResponse:
+        ticket = text(request.query_params, "ticket")
+        return JSONResponse({"share": lab.movie_progress.get(ticket, 0.0)})
 
     def report(request: Request) -> FileResponse:
-        path = report_of(lab, request.path_params["place"])
-        kind = (
-            "text/plain" if path.suffix == ".csv" else None
-        )  # shown, as a sandbox lets nothing be downloaded
-        return FileResponse(
-            path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind
-        )
+        path = find_report(lab, request.path_params["path"])
+        # The browser shows CSV files as text, because a sandboxed page cannot start downloads.
+        media_type = "text/plain" if path.suffix == ".csv" else None
+        headers = {"Content-Security-Policy": REPORT_POLICY}
+        return FileResponse(path, headers=headers, media_type=media_type)
 
     endpoints = {
         "share": share,
         "laboratory": laboratory,
         "movie": movie,
-        "movie/made": made,
-        "report/{place:path}": report,
+        "movie/progress": movie_progress,
+        "report/{path:path}": report,
     }
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
-def _shared(lab: Lab, query: Query) -> Response:
+def _respond_replay(lab: Lab, query: Query) -> Response:
     sources = _sources(query)
-    page = shared_page(lab, sources, number(query, "step", 0))
-    return _attachment(
-        page,
-        "text/html",
-        f"{_file_name([life_query.find_life(lab, given) for given in sources])}.html",
-    )
+    page = replay_page(lab, sources, number(query, "step", 0))
+    lives = [life_query.find_life(lab, source) for source in sources]
+    return _attachment(page, "text/html", f"{_file_name(lives)}.html")
 
 
-def _laboratory(lab: Lab, query: Query) -> Response:
-    """The conditions of what is shown, each once, with its seed, as a page in which they live again."""
-    shown = [life_query.find_life(lab, given) for given in _sources(query)]
-    experiments = list({life.experiment.name: life.experiment for life in shown}.values())
-    return _attachment(
-        live_page(experiments, shown[0].moment.seed),
-        "text/html",
-        f"{_file_name(shown[:1])}-live.html",
-    )
+def _respond_laboratory(lab: Lab, query: Query) -> Response:
+    """Return a page that simulates the conditions of the lifetimes, with their seed."""
+    lives = [life_query.find_life(lab, source) for source in _sources(query)]
+    experiments = list({life.experiment.name: life.experiment for life in lives}.values())
+    page = live_page(experiments, lives[0].moment.seed)
+    return _attachment(page, "text/html", f"{_file_name(lives[:1])}-live.html")
 
 
-def _movie(lab: Lab, query: Query) -> Response:
-    """With a `ticket`, a name of its own, how far it is can be asked for meanwhile."""
-    shown, kind, ticket = (
-        [life_query.find_life(lab, given) for given in _sources(query)],
-        text(query, "format"),
-        query.get("ticket", ""),
-    )
+def _respond_movie(lab: Lab, query: Query) -> Response:
+    """Return a movie. With a `ticket`, the page can request the progress in the meantime."""
+    lives = [life_query.find_life(lab, source) for source in _sources(query)]
+    movie_format = text(query, "format")
+    ticket = query.get("ticket", "")
     try:
-        movie = movie_of(shown, kind, lambda share: lab.movie_progress.update({ticket: share}))
+        movie = make_movie(
+            lives, movie_format, lambda share: lab.movie_progress.update({ticket: share})
+        )
     finally:
         lab.movie_progress.pop(ticket, None)
-    return _attachment(movie, MOVIES[kind], f"{_file_name(shown)}.{kind}")
+    return _attachment(movie, MOVIE_TYPES[movie_format], f"{_file_name(lives)}.{movie_format}")
 
 
 def _sources(query: Query) -> list[dict[str, str]]:
-    """The lifetimes that are shown, a and perhaps b, each as a request for its recording says it. Raises ValueError without a."""
-    return [
-        dict(parse_qsl(text(query, name))) for name in ("a", "b") if name == "a" or name in query
-    ]
+    """Return the queries of the recordings `a` and, if given, `b`.
 
-
-def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
-    """A page that plays one lifetime, or two side by side, with no server: all that it needs is in it. It opens at `step`.
-
-    Of a lifetime that is too large for one answer, it has the part that the recording has. Raises ValueError and StudyError
-    as a request for the recording does.
+    Raise ValueError without `a`.
     """
-    panels = [_panel(life_query.find_life(lab, given), given) for given in sources]
+    names = ["a", "b"] if "b" in query else ["a"]
+    return [dict(parse_qsl(text(query, name))) for name in names]
+
+
+def replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
+    """Return a page that replays one or two lifetimes without a server.
+
+    A lifetime that is too large for one response is replayed from its beginning.
+
+    Parameters
+    ----------
+    lab
+        The lab.
+    sources
+        The queries of the recordings.
+    step
+        The step at which the page opens.
+
+    Raises
+    ------
+    ValueError, StudyError
+        As for a request of the recordings.
+
+    """
+    panels = [_panel(life_query.find_life(lab, source), source) for source in sources]
     title = " and ".join(panel["title"] for panel in panels)
     replay = {"version": __version__, "step": step, "panels": panels}
     return single_page.render_page("replay.html", PLAYER, STYLES, title=title, replay=replay)
 
 
-def _panel(life: Life, given: dict[str, str]) -> dict[str, Any]:
-    """A lifetime: its recording, deflated, and what it takes to live it again."""
-    experiment, steps = life.experiment, life.experiment.lifetime.steps
-    part = life_query.read_span(given, steps, bytes_per_step(experiment))
+def _panel(life: Life, source: dict[str, str]) -> dict[str, Any]:
+    """Return the compressed recording of a lifetime, and the commands that reproduce it."""
+    experiment = life.experiment
+    steps = experiment.lifetime.steps
+    span = life_query.read_span(source, steps, bytes_per_step(experiment))
     seed, run, generation = life.moment
-    own = not _is_preset(life)
-    what = "experiment.toml" if own else experiment.name
+    is_preset = _is_preset(life)
+    name = experiment.name if is_preset else "experiment.toml"
     return {
         "title": f"{experiment.name}, run {run}, generation {generation}",
-        "recording": single_page.compress(record_life(life, part, given)),
-        "experiment": to_toml(experiment) if own else None,
+        "recording": single_page.compress(record_life(life, span, source)),
+        "experiment": None if is_preset else to_toml(experiment),
         "commands": [
-            f"baldwinlab run {what} --seed {seed} --runs {run + 1} --out study",
-            f"baldwinlab replay study --condition {experiment.name} --run {run} --generation {generation} --out life.mp4",
+            f"baldwinlab run {name} --seed {seed} --runs {run + 1} --out study",
+            f"baldwinlab replay study --condition {experiment.name} --run {run}"
+            f" --generation {generation} --out life.mp4",
         ],
     }
 
@@ -151,62 +162,76 @@ def _is_preset(life: Life) -> bool:
         return False
 
 
-def movie_of(shown: Sequence[Life], kind: str, drawn: Callable[[float], object]) -> bytes:
-    """Whole lifetimes as a moving picture, side by side; `drawn` is told which share of it there is.
+def make_movie(
+    lives: Sequence[Life], movie_format: str, report_progress: Callable[[float], object]
+) -> bytes:
+    """Return a movie of complete lifetimes, next to each other.
 
-    Raises ValueError for other kinds than `MOVIES`, and MovieError.
+    Parameters
+    ----------
+    lives
+        The lifetimes.
+    movie_format
+        A key of `MOVIE_TYPES`.
+    report_progress
+        Called with the finished share, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        For another format, and for a lifetime that is too large.
+    MovieError
+        If the movie cannot be written.
+
     """
-    if kind not in MOVIES:
-        raise ValueError(f"format = {kind!r} must be one of {', '.join(MOVIES)}")
-    for experiment in (life.experiment for life in shown):
-        if experiment.population.size * experiment.lifetime.steps > MOST_OF_A_MOVIE:
+    if movie_format not in MOVIE_TYPES:
+        raise ValueError(f"format = {movie_format!r} must be one of {', '.join(MOVIE_TYPES)}")
+    for experiment in (life.experiment for life in lives):
+        agents = experiment.population.size
+        steps = experiment.lifetime.steps
+        if agents * steps > MAX_MOVIE_SIZE:
             raise ValueError(
-                f"a movie of {experiment.population.size} agents and {experiment.lifetime.steps} steps is too much for the page; "
-                "`baldwinlab replay` makes it"
+                f"a movie of {agents} agents and {steps} steps is too large for the page; use"
+                " `baldwinlab replay`"
             )
     with TemporaryDirectory() as folder:
-        path = Path(folder) / f"life.{kind}"
-        write_scenes([_scene(life) for life in shown], path, drawn)
+        path = Path(folder) / f"life.{movie_format}"
+        write_scenes([_scene(life) for life in lives], path, report_progress)
         return path.read_bytes()
 
 
 def _scene(life: Life) -> Scene:
-    experiment, (seed, run, generation) = life.experiment, life.moment
-    trace = replay(
-        experiment, seed=seed, run=run, generation=generation, energy=life.load_parents().energy
-    )
+    experiment = life.experiment
+    seed, run, generation = life.moment
+    energy = life.load_parents().energy
+    trace = replay(experiment, seed=seed, run=run, generation=generation, energy=energy)
     return Scene(trace, experiment.world.width, experiment.world.height)
 
 
-def report_of(lab: Lab, place: str) -> Path:
-    """The report of a study, STUDY/report.html, or a file that it leads to, STUDY/figures/NAME.
+def find_report(lab: Lab, name: str) -> Path:
+    """Return the path of STUDY/report.html or of one of its figures, STUDY/figures/NAME.
 
-    Raises MissingError where there is none, StudyError where it lies outside of what is served.
+    Raise MissingError if it does not exist, and StudyError if it is outside the served folder.
     """
-    found = _REPORT.fullmatch(place)
-    if found is None:
-        raise MissingError(f"there is no {place} here")
-    name = found["study"] or "."
-    path = studies.find_study(lab, name).directory / found["file"]
+    match = _REPORT.fullmatch(name)
+    if match is None:
+        raise MissingError(f"there is no {name} here")
+    study = match["study"] or "."
+    path = studies.find_study(lab, study).directory / match["file"]
     studies.require_inside(lab.root, path)
     if not path.is_file():
-        raise MissingError(
-            f"the study {name} has no {found['file']} yet; `baldwinlab report` makes it"
-        )
+        raise MissingError(f"the study {study} has no {match['file']} yet; run `baldwinlab report`")
     return path
 
 
-def _file_name(shown: Sequence[Life]) -> str:
+def _file_name(lives: Sequence[Life]) -> str:
     names = [
         f"{life.experiment.name}-run{life.moment.run}-generation{life.moment.generation}"
-        for life in shown
+        for life in lives
     ]
-    return re.sub(r"[^\w+.-]", "-", "-beside-".join(names))
+    return re.sub(r"[^\w+.-]", "-", "-and-".join(names))
 
 
-def _attachment(content: bytes, kind: str, name: str) -> Response:
-    return Response(
-        content,
-        media_type=kind,
-        headers={"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"},
-    )
+def _attachment(content: bytes, media_type: str, name: str) -> Response:
+    disposition = f"attachment; filename*=UTF-8''{quote(name)}"
+    return Response(content, media_type=media_type, headers={"Content-Disposition": disposition})

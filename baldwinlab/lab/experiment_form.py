@@ -1,4 +1,4 @@
-"""What a form of an experiment must know: its fields, what is wrong with what it says, and how that would look."""
+"""The form of an experiment: its fields, its errors, and a preview of its world."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.models.miniworld.description import about
 from baldwinlab.simulation.simulate import check_seed
 
-UNKNOWN = ": there is no such field"  # how the sentence about one goes on after its path
+# The text after the path in the error about an unknown field.
+UNKNOWN_FIELD = ": there is no such field"
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     async def check(request: Request) -> JSONResponse:
         order = await body(request)
-        errors = faults(order.get("experiment")) or _beyond(order)
-        return JSONResponse(
-            {"errors": errors, "note": "" if errors else await run_in_threadpool(_note, order)}
-        )
+        errors = find_errors(order.get("experiment")) or _find_limit_errors(order)
+        note = "" if errors else await run_in_threadpool(_sample_size_note, order)
+        return JSONResponse({"errors": errors, "note": note})
 
     async def schema(request: Request) -> JSONResponse:
         return JSONResponse(form_of((await body(request)).get("experiment")))
 
     async def preview(request: Request) -> JSONResponse:
         experiment = validate((await body(request)).get("experiment", {}))
-        return JSONResponse(
-            appearance_of(experiment)
-            if isinstance(experiment, Experiment)
-            else {"world": None, "look": None}
-        )
+        if not isinstance(experiment, Experiment):
+            return JSONResponse({"world": None, "look": None})
+        return JSONResponse(appearance_of(experiment))
 
     endpoints = {"validate": check, "schema": schema, "look": preview}
     return [
@@ -48,7 +48,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def appearance_of(experiment: Experiment) -> dict[str, Any]:
-    """The world of an experiment, and what one sees of it, as the header of a recording has it."""
+    """Return the world, its appearance and its description, as in the header of a recording."""
     return {
         "world": experiment.world.model_dump(mode="json"),
         "look": look(experiment).to_dict(),
@@ -57,28 +57,30 @@ def appearance_of(experiment: Experiment) -> dict[str, Any]:
 
 
 def form_of(tree: Any) -> dict[str, Any]:
-    """The fields that an experiment has, with all that it chooses, as a JSON schema, and the experiment, complete.
+    """Return the JSON schema of an experiment with its parts, and the complete experiment.
 
-    Tables that belong to what is not chosen are left out of it, and those of what is chosen have their defaults. Where it is
-    wrong, it comes back as it is, with the faults and the fields that every experiment has.
+    Tables of parts that are not chosen are left out, and tables of chosen parts get their defaults.
+    An invalid experiment is returned unchanged, with its errors and the schema of `Experiment`.
     """
     try:
-        experiment = completed(tree)
+        experiment = complete_experiment(tree)
     except ExperimentError:
-        return {"schema": schema_of(Experiment), "experiment": tree, "errors": faults(tree)}
+        return {"schema": schema_of(Experiment), "experiment": tree, "errors": find_errors(tree)}
     return {"schema": schema_of(type(experiment)), "experiment": experiment.to_dict(), "errors": []}
 
 
-def completed(tree: Any) -> BaseExperiment:
-    """The experiment that a tree means without the tables that it cannot have. Raises ExperimentError for any other fault."""
+def complete_experiment(tree: Any) -> BaseExperiment:
+    """Return the experiment of a tree, without the tables of parts that are not chosen.
+
+    Raise ExperimentError for other errors.
+    """
     while True:
         try:
-            made: BaseExperiment = validate(tree)
-            return made
+            experiment: BaseExperiment = validate(tree)
+            return experiment
         except ExperimentError as error:
-            paths = [
-                line.partition(UNKNOWN)[0] for line in str(error).splitlines() if UNKNOWN in line
-            ]
+            lines = str(error).splitlines()
+            paths = [line.partition(UNKNOWN_FIELD)[0] for line in lines if UNKNOWN_FIELD in line]
             pruned = tree
             for path in paths:
                 pruned = _without_table(pruned, path.split("."))
@@ -88,23 +90,21 @@ def completed(tree: Any) -> BaseExperiment:
 
 
 def _without_table(tree: Any, path: list[str]) -> Any:
-    """A copy of a tree that lacks the table at a path, if one is there."""
+    """Return a copy of a tree without the table at a path."""
     if not isinstance(tree, dict) or path[0] not in tree:
         return tree
-    below = tree[path[0]]
+    child = tree[path[0]]
     if len(path) > 1:
-        return tree | {path[0]: _without_table(below, path[1:])}
-    return {
-        name: value
-        for name, value in tree.items()
-        if name != path[0] or not isinstance(below, dict)
-    }
+        return tree | {path[0]: _without_table(child, path[1:])}
+    if not isinstance(child, dict):
+        return dict(tree)
+    return {name: value for name, value in tree.items() if name != path[0]}
 
 
-def faults(tree: Any) -> list[dict[str, str]]:
-    """What is wrong with an experiment, in the config's own sentences, each with the path of the field that it is about.
+def find_errors(tree: Any) -> list[dict[str, str]]:
+    """Return the errors of an experiment, each with the path of its field and a message.
 
-    The path is empty for what is about the whole.
+    The path is empty if the error is about the complete experiment.
     """
     try:
         validate(tree)
@@ -113,43 +113,41 @@ def faults(tree: Any) -> list[dict[str, str]]:
     return []
 
 
-def _beyond(order: dict[str, Any]) -> list[dict[str, str]]:
-    """Why a live run of an experiment in which nothing is wrong cannot be, as `faults` says it: its size, its seed."""
+def _find_limit_errors(order: dict[str, Any]) -> list[dict[str, str]]:
+    """Return why a valid experiment cannot be a live run: its size or its seed."""
     if "runs" not in order:
         return []
     try:
-        runs, seed = whole_number(order, "runs", 1), whole_number(order, "seed", 0)
-        check_seed(seed)
+        runs = whole_number(order, "runs", 1)
+        check_seed(whole_number(order, "seed", 0))
         check_size(validate(order["experiment"]), runs)
     except ValueError as error:
         return [{"path": _path_in(str(error), order), "message": str(error)}]
     return []
 
 
-def _note(order: dict[str, Any]) -> str:
-    """Whether the runs of a live run are too few to compare it with another one; "" where they are not."""
-    from baldwinlab.analysis.statistics.contrasts import (
-        planned_designs,
-    )  # here, because SciPy's statistics take a while to load
+def _sample_size_note(order: dict[str, Any]) -> str:
+    """Return a note if there are too few runs to compare two conditions, else ""."""
+    # This import of SciPy's statistics takes time.
+    from baldwinlab.analysis.statistics.contrasts import planned_designs
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     if "runs" not in order:
         return ""
-    sentence = describe_too_few(
-        planned_designs({"this": Factors(), "another": Factors()}, whole_number(order, "runs", 1))
-    )
-    return f"To compare two conditions: {sentence[0].lower()}{sentence[1:]}" if sentence else ""
+    conditions = {"first": Factors(), "second": Factors()}
+    note = describe_too_few(planned_designs(conditions, whole_number(order, "runs", 1)))
+    return f"To compare two conditions: {note[0].lower()}{note[1:]}" if note else ""
 
 
-def _path_in(sentence: str, tree: Any) -> str:
-    """The path that a sentence begins with, or nothing where its first word is none."""
-    path = sentence.split(" ", 1)[0].removesuffix(":")
-    place = tree
+def _path_in(message: str, tree: Any) -> str:
+    """Return the path at the beginning of an error message, or ""."""
+    path = message.split(" ", 1)[0].removesuffix(":")
+    node = tree
     for step in path.split("."):
-        if isinstance(place, list) and step.isdecimal() and int(step) < len(place):
-            place = place[int(step)]
-        elif isinstance(place, dict) and step in place:
-            place = place[step]
+        if isinstance(node, list) and step.isdecimal() and int(step) < len(node):
+            node = node[int(step)]
+        elif isinstance(node, dict) and step in node:
+            node = node[step]
         else:
             return ""
     return path

@@ -1,4 +1,4 @@
-"""A live laboratory to give away: one HTML file in which evolution runs in the reader's own browser. It needs no extra."""
+"""Export a page in one HTML file that simulates evolution in the browser. Needs no extra."""
 
 from __future__ import annotations
 
@@ -26,34 +26,36 @@ from baldwinlab.papers import presets
 from baldwinlab.parts.agent_parts import Network, numeric_fields
 from baldwinlab.simulation.simulate import check_seed
 
-FIRST: Final = "live_page.js"  # the module that the page begins with
-WORKER: Final = (
-    "engine.js",
-    "simulation.js",
-    "lifetime_recorder.js",
-    "engine_worker.js",
-)  # what a worker is made of, in this order
+# The module that the page starts with.
+FIRST_MODULE: Final = "live_page.js"
+# The modules of a worker, in this order.
+WORKER_MODULES: Final = ("engine.js", "simulation.js", "lifetime_recorder.js", "engine_worker.js")
 STYLES: Final = (
-    *("vendor/uPlot.min.css", "style.css", "world.css", "world_figure.css"),
-    *("charts.css", "live.css", "share.css", "guide.css"),
+    "vendor/uPlot.min.css",
+    "style.css",
+    "world.css",
+    "world_figure.css",
+    "charts.css",
+    "live.css",
+    "share.css",
+    "guide.css",
 )
-MOST_RUNS: Final = 50
-MOST_BYTES: Final = 2_000_000
-CHOICES: Final = (
-    "learning.rule",
-    "lifetime.update",
-)  # of which each combination has a module that ships
+MAX_RUNS: Final = 50
+MAX_PAGE_SIZE: Final = 2_000_000  # bytes
+# The package contains a compiled module for each combination of these settings.
+MODULE_SETTINGS: Final = ("learning.rule", "lifetime.update")
 
+# Checks between two fields, as in the classes of experiments: one number is less than another.
 RULES: Final = (
     {
         "path": "world.start.x",
         "than": "world.width",
-        "says": "agents are born on the map, so this must be less than",
+        "message": "agents are born on the map, so the value must be less than",
     },
     {
         "path": "world.start.y",
         "than": "world.height",
-        "says": "agents are born on the map, so this must be less than",
+        "message": "agents are born on the map, so the value must be less than",
     },
     *(
         {
@@ -61,7 +63,7 @@ RULES: Final = (
             "than": f"world.{span}",
             "share": 0.5,
             "equal": True,
-            "says": "this must be at most half the map,",
+            "message": "the value must be at most half of the map,",
         }
         for path in ("world.start.radius", "senses.visual_radius", "contact.reach")
         for span in ("width", "height")
@@ -70,7 +72,7 @@ RULES: Final = (
         {
             "path": f"world.food.*.{axis}.{0}",
             "than": f"world.food.*.{axis}.{1}",
-            "says": "edges go from a smaller to a larger,",
+            "message": "the first edge must be less than the second edge,",
         }
         for axis in "xy"
     ),
@@ -79,64 +81,86 @@ RULES: Final = (
             "path": f"world.food.*.{axis}.1",
             "than": f"world.{span}",
             "equal": True,
-            "says": "food lies on the map, at most to",
+            "message": "food is on the map, so the value must be at most",
         }
         for axis, span in (("x", "width"), ("y", "height"))
     ),
 )
-"""What the classes of experiments check between fields: that one number is smaller than another."""
 
 
 def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
-    """The page, which begins with the first of some experiments. Raises RefusedError where it cannot be made."""
+    """Return a page that simulates experiments in the browser.
+
+    Parameters
+    ----------
+    experiments
+        The presets of the page. It opens with the first one.
+    seed
+        The seed of the first run.
+
+    Raises
+    ------
+    RefusedError
+        If the model of an experiment has no browser backend, or if the page is too large.
+
+    """
     for experiment in experiments:
         if not isinstance(experiment, Experiment):
             raise RefusedError(
-                f"{experiment.name} is of the model {experiment.model}, whose lives are Python: a browser has none"
+                f"{experiment.name} cannot run in a browser: its model {experiment.model} is"
+                " simulated in Python"
             )
-    given = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
+    supported = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
-    told = laboratory(given) | {"seed": seed}
-    made = single_page.render_page(
-        "live.html", FIRST, STYLES, title=given[0].name, worker=_worker(), laboratory=told
+    page = single_page.render_page(
+        "live.html",
+        FIRST_MODULE,
+        STYLES,
+        title=supported[0].name,
+        worker=_worker_code(),
+        laboratory=laboratory(supported) | {"seed": seed},
     )
-    if len(made) > MOST_BYTES:
+    if len(page) > MAX_PAGE_SIZE:
         raise RefusedError(
-            f"the page would take {len(made):,} bytes, and may take {MOST_BYTES:,}: export fewer conditions"
+            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_SIZE:,}; export"
+            " fewer conditions"
         )
-    return made
+    return page
 
 
 def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
-    """What the page is told: see browser_lab.js."""
-    from scipy import (
-        stats,
-    )  # here, because it takes a second to load, in which the lab would not open
+    """Return the data of the page: presets, schemas, compiled modules and rules.
+
+    See `Laboratory` in browser_lab.js.
+    """
+    # This import takes a second, which would delay the lab.
+    from scipy import stats
 
     programs: dict[str, dict[str, Any]] = {}
     for experiment in experiments:
-        for name, one in _modules_for(experiment):
-            programs.setdefault(name, _program(name, one))
+        for name, module_experiment in _modules_for(experiment):
+            programs.setdefault(name, _program(name, module_experiment))
     schemas = [_schema(experiment) for experiment in experiments]
-    different = [schema for number, schema in enumerate(schemas) if schema not in schemas[:number]]
+    unique = [schema for number, schema in enumerate(schemas) if schema not in schemas[:number]]
+    quantiles = [float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MAX_RUNS + 1)]
     return {
         "version": __version__,
         "presets": [
-            _preset(experiment) | {"schema": different.index(schema)}
+            _preset(experiment) | {"schema": unique.index(schema)}
             for experiment, schema in zip(experiments, schemas, strict=True)
         ],
-        "schemas": different,
+        "schemas": unique,
         "programs": list(programs.values()),
         "rules": RULES,
-        "quantiles": [
-            0.0,
-            *(float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MOST_RUNS + 1)),
-        ],
+        "quantiles": [0.0, *quantiles],
     }
 
 
 def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
-    """The modules that an experiment, or what a reader makes of it, may need: of built-in parts, all."""
+    """Yield the compiled modules for an experiment and for all changes that the page allows.
+
+    With built-in parts only, these are all modules of the package.
+    """
     if any(added_choices(experiment)):
         yield experiment.name, experiment
     else:
@@ -144,23 +168,19 @@ def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
 
 
 def _program(name: str, experiment: Experiment) -> dict[str, Any]:
-    own = any(added_choices(experiment))
-    paths = (
-        [
-            path
-            for path, _, _ in choosing_fields(type(experiment))
-            if path not in _choosable(experiment)
-        ]
-        if own
-        else []
-    )
-    when = {path: look_up(experiment, path)[0] for path in (*CHOICES, *paths)}
-    plain = {
-        path: list(value) if isinstance(value, tuple) else value for path, value in when.items()
-    }
+    """Return a compiled module with its memory layout, and the settings that it is for."""
+    paths = list(MODULE_SETTINGS)
+    if any(added_choices(experiment)):
+        choosable = _choosable(experiment)
+        part_fields = choosing_fields(type(experiment))
+        paths += [path for path, _, _ in part_fields if path not in choosable]
+    settings = {path: look_up(experiment, path)[0] for path in paths}
     return {
         "name": name,
-        "when": plain,
+        "when": {
+            path: list(value) if isinstance(value, tuple) else value
+            for path, value in settings.items()
+        },
         "module": single_page.compress(module_of(experiment)),
         "plan": Habitat(experiment).plan(),
     }
@@ -175,43 +195,45 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "name": experiment.name,
         "description": description,
         "experiment": experiment.to_dict(),
-        "look": _look(experiment),
+        "look": _look_template(experiment),
         "elders": has_parent_teachers(experiment),
         "about": [topic._asdict() for topic in about(experiment)],
     }
 
 
-def _worker() -> str:
-    """The code of a worker, in which nothing can be imported."""
-    lines = "".join((single_page.STATIC / name).read_text("utf-8") for name in WORKER).splitlines()
-    return "\n".join(
-        line.removeprefix("export ") for line in lines if not line.startswith("import ")
-    )
+def _worker_code() -> str:
+    """Return the code of a worker. It cannot import modules, so they are joined."""
+    code = "".join((single_page.STATIC / name).read_text("utf-8") for name in WORKER_MODULES)
+    lines = [line for line in code.splitlines() if not line.startswith("import ")]
+    return "\n".join(line.removeprefix("export ") for line in lines)
 
 
 def _choosable(experiment: Experiment) -> dict[str, list[str]]:
-    """What a reader may choose of, by the path of the field: the parts that are in the page's modules."""
-    own = experiment.evolution.selection
-    schemes = list(BUILT_IN["selection"])
-    found = {"evolution.selection": schemes if own in schemes else [*schemes, own]}
+    """Return the parts that the page lets a user choose, by the path of the field.
+
+    These parts are in the page's compiled modules.
+    """
+    selection = experiment.evolution.selection
+    selections = list(BUILT_IN["selection"])
+    if selection not in selections:
+        selections.append(selection)
+    choosable = {"evolution.selection": selections}
     if experiment.evolution.inheritance in OF_ANY_INHERITANCE:
-        found["evolution.inheritance"] = list(OF_ANY_INHERITANCE)
+        choosable["evolution.inheritance"] = list(OF_ANY_INHERITANCE)
     if not any(added_choices(experiment)):
-        found["learning.rule"] = list(BUILT_IN["learning rule"])
-    return found
+        choosable["learning.rule"] = list(BUILT_IN["learning rule"])
+    return choosable
 
 
 def _schema(experiment: Experiment) -> Any:
-    """The fields that the page shows: those that it cannot change are as they are."""
+    """Return the JSON schema of the form, with constants for fields that the page cannot change."""
     schema = schema_of(type(experiment))
     choosable = _choosable(experiment)
-    fixed = [
-        "model",
-        "record.genome_every",
-        *(path for path, _, _ in choosing_fields(type(experiment)) if path not in choosable),
-    ]
+    part_fields = choosing_fields(type(experiment))
+    fixed = ["model", "record.genome_every"]
+    fixed += [path for path, _, _ in part_fields if path not in choosable]
     if any(added_choices(experiment)):
-        fixed += ["name", "lifetime.update", *_settled(experiment)]
+        fixed += ["name", "lifetime.update", *_compiled_fields(experiment)]
     for path, names in choosable.items():
         fields, name = node_at(schema, path)
         fields[name] |= {"enum": names}
@@ -225,34 +247,33 @@ def _schema(experiment: Experiment) -> Any:
     return schema
 
 
-def _settled(experiment: Experiment) -> Iterator[str]:
-    """The fields that a foreign part has made something of which compiled code takes as it is."""
+def _compiled_fields(experiment: Experiment) -> Iterator[str]:
+    """Yield the fields whose values are constants in the module of a third-party part."""
     network = type(experiment.part("network.kind"))
-    if network.layers is not Network.layers or getattr(
-        network, "graphs", False
-    ):  # only its part checks a graph's room
+    # Only the part itself can check the size of a network that is a graph.
+    if network.layers is not Network.layers or getattr(network, "graphs", False):
         yield "network.hidden"
     for path, kind, _ in choosing_fields(type(experiment)):
         for part in experiment.parts(path):
             if type(part).name not in BUILT_IN[kind]:
-                free = numeric_fields(type(part))
+                numeric = numeric_fields(type(part))
                 table = f"{path.rpartition('.')[0]}.{key_of(type(part).name)}"
-                yield from (
-                    f"{table}.{name}" for name in type(part).model_fields if name not in free
-                )
-    settled = _constants(experiment)
+                fields = type(part).model_fields
+                yield from (f"{table}.{name}" for name in fields if name not in numeric)
+    constants = _layout_constants(experiment)
     for path, value in _numbers(experiment.to_dict()):
-        other = _changed(experiment, path, value)
-        if other is not None and _constants(other) != settled:
+        changed = _with_other_value(experiment, path, value)
+        if changed is not None and _layout_constants(changed) != constants:
             yield path
 
 
-def _constants(experiment: Experiment) -> str:
-    """All that a plan has as it is, and no field of."""
+def _layout_constants(experiment: Experiment) -> str:
+    """Return the memory layout, which contains constants and references to fields."""
     return repr(Habitat(experiment).plan())
 
 
 def _numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the path and the value of each number of an experiment."""
     for name, value in tree.items():
         if isinstance(value, dict):
             yield from _numbers(value, f"{prefix}{name}.")
@@ -260,8 +281,8 @@ def _numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, floa
             yield f"{prefix}{name}", value
 
 
-def _changed(experiment: Experiment, path: str, value: float) -> Experiment | None:
-    """The experiment with another number there, whichever is allowed."""
+def _with_other_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
+    """Return the experiment with another valid number at a path, or None if there is none."""
     for number in (value / 2, value * 2, value + 1, value - 1):
         change: Any = int(number) if isinstance(value, int) else number
         for step in reversed(path.split(".")):
@@ -271,27 +292,43 @@ def _changed(experiment: Experiment, path: str, value: float) -> Experiment | No
     return None
 
 
-def _look(experiment: Experiment) -> dict[str, Any]:
-    """How its world looks, with what follows from fields left open: see `filled` in browser_lab.js."""
-    seen, foods = look(experiment).to_dict(), len(experiment.world.food)
-    regions = len(item_regions(experiment))
+def _look_template(experiment: Experiment) -> dict[str, Any]:
+    """Return the appearance of a world, with references to the fields that the page can change.
+
+    See `fillTemplate` in browser_lab.js.
+    """
+    appearance = look(experiment).to_dict()
+    n_foods = len(experiment.world.food)
+    n_regions = len(item_regions(experiment))
     food = {"name": FOOD, "colour": FOOD_COLOR, "number": {"path": "count"}}
-    box = {"x": {"path": "x.0"}, "y": {"path": "y.0"}}
-    box |= {"width": {"path": "x.1", "less": "x.0"}, "height": {"path": "y.1", "less": "y.0"}}
-    mark = {"kind": "rectangle", **box, "colour": FOOD_COLOR, "label": FOOD, "solid": False}
-    start, side = seen["marks"][regions], {"sum": [["world.start.radius", 2]]}
-    around = {
-        axis: {"sum": [[f"world.start.{axis}", 1], ["world.start.radius", -1]]} for axis in "xy"
+    food_region = {
+        "kind": "rectangle",
+        "x": {"path": "x.0"},
+        "y": {"path": "y.0"},
+        "width": {"path": "x.1", "less": "x.0"},
+        "height": {"path": "y.1", "less": "y.0"},
+        "colour": FOOD_COLOR,
+        "label": FOOD,
+        "solid": False,
     }
-    seen["sectors"] = [
+    start_area = appearance["marks"][n_regions] | {
+        "x": {"sum": [["world.start.x", 1], ["world.start.radius", -1]]},
+        "y": {"sum": [["world.start.y", 1], ["world.start.radius", -1]]},
+        "width": {"sum": [["world.start.radius", 2]]},
+        "height": {"sum": [["world.start.radius", 2]]},
+    }
+    appearance["sectors"] = [
         sector and sector | {"radius": {"path": "senses.visual_radius"}}
-        for sector in seen["sectors"]
+        for sector in appearance["sectors"]
     ]
-    seen["item_kinds"] = [{"table": "world.food", "row": food}, *seen["item_kinds"][foods:]]
-    seen["marks"] = [
-        {"table": "world.food", "row": mark},
-        *seen["marks"][foods:regions],
-        start | around | {"width": side, "height": side},
-        *seen["marks"][regions + 1 :],
+    appearance["item_kinds"] = [
+        {"table": "world.food", "row": food},
+        *appearance["item_kinds"][n_foods:],
     ]
-    return seen | {"remembers": not experiment.part("network.kind").is_memoryless}
+    appearance["marks"] = [
+        {"table": "world.food", "row": food_region},
+        *appearance["marks"][n_foods:n_regions],
+        start_area,
+        *appearance["marks"][n_regions + 1 :],
+    ]
+    return appearance | {"remembers": not experiment.part("network.kind").is_memoryless}

@@ -1,7 +1,8 @@
-"""Live runs: started, watched, paused and stopped from the page, and kept as a study like any other.
+"""Live runs: started, watched, paused and stopped from the page, and saved as studies.
 
-Nothing is sent as it happens: every page that watches looks, a few times a second, at what has been added since it looked last.
-So pages do not wait for each other, and one that was cut off gets all that it missed.
+The server does not push each generation. Each connection checks a few times per second for new
+generations. Slow pages therefore do not delay others, and a page that reconnects receives all
+generations.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from baldwinlab.core.files import parse_json
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.limits import check_size, memory_of
-from baldwinlab.lab.live_run import LiveRun, seconds_in
+from baldwinlab.lab.live_run import LiveRun, read_seconds
 from baldwinlab.lab.memory import release_memory
 from baldwinlab.lab.query import body, whole_number
 from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
@@ -35,125 +36,141 @@ from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import create
 
-MOST_AT_ONCE: Final = 4  # live runs that live or are paused
-MOST_MEMORY: Final = 1_000_000_000  # bytes of all live runs, ended ones too
-GRACE: Final = 60.0  # seconds that a run waits for a page to come back
-LOOK: Final = 0.05  # seconds between two looks at a run
-BATCH: Final = 500  # generations in a message
-LONGEST_NAME: Final = 100
+MAX_ACTIVE_RUNS: Final = 4  # running or paused live runs
+MAX_MEMORY: Final = 1_000_000_000  # bytes of all live runs, including finished ones
+GRACE_PERIOD: Final = 60.0  # seconds that an unwatched run waits for a page
+POLL_INTERVAL: Final = 0.05  # seconds between two checks for new generations
+MAX_GENERATIONS_PER_MESSAGE: Final = 500
+MAX_NAME_LENGTH: Final = 100
 NAME: Final = re.compile(
     r"(?!(.*/)?runs(/|$))[A-Za-z0-9][A-Za-z0-9+_-]*(/[A-Za-z0-9][A-Za-z0-9+_-]*)*"
 )
 
 
 class Live:
-    """The live runs of one server. Whoever starts one watches it; one that nobody watches for `grace` seconds is freed."""
+    """The live runs of one server.
 
-    def __init__(self, grace: float = GRACE) -> None:
+    A run that no page watches for `grace` seconds is stopped and removed.
+    """
+
+    def __init__(self, grace: float = GRACE_PERIOD) -> None:
         self._grace = grace
         self._runs: dict[str, LiveRun] = {}
         self._lock = threading.Lock()
 
     def start(self, experiment: Experiment, seed: int, runs: int, seconds: float = 0.0) -> LiveRun:
-        """Raises ValueError, with a sentence for the user, for one that is too large to be lived while somebody waits."""
+        """Start a live run.
+
+        Raise ValueError if it is too large, or if too many live runs are active.
+        """
         check_seed(seed)
         check_size(experiment, runs)
         with self._lock:
-            if sum(not run.ended for run in self._runs.values()) >= MOST_AT_ONCE:
+            if sum(not run.ended for run in self._runs.values()) >= MAX_ACTIVE_RUNS:
                 raise ValueError(
-                    f"{MOST_AT_ONCE} live runs live already, which is the most; stop one of them first"
+                    f"{MAX_ACTIVE_RUNS} live runs are active, and no more are allowed; stop one of"
+                    " them first"
                 )
-            self._make_room(memory_of(experiment, runs))
+            self._free_memory(memory_of(experiment, runs))
             run = LiveRun(experiment, seed, runs, seconds)
             self._runs[run.id] = run
-            self._say_farewell(run)
+            self._schedule_removal(run)
         return run
 
-    def _make_room(self, wanted: int) -> None:
-        """Forget runs that have ended and that nobody watches, the oldest first. Raises ValueError where that is not enough."""
-        over = wanted - MOST_MEMORY + sum(run.memory for run in self._runs.values())
-        forgotten = []
+    def _free_memory(self, required: int) -> None:
+        """Remove the oldest finished runs that no page watches, until there is enough memory.
+
+        Raise ValueError if there is not enough.
+        """
+        excess = required - MAX_MEMORY + sum(run.memory for run in self._runs.values())
+        removable = []
         for run in self._runs.values():
-            if over > 0 and run.ended and not run.watchers:
-                forgotten.append(run)
-                over -= run.memory
-        if over > 0:
+            if excess > 0 and run.ended and not run.watchers:
+                removable.append(run)
+                excess -= run.memory
+        if excess > 0:
             raise ValueError(
-                f"live runs may hold {MOST_MEMORY:,} bytes of memory together, and with this one they would hold {over:,} more; "
-                "close the page of one that has ended"
+                f"live runs may use {MAX_MEMORY:,} bytes of memory in total, and this run would"
+                f" exceed the limit by {excess:,} bytes; close the page of a finished run"
             )
-        for run in forgotten:
-            run.farewell.cancel()
+        for run in removable:
+            run.removal_timer.cancel()
             del self._runs[run.id]
 
     def all(self) -> list[LiveRun]:
+        """Return all live runs."""
         with self._lock:
             return list(self._runs.values())
 
     def run(self, id: str) -> LiveRun:
-        """Raises MissingError where there is none."""
+        """Return a live run. Raise MissingError if it does not exist."""
         run = self._runs.get(id)
         if run is None:
             raise MissingError(
-                f"there is no live run {id!r}: one whose page is closed for a minute is stopped and forgotten"
+                f"there is no live run {id!r}: a run is removed if its page is closed for a minute"
             )
         return run
 
     @contextmanager
-    def watched(self, id: str) -> Iterator[LiveRun]:
-        """Somebody watches, for as long as this is open. Raises as `run`."""
+    def watch(self, id: str) -> Iterator[LiveRun]:
+        """Count a watching page while the context is open. Raise MissingError as `run`."""
         with self._lock:
             run = self.run(id)
-            run.farewell.cancel()
+            run.removal_timer.cancel()
             run.watchers += 1
         try:
             yield run
         finally:
             with self._lock:
                 run.watchers -= 1
-                self._say_farewell(run)
+                self._schedule_removal(run)
 
     def recording_source(
         self, id: str, run: int, generation: int
     ) -> tuple[Experiment, int, int, xr.DataArray]:
-        """What `replay` takes for a generation that has lived: experiment, seed, run, energy so far.
+        """Return the arguments of `replay` for a finished generation.
 
-        Raises MissingError, and ValueError for a run or a generation that there is not (yet).
+        They are the experiment, the seed, the run and the fitness of all finished generations.
+
+        Raise MissingError for an unknown live run, and ValueError for a run or a generation that
+        does not exist yet.
         """
-        found = self.run(id)
-        return found.experiment, found.seed, run, found.energy(run, generation)
+        live_run = self.run(id)
+        return live_run.experiment, live_run.seed, run, live_run.energy(run, generation)
 
-    def keep(self, id: str, root: Path, name: str) -> None:
-        """Write a live run as a study in `root`: the one that `baldwinlab run` makes with as many generations as have lived.
+    def save(self, id: str, root: Path, name: str) -> None:
+        """Save a live run as a study in `root`.
 
-        Raises MissingError, and StudyError for a name that is taken or leads elsewhere, and for a run that cannot be kept.
+        The study equals that of `baldwinlab run` with the finished number of generations.
+
+        Raise MissingError for an unknown run, and StudyError for a name that exists or leads out of
+        the folder, and for a run that cannot be saved.
         """
         run = self.run(id)
         records = run.records()
-        experiment = run.experiment.replace(evolution={"generations": run.lived})
+        experiment = run.experiment.replace(evolution={"generations": run.generations_done})
         with self._lock:
-            study = create(
-                new_directory(root, name), [experiment], run.seed, factors=presets.factors()
-            )
+            directory = new_directory(root, name)
+            study = create(directory, [experiment], run.seed, factors=presets.factors())
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
-        run.kept = name
+        run.saved_as = name
 
     def close(self) -> None:
-        """Stop all."""
+        """Stop all runs."""
         for run in self.all():
-            run.farewell.cancel()
+            run.removal_timer.cancel()
             run.stop()
 
-    def _say_farewell(self, run: LiveRun) -> None:
-        """Free a run that nobody watches, if nobody comes back in time."""
+    def _schedule_removal(self, run: LiveRun) -> None:
+        """Remove an unwatched run after the grace period."""
         if run.watchers:
             return
-        run.farewell = threading.Timer(self._grace, self._free, [run.id])
-        run.farewell.daemon = True
-        run.farewell.start()
+        run.removal_timer = threading.Timer(self._grace, self._remove, [run.id])
+        run.removal_timer.daemon = True
+        run.removal_timer.start()
 
-    def _free(self, id: str) -> None:
+    def _remove(self, id: str) -> None:
         with self._lock:
             if id not in self._runs or self._runs[id].watchers:
                 return
@@ -165,11 +182,14 @@ class Live:
 
 
 def new_directory(root: Path, name: str) -> Path:
-    """Raises StudyError for a name that is taken, or leads out of `root`."""
-    if len(name) > LONGEST_NAME or not NAME.fullmatch(name):
+    """Return the directory of a new study.
+
+    Raise StudyError for a name that is not valid, exists, or leads out of `root`.
+    """
+    if len(name) > MAX_NAME_LENGTH or not NAME.fullmatch(name):
         raise StudyError(
-            f"{name!r} cannot be a study's name: letters, digits, + - _ and / between folders may be in it, "
-            f"at most {LONGEST_NAME}, and no folder may be called runs"
+            f"{name!r} is not a valid name of a study: use letters, digits, + - _ and / between"
+            f" folders, at most {MAX_NAME_LENGTH} characters, and no folder called runs"
         )
     directory = root / name
     if not directory.resolve().is_relative_to(root.resolve()):
@@ -179,8 +199,8 @@ def new_directory(root: Path, name: str) -> Path:
     return directory
 
 
-def _about(run: LiveRun) -> dict[str, Any]:
-    """What a page must know of a live run to show it."""
+def _summary(run: LiveRun) -> dict[str, Any]:
+    """Return the data with which a page shows a live run."""
     return {
         "id": run.id,
         "experiment": run.experiment.to_dict(),
@@ -188,94 +208,93 @@ def _about(run: LiveRun) -> dict[str, Any]:
         "seed": run.seed,
         "runs": run.runs,
         "seconds": run.seconds,
-        "lived": run.lived,
+        "generations_done": run.generations_done,
         "state": run.state,
-        "kept": run.kept,
+        "saved_as": run.saved_as,
     }
 
 
-async def _send(websocket: WebSocket, news: dict[str, Any]) -> None:
-    """Raises TimeoutError for a page that takes nothing."""
+async def _send(websocket: WebSocket, message: dict[str, Any]) -> None:
+    """Send a message. Raise TimeoutError if the page does not read it."""
     with anyio.fail_after(CLIENT_TIMEOUT):
-        await websocket.send_json(news)
+        await websocket.send_json(message)
 
 
-async def _tell(websocket: WebSocket, run: LiveRun) -> None:
-    """Send what there is of a run, and then what is new, until it has ended."""
-    told, state = 0, ""
-    await _send(websocket, {"type": "run", **_about(run)})
+async def _send_progress(websocket: WebSocket, run: LiveRun) -> None:
+    """Send all generations of a run, and new ones until the run has ended."""
+    sent = 0
+    sent_state = ""
+    await _send(websocket, {"type": "run", **_summary(run)})
     while True:
-        now, ended = (
-            run.state,
-            run.ended,
-        )  # before the generations, so that the end is told after the last
-        lived = run.lived
-        for first in range(told, lived, BATCH):
-            measures = await run_in_threadpool(
-                run.measures, first, min(first + BATCH, lived)
-            )  # they take too long to wait here
+        # Read the state before the generations, so that the end is sent after the last generation.
+        state = run.state
+        ended = run.ended
+        done = run.generations_done
+        for first in range(sent, done, MAX_GENERATIONS_PER_MESSAGE):
+            last = min(first + MAX_GENERATIONS_PER_MESSAGE, done)
+            measures = await run_in_threadpool(run.measures, first, last)
             await _send(websocket, {"type": "generations", "first": first, **measures})
-        told = lived
-        if now != state:
-            await _send(websocket, {"type": "state", "state": now, "message": run.message})
-            state = now
+        sent = done
+        if state != sent_state:
+            await _send(websocket, {"type": "state", "state": state, "message": run.message})
+            sent_state = state
         if ended:
             return
-        await anyio.sleep(LOOK)
+        await anyio.sleep(POLL_INTERVAL)
 
 
-async def _listen(websocket: WebSocket, run: LiveRun) -> None:
-    """Do what the page asks."""
+async def _receive_commands(websocket: WebSocket, run: LiveRun) -> None:
+    """Handle the commands of a page."""
     async for text in websocket.iter_text():
         try:
-            run.obey(parse_json(text))
+            run.handle_command(parse_json(text))
         except ValueError as error:
             await _send(websocket, {"type": "problem", "message": str(error)})
 
 
-async def _talk(websocket: WebSocket, run: LiveRun) -> None:
-    """Until the page is gone, or takes nothing."""
+async def _serve_page(websocket: WebSocket, run: LiveRun) -> None:
+    """Send progress and receive commands until the page closes or stops reading."""
     async with anyio.create_task_group() as group:
 
-        async def tell() -> None:
+        async def send_progress() -> None:
             try:
-                await _tell(websocket, run)
+                await _send_progress(websocket, run)
             except (WebSocketDisconnect, TimeoutError):
                 group.cancel_scope.cancel()
 
-        group.start_soon(tell)
+        group.start_soon(send_progress)
         with suppress(WebSocketDisconnect, TimeoutError):
-            await _listen(websocket, run)
+            await _receive_commands(websocket, run)
         group.cancel_scope.cancel()
 
 
 async def _follow(websocket: WebSocket, live: Live) -> None:
     await websocket.accept()
     try:
-        with live.watched(websocket.path_params["id"]) as run:
-            await _talk(websocket, run)
+        with live.watch(websocket.path_params["id"]) as run:
+            await _serve_page(websocket, run)
     except MissingError as error:
         await websocket.send_json({"type": "state", "state": "gone", "message": str(error)})
         await websocket.close()
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     async def start(request: Request) -> JSONResponse:
         order = await body(request)
-        runs, seed, seconds = (
-            whole_number(order, "runs", 1),
-            whole_number(order, "seed", 0),
-            seconds_in(order),
-        )
-        run = lab.live.start(validate(order.get("experiment", {})), seed, runs, seconds)
+        runs = whole_number(order, "runs", 1)
+        seed = whole_number(order, "seed", 0)
+        experiment = validate(order.get("experiment", {}))
+        run = lab.live.start(experiment, seed, runs, read_seconds(order))
         return JSONResponse({"id": run.id}, 201)
 
-    async def listed(request: Request) -> JSONResponse:
-        return JSONResponse({"runs": [_about(run) for run in lab.live.all()]})
+    async def list_runs(request: Request) -> JSONResponse:
+        return JSONResponse({"runs": [_summary(run) for run in lab.live.all()]})
 
-    async def keep(request: Request) -> JSONResponse:
+    async def save(request: Request) -> JSONResponse:
         name = str((await body(request)).get("name", ""))
-        await run_in_threadpool(lab.live.keep, request.path_params["id"], lab.root, name)
+        await run_in_threadpool(lab.live.save, request.path_params["id"], lab.root, name)
         return JSONResponse({"study": name}, 201)
 
     async def follow(websocket: WebSocket) -> None:
@@ -283,7 +302,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
     return [
         Route("/api/live", start, methods=["POST"]),
-        Route("/api/live", listed),
-        Route("/api/live/{id}/keep", keep, methods=["POST"]),
+        Route("/api/live", list_runs),
+        Route("/api/live/{id}/save", save, methods=["POST"]),
         WebSocketRoute("/api/live/{id}", follow),
     ]

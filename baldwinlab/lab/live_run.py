@@ -1,4 +1,7 @@
-"""Some runs of one experiment that live while somebody watches, side by side on a thread, so all are as far as each other."""
+"""Simulate several runs of one experiment on a thread while pages watch.
+
+All runs advance together, so they always have the same number of finished generations.
+"""
 
 from __future__ import annotations
 
@@ -21,187 +24,242 @@ from baldwinlab.simulation.simulate import History, simulate_histories
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
-SLOWEST: Final = 60.0  # seconds a generation
+MAX_SECONDS: Final = 60.0  # per generation
 
 
-class InPieces(cpu.Batch):
-    """A batch whose lives are lived some steps at a time, to the same bits; before each piece, `look` is called."""
+class InterruptibleBatch(cpu.Batch):
+    """A batch that calls `check` every few steps. The results are bit-identical to `cpu.Batch`."""
 
     def __init__(
-        self, look: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]
+        self, check: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]
     ) -> None:
         super().__init__(experiment, seed, runs)
-        self._look, self._steps = look, steps_at_once(experiment, len(runs))
+        self._check = check
+        self._steps = steps_at_once(experiment, len(runs))
 
     def simulate(self, first_step: int, last_step: int) -> None:
+        """Simulate the steps from `first_step` up to, but not including, `last_step`."""
         for first in range(first_step, last_step, self._steps):
-            self._look()
+            self._check()
             super().simulate(first, min(first + self._steps, last_step))
 
 
 class LiveRun:
-    """Some runs of one experiment, which live on a thread of their own from the moment this is made."""
+    """Several runs of one experiment. They start on their own thread when the object is created.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    seed
+        The seed of all runs.
+    runs
+        The number of runs.
+    seconds
+        The minimum duration of a generation. 0 simulates as fast as possible.
+
+    Attributes
+    ----------
+    memory
+        The bytes that the run uses when it ends.
+    message
+        The error if the run failed.
+    saved_as
+        The study that the run was last saved as.
+    watchers
+        The number of pages that watch the run.
+    removal_timer
+        Removes the run if no page watches it.
+
+    """
 
     def __init__(self, experiment: Experiment, seed: int, runs: int, seconds: float = 0.0) -> None:
-        """A generation takes at least so many `seconds`, so that eyes can follow; 0 for as fast as it goes."""
         self.id = uuid4().hex[:8]
-        self.experiment, self.seed, self.runs, self.seconds = experiment, seed, runs, seconds
-        self.memory = memory_of(experiment, runs)  # bytes that it comes to hold
+        self.experiment = experiment
+        self.seed = seed
+        self.runs = runs
+        self.seconds = seconds
+        self.memory = memory_of(experiment, runs)
         self.message = ""
-        self.kept = ""  # the study that it was kept as last
+        self.saved_as = ""
         self.watchers = 0
-        self.farewell = threading.Timer(0, lambda: None)  # frees the run when nobody has come back
+        self.removal_timer = threading.Timer(0, lambda: None)
         self._histories: Sequence[History] = ()
-        self._ready, self._end = False, ""
-        self._stopping = False
-        self._going, self._stirred = (
-            threading.Event(),
-            threading.Event(),
-        )  # the latter when a wait may be over
-        self._going.set()
-        self._woke = time.monotonic()  # when the generation that lives now began
-        self._thread = threading.Thread(target=self._live, name=f"live {self.id}", daemon=True)
+        self._is_compiled = False
+        self._end_state = ""
+        self._is_stopping = False
+        self._running = threading.Event()
+        self._running.set()
+        # Ends the wait between two generations.
+        self._wake_up = threading.Event()
+        self._generation_start = time.monotonic()
+        self._thread = threading.Thread(target=self._simulate, name=f"live {self.id}", daemon=True)
         self._thread.start()
 
     @property
     def state(self) -> str:
-        """One of preparing, running, paused, done, stopped, failed; `message` says more of the last."""
-        going = "running" if self._ready else "preparing"
-        return self._end or (going if self._going.is_set() else "paused")
+        """Return preparing, running, paused, done, stopped or failed."""
+        if self._end_state:
+            return self._end_state
+        if not self._running.is_set():
+            return "paused"
+        return "running" if self._is_compiled else "preparing"
 
     @property
     def ended(self) -> bool:
-        return bool(self._end)
+        """Return whether the run is done, stopped or failed."""
+        return bool(self._end_state)
 
     @property
-    def lived(self) -> int:
-        """Generations that have lived in every run."""
+    def generations_done(self) -> int:
+        """Return the number of generations that are finished in every run."""
         return self._histories[-1].lived if self._histories else 0
 
     def pause(self) -> None:
-        """Takes effect in the middle of a life; not after `stop`."""
-        if not self._stopping:
-            self._going.clear()
+        """Pause the run within a lifetime. Has no effect after `stop`."""
+        if not self._is_stopping:
+            self._running.clear()
 
     def resume(self) -> None:
-        self._going.set()
+        """Continue a paused run."""
+        self._running.set()
 
     def stop(self) -> None:
-        """As `pause`, for good; all generations that have lived can still be seen and kept."""
-        self._stopping = True
-        self._going.set()
-        self._stirred.set()
+        """Stop the run. Its finished generations can still be shown and saved."""
+        self._is_stopping = True
+        self._running.set()
+        self._wake_up.set()
 
     def wait(self) -> None:
-        """Until it has ended."""
+        """Wait until the run has ended."""
         self._thread.join()
 
-    def obey(self, order: Any) -> None:
-        """Do what a page asks: {"do": "pause"}, "resume" or "stop", or {"do": "pace", "seconds": 0.1}. Raises ValueError."""
-        wish = order.get("do") if isinstance(order, dict) else None
-        if wish == "pace":
-            self.seconds = seconds_in(order)
-            self._stirred.set()
-        elif wish in ("pause", "resume", "stop"):
-            getattr(self, wish)()
+    def handle_command(self, command: Any) -> None:
+        """Execute a command of a page.
+
+        A command is {"do": "pause"}, {"do": "resume"}, {"do": "stop"} or
+        {"do": "pace", "seconds": 0.1}. Raise ValueError for another command.
+        """
+        name = command.get("do") if isinstance(command, dict) else None
+        if name == "pace":
+            self.seconds = read_seconds(command)
+            self._wake_up.set()
+        elif name in ("pause", "resume", "stop"):
+            getattr(self, name)()
         else:
-            raise ValueError(f"a live run is told to pause, resume, stop or pace, not {wish!r}")
+            raise ValueError(
+                f"the command of a live run must be pause, resume, stop or pace, not {name!r}"
+            )
 
     def measures(self, first: int, last: int) -> dict[str, dict[str, list[Any]]]:
-        """Best and mean fitness and the share that ate, in generations from `first` up to, and without, `last`.
+        """Return fitness measures of the generations from `first` up to, but not including, `last`.
 
-        Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean,
-        and `each`: of every generation, the number of each run.
+        Returns
+        -------
+        dict
+            For each measure (best, mean, share): `mean` over runs [generation]. With several runs
+            also `low` and `high`, the 95 % interval of the mean [generation], and `runs`, the
+            values of all runs [generation, run].
+
         """
-        from baldwinlab.analysis.statistics.fitness import (  # here, because it takes a while to load
-            MEASURES,
-            interval_of_mean,
-        )
+        # This import takes time.
+        from baldwinlab.analysis.statistics.fitness import MEASURES, interval_of_mean
 
-        lived = {"energy": [history.energy[first:last] for history in self._histories]}
+        variables = {"energy": [history.energy[first:last] for history in self._histories]}
         if isinstance(self.experiment, Experiment):
-            lived["food_eaten"] = [
+            variables["food_eaten"] = [
                 history.recorded_values("food_eaten")[first:last] for history in self._histories
             ]
-        some = xr.Dataset(
-            {
-                name: (("run", "generation", "agent"), np.stack(values))
-                for name, values in lived.items()
-            }
+        dimensions = ("run", "generation", "agent")
+        dataset = xr.Dataset(
+            {name: (dimensions, np.stack(values)) for name, values in variables.items()}
         )
-        parts = ("mean", "low", "high", "each") if self.runs > 1 else ("mean",)
-        found = {}
+        parts = ("mean", "low", "high", "runs") if self.runs > 1 else ("mean",)
+        bands = {}
         for name, measure in MEASURES.items():
-            values = measure(some)
+            values = measure(dataset)
             band = (*interval_of_mean(values), values.transpose("generation", "run"))
-            found[name] = {
+            bands[name] = {
                 part: numbers.values.tolist() for part, numbers in zip(parts, band, strict=False)
             }
-        return found
+        return bands
 
     def energy(self, run: int, generation: int) -> xr.DataArray:
-        """Fitness (generation, agent) of all generations so far. Raises ValueError as `history` does."""
+        """Return the fitness of all finished generations (generation, agent).
+
+        Raise ValueError as `history`.
+        """
         return xr.DataArray(self.history(run, generation).energy, dims=("generation", "agent"))
 
     def history(self, run: int, generation: int) -> History:
-        """One of the runs, as far as it has come. Raises ValueError where there is none, and where `generation` has not lived."""
+        """Return the history of one run.
+
+        Raise ValueError if the run does not exist or the generation is not finished.
+        """
         if not 0 <= run < self.runs:
             raise ValueError(f"run = {run} must be at least 0 and less than {self.runs}")
-        if not 0 <= generation < self.lived:
+        if not 0 <= generation < self.generations_done:
             raise ValueError(
-                f"generation {generation} of the live run {self.id} has not lived: {self.lived} have"
+                f"generation {generation} of the live run {self.id} is not finished:"
+                f" {self.generations_done} generations are"
             )
         return self._histories[run]
 
     def records(self) -> list[xr.Dataset]:
-        """Each run as a study stores it. Raises StudyError while it lives, and where no generation has lived."""
-        if self._end not in ("done", "stopped"):
+        """Return the records of all runs, as a study stores them.
+
+        Raise StudyError if the run has not ended or has no finished generation.
+        """
+        if self._end_state not in ("done", "stopped"):
             raise StudyError(
-                f"the live run {self.id} is {self.state}; only one that is done or stopped can be kept"
+                f"the live run {self.id} is {self.state}; only a run that is done or stopped can"
+                " be saved"
             )
-        if not self.lived:
-            raise StudyError(
-                f"no generation of the live run {self.id} has lived, so there is nothing to keep"
-            )
+        if not self.generations_done:
+            raise StudyError(f"the live run {self.id} has no finished generation to save")
         return [history.record() for history in self._histories]
 
-    def _live(self) -> None:
+    def _simulate(self) -> None:
         try:
             compile_experiments([self.experiment])
-            self._ready = True
-            in_pieces = CPU._replace(batch=partial(InPieces, self._look))
-            simulate_histories(self.experiment, self.seed, range(self.runs), in_pieces, self._lived)
-            self._end = "done"
+            self._is_compiled = True
+            backend = CPU._replace(batch=partial(InterruptibleBatch, self._check_commands))
+            simulate_histories(
+                self.experiment, self.seed, range(self.runs), backend, self._finish_generation
+            )
+            self._end_state = "done"
         except StoppedError:
-            self._end = "stopped"
-        except Exception as error:  # whatever it is, those who watch must hear of it
+            self._end_state = "stopped"
+        except Exception as error:
+            # Watching pages must show any error.
             self.message = f"the live run failed: {error or type(error).__name__}"
-            self._end = "failed"
+            self._end_state = "failed"
 
-    def _lived(self, histories: Sequence[History]) -> None:
+    def _finish_generation(self, histories: Sequence[History]) -> None:
+        """Publish the histories, and wait until the next generation may start."""
         self._histories = histories
-        if self.lived == self.experiment.evolution.generations:
+        if self.generations_done == self.experiment.evolution.generations:
             return
-        while not self._stopping and (early := self._woke + self.seconds - time.monotonic()) > 0:
-            self._stirred.wait(early)
-            self._stirred.clear()
-        self._look()
-        self._woke = time.monotonic()
+        while not self._is_stopping:
+            remaining = self._generation_start + self.seconds - time.monotonic()
+            if remaining <= 0:
+                break
+            self._wake_up.wait(remaining)
+            self._wake_up.clear()
+        self._check_commands()
+        self._generation_start = time.monotonic()
 
-    def _look(self) -> None:
-        """Wait for as long as it is paused. Raises StoppedError where it is to stop."""
-        self._going.wait()
-        if self._stopping:
+    def _check_commands(self) -> None:
+        """Wait while the run is paused. Raise StoppedError if it was stopped."""
+        self._running.wait()
+        if self._is_stopping:
             raise StoppedError
 
 
-def seconds_in(order: dict[str, Any]) -> float:
-    """The seconds a generation that a page asks for. Raises ValueError."""
-    seconds = order.get("seconds", 0)
-    if (
-        isinstance(seconds, bool)
-        or not isinstance(seconds, int | float)
-        or not 0 <= seconds <= SLOWEST
-    ):
-        raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {SLOWEST:g}")
+def read_seconds(command: dict[str, Any]) -> float:
+    """Return the seconds per generation of a request. Raise ValueError for an invalid number."""
+    seconds = command.get("seconds", 0)
+    is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+    if not is_number or not 0 <= seconds <= MAX_SECONDS:
+        raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {MAX_SECONDS:g}")
     return float(seconds)

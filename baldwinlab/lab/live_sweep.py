@@ -1,4 +1,4 @@
-"""Sweeps started from the page: lived on a thread, one at a time, and stored as `baldwinlab sweep` stores them."""
+"""Sweeps from the page: one at a time, on a thread, stored as by `baldwinlab sweep`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live import new_directory
 from baldwinlab.lab.query import body
-from baldwinlab.lab.sweep_plan import WORKERS, Plan, plan_of
+from baldwinlab.lab.sweep_plan import WORKERS, Plan, make_plan
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.run import missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
@@ -27,33 +27,45 @@ from baldwinlab.studies.sweeps.design import FILE
 
 
 class LiveSweep:
-    """A sweep that lives on a thread of its own from the moment this is made."""
+    """A sweep that starts on its own thread when the object is created.
+
+    Attributes
+    ----------
+    state
+        preparing, running, done, stopped or failed.
+    message
+        The error if the sweep failed.
+    steps_done
+        The number of simulated agent-steps.
+
+    """
 
     def __init__(self, plan: Plan, study: StudyStore, name: str) -> None:
-        self.plan, self.study, self.name = plan, study, name
-        self.state, self.message = (
-            "preparing",
-            "",
-        )  # preparing, running, done, stopped or failed; more of the last
-        self.lived = 0  # agent-steps
-        self._stopping = False
-        self._began = time.monotonic()
-        threading.Thread(target=self._live, name=f"sweep {name}", daemon=True).start()
+        self.plan = plan
+        self.study = study
+        self.name = name
+        self.state = "preparing"
+        self.message = ""
+        self.steps_done = 0
+        self._is_stopping = False
+        self._start_time = time.monotonic()
+        threading.Thread(target=self._simulate, name=f"sweep {name}", daemon=True).start()
 
     @property
     def ended(self) -> bool:
+        """Return whether the sweep is done, stopped or failed."""
         return self.state in ("done", "stopped", "failed")
 
     def stop(self) -> None:
-        """After the generations that live now; the runs that have ended are stored."""
-        self._stopping = True
+        """Stop the sweep after the current generations. Finished runs stay stored."""
+        self._is_stopping = True
 
-    def about(self) -> dict[str, Any]:
-        """What a page shows of it."""
-        share = self.lived / self.plan.agent_steps
-        left = (
-            (time.monotonic() - self._began) * (1 / share - 1) if share and not self.ended else None
-        )
+    def summary(self) -> dict[str, Any]:
+        """Return the data that a page shows."""
+        share = self.steps_done / self.plan.agent_steps
+        seconds_left = None
+        if share and not self.ended:
+            seconds_left = (time.monotonic() - self._start_time) * (1 / share - 1)
         return {
             "name": self.name,
             "state": self.state,
@@ -63,44 +75,49 @@ class LiveSweep:
             "runs": self.plan.runs,
             "stored": sum(len(self.study.runs(condition)) for condition in self.study.experiments),
             "share": share,
-            "seconds_left": left,
+            "seconds_left": seconds_left,
         }
 
-    def _live(self) -> None:
+    def _simulate(self) -> None:
         try:
-            missing = missing_runs(self.study, self.plan.sweep.runs, lambda sentence: None)
-            run_study(self.study, missing, WORKERS, self._progress, lambda sentence: None)
+            missing = missing_runs(self.study, self.plan.sweep.runs, lambda message: None)
+            run_study(self.study, missing, WORKERS, self._progress, lambda message: None)
             self.state = "done"
         except StoppedError:
             self.state = "stopped"
-        except Exception as error:  # whatever it is, those who watch must hear of it
+        except Exception as error:
+            # Watching pages must show any error.
             self.message = f"the sweep failed: {error or type(error).__name__}"
             self.state = "failed"
 
     @contextmanager
     def _progress(self, description: str, total: int) -> Iterator[Callable[[int], None]]:
-        self.state, self._began = "running", time.monotonic()
-        yield self._add
+        self.state = "running"
+        self._start_time = time.monotonic()
+        yield self._add_steps
 
-    def _add(self, agent_steps: int) -> None:
-        self.lived += agent_steps
-        if self._stopping:
+    def _add_steps(self, agent_steps: int) -> None:
+        self.steps_done += agent_steps
+        if self._is_stopping:
             raise StoppedError
 
 
 class Sweeps:
-    """The sweeps of one server, one at a time; the last one can be looked at until the next begins."""
+    """The sweeps of one server, one at a time. The last one stays available until the next."""
 
     def __init__(self) -> None:
         self.last: LiveSweep | None = None
         self._lock = threading.Lock()
 
     def start(self, plan: Plan, root: Path, name: str) -> LiveSweep:
-        """As a study of that name in `root`. Raises ValueError while another lives, and StudyError for a name that cannot be."""
+        """Start a sweep and store it as a study of this name in `root`.
+
+        Raise ValueError if another sweep is active, and StudyError for a name that is not valid.
+        """
         with self._lock:
             if self.last and not self.last.ended:
                 raise ValueError(
-                    f"the sweep {self.last.name} lives already; stop it first, or wait until it is done"
+                    f"the sweep {self.last.name} is active; stop it first, or wait until it is done"
                 )
             directory = new_directory(root, name)
             study = create(directory, plan.points, plan.sweep.seed, SWEEP)
@@ -109,45 +126,52 @@ class Sweeps:
         return self.last
 
     def close(self) -> None:
+        """Stop the active sweep."""
         if self.last:
             self.last.stop()
 
 
 def routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
-    async def planned(request: Request) -> JSONResponse:
-        try:
-            plan = await run_in_threadpool(plan_of, await body(request))
-        except ValueError as error:  # what is being written is not wrong until it is sent
-            return JSONResponse({"problem": str(error)})
-        seconds = await run_in_threadpool(plan.seconds)
-        facts = {
-            "points": len(plan.points),
-            "runs": plan.runs,
-            "workers": min(WORKERS, plan.runs),
-            "disk": plan.disk,
-        }
-        from baldwinlab.api.publish.sweep_comparison import (
-            describe_too_few_runs,  # here, because it takes a while to load
-        )
+    """Return the routes of this module."""
 
-        note = await run_in_threadpool(describe_too_few_runs, plan.sweep, len(plan.points))
-        return JSONResponse(facts | {"seconds": seconds, "toml": plan.toml, "note": note})
+    async def plan(request: Request) -> JSONResponse:
+        try:
+            plan = await run_in_threadpool(make_plan, await body(request))
+        except ValueError as error:
+            # The user still writes, so this is not an error of the request.
+            return JSONResponse({"problem": str(error)})
+        # This import takes time.
+        from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
+
+        return JSONResponse(
+            {
+                "points": len(plan.points),
+                "runs": plan.runs,
+                "workers": min(WORKERS, plan.runs),
+                "disk": plan.disk,
+                "seconds": await run_in_threadpool(plan.estimate_seconds),
+                "toml": plan.toml,
+                "note": await run_in_threadpool(
+                    describe_too_few_runs, plan.sweep, len(plan.points)
+                ),
+            }
+        )
 
     async def start(request: Request) -> JSONResponse:
         order = await body(request)
-        plan = await run_in_threadpool(plan_of, order)
+        plan = await run_in_threadpool(make_plan, order)
         sweep = await run_in_threadpool(sweeps.start, plan, lab.root, str(order.get("name", "")))
         return JSONResponse({"name": sweep.name}, 201)
 
     def last(request: Request) -> JSONResponse:
-        return JSONResponse({"sweep": sweeps.last and sweeps.last.about()})
+        return JSONResponse({"sweep": sweeps.last and sweeps.last.summary()})
 
     def stop(request: Request) -> JSONResponse:
         sweeps.close()
         return last(request)
 
     return [
-        Route("/api/sweep/plan", planned, methods=["POST"]),
+        Route("/api/sweep/plan", plan, methods=["POST"]),
         Route("/api/sweep", start, methods=["POST"]),
         Route("/api/sweep", last),
         Route("/api/sweep/stop", stop, methods=["POST"]),

@@ -54,8 +54,8 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
     Returns
     -------
     bytes
-        A container (`binary_frames.pack`) with these arrays. Positions are in map units, at the time of
-        sensing.
+        A container (`binary_frames.pack`) with these arrays. Positions are in map units, at the
+        time of sensing.
 
         - x, y: float32 [step, agent].
         - heading: [step, agent], clockwise from +x, in units of 1 / header.look.headings of a

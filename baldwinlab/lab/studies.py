@@ -1,4 +1,4 @@
-"""Which studies there are, and what they hold, as the page asks for it."""
+"""The stored studies, their results, and the presets."""
 
 from __future__ import annotations
 
@@ -31,8 +31,11 @@ from baldwinlab.studies.sweeps import design as sweeps
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
+    """Return the routes of this module."""
+
     def studies(request: Request) -> JSONResponse:
-        return JSONResponse({"studies": [summary(lab, name) for name in study_names(lab.root)]})
+        summaries = [summarize(lab, name) for name in study_names(lab.root)]
+        return JSONResponse({"studies": summaries})
 
     def experiment(request: Request) -> JSONResponse:
         study = find_study(lab, text(request.query_params, "study"))
@@ -47,14 +50,16 @@ def routes(lab: Lab) -> list[BaseRoute]:
         )
 
     async def typical(request: Request) -> Response:
-        name, condition = (text(request.query_params, key) for key in ("study", "condition"))
+        name = text(request.query_params, "study")
+        condition = text(request.query_params, "condition")
         return QueuedResponse(
-            lab, lambda: Response(typical_of(lab, name, condition), media_type="application/json")
+            lab,
+            lambda: Response(typical_run_of(lab, name, condition), media_type="application/json"),
         )
 
     def all_presets(request: Request) -> JSONResponse:
         return JSONResponse(
-            {"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)}
+            {"presets": _presets(), "default": _default_preset(), "schema": schema_of(Experiment)}
         )
 
     def preset(request: Request) -> JSONResponse:
@@ -72,31 +77,45 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def study_names(root: Path) -> Iterator[str]:
-    """The studies below a folder, each as its path from there; "." is the folder itself. Links to folders are not followed."""
-    for folder, below, files in os.walk(root):
+    """Yield the paths of all studies in a folder, relative to it. "." is the folder itself.
+
+    Links to folders are not followed.
+    """
+    for folder, subfolders, files in os.walk(root):
         if "study.toml" in files:
             yield Path(folder).relative_to(root).as_posix()
-        below[:] = sorted(name for name in below if name != "runs" and not name.startswith("."))
+        subfolders[:] = sorted(
+            name for name in subfolders if name != "runs" and not name.startswith(".")
+        )
 
 
 def find_study(lab: Lab, name: str) -> StudyStore:
-    """The study of that name. Raises MissingError where there is none, StudyError where it lies outside or cannot be read."""
+    """Return the study of this name.
+
+    Raise MissingError if it does not exist, and StudyError if it is outside the served folder or
+    cannot be read.
+    """
     path = lab.root / name / "study.toml"
     try:
-        written = path.stat().st_mtime_ns
-    except (OSError, ValueError):  # ValueError: no file can have such a name
+        modified = path.stat().st_mtime_ns
+    except (OSError, ValueError):
+        # ValueError: the name is not valid for a file.
         raise MissingError(f"there is no study {name!r} in {lab.root}") from None
-    for place in (path.parent, path, path.parent / "runs"):
-        require_inside(lab.root, place)
-    return _opened(lab.root, path.parent.resolve(), written)
+    for part in (path.parent, path, path.parent / "runs"):
+        require_inside(lab.root, part)
+    return _open_study(lab.root, path.parent.resolve(), modified)
 
 
 @lru_cache(maxsize=16)
-def _opened(root: Path, directory: Path, written: int) -> StudyStore:
-    """A study of thousands of conditions takes seconds to open, and what it is never changes once `study.toml` is written."""
+def _open_study(root: Path, directory: Path, modified: int) -> StudyStore:
+    """Open a study and cache it until `study.toml` is modified.
+
+    A study of thousands of conditions takes seconds to open.
+    """
     try:
         study = StudyStore(directory)
-    except (TypeError, ValueError) as error:  # TOML, but of other things than a study's
+    except (TypeError, ValueError) as error:
+        # The file is valid TOML, but not a study.
         raise StudyError(f"{directory} cannot be read: {error}") from None
     for name in study.experiments:
         require_inside(root, directory / "runs" / name)
@@ -104,13 +123,13 @@ def _opened(root: Path, directory: Path, written: int) -> StudyStore:
 
 
 def require_inside(root: Path, path: Path) -> None:
-    """Raises StudyError where a path, its links followed, leads out of the folder that is served."""
+    """Raise StudyError if a path, after resolving links, is outside the served folder."""
     if not path.resolve().is_relative_to(root):
-        raise StudyError(f"{path} lies outside of {root}, the folder that this lab shows")
+        raise StudyError(f"{path} is outside {root}, the folder of this lab")
 
 
 def find_condition(study: StudyStore, name: str) -> Experiment:
-    """Raises MissingError for a condition that the study has not."""
+    """Return a condition of a study. Raise MissingError if it does not exist."""
     try:
         return study.experiment(name)
     except StudyError as error:
@@ -118,45 +137,42 @@ def find_condition(study: StudyStore, name: str) -> Experiment:
 
 
 def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
-    """Raises MissingError where no such run is stored."""
+    """Raise MissingError if a run is not stored."""
     runs = study.runs(name)
     if run not in runs:
         stored = (
-            f"stored are {len(runs)}, from {runs[0]} to {runs[-1]}"
+            f"{len(runs)} runs are stored, from {runs[0]} to {runs[-1]}"
             if runs
-            else "none is stored yet"
+            else "no run is stored yet"
         )
         raise MissingError(f"{study.directory} has no run {run} of {name}; {stored}")
     require_inside(lab.root, study.path(name, run))
 
 
-def summary(lab: Lab, name: str) -> dict[str, Any]:
-    """What the page lists of a study: its conditions and their runs, or why it cannot be read."""
+def summarize(lab: Lab, name: str) -> dict[str, Any]:
+    """Return the conditions and runs of a study, or why it cannot be read."""
     try:
-        return _summary(find_study(lab, name), name)
+        return _summarize(find_study(lab, name), name)
     except StudyError as error:
         return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
 
 
-def _summary(study: StudyStore, name: str) -> dict[str, Any]:
-    shown = _shown(study)
+def _summarize(study: StudyStore, name: str) -> dict[str, Any]:
+    main_condition = _main_condition(study)
     conditions = [
         {
             "name": experiment.name,
-            "shown": experiment.name == shown,
+            "shown": experiment.name == main_condition,
             **study.factors[experiment.name]._asdict(),
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
-            "steps": experiment.lifetime.steps
-            if isinstance(experiment, Experiment)
-            else None,  # of a life that can be watched
-            "alleles": list(
-                alleles_of(experiment)
-            ),  # of genomes that can be looked at locus by locus
+            # None for a model without a world.
+            "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
+            "alleles": list(alleles_of(experiment)),
             "views": [
-                {"name": view, "of_an_agent": of.of_an_agent}
-                for view, of in views_of(experiment).items()
+                {"name": name, "of_an_agent": view.of_an_agent}
+                for name, view in views_of(experiment).items()
             ],
         }
         for experiment in study.experiments.values()
@@ -173,55 +189,55 @@ def _summary(study: StudyStore, name: str) -> dict[str, Any]:
 
 
 def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
-    """The alleles of a condition's genomes, as its model declares them: none where it does not, or is not here."""
+    """Return the alleles that the model declares. They are empty if the model is not loaded."""
     model = experiment.loaded_model
     return model.alleles if model else {}
 
 
 def views_of(experiment: BaseExperiment) -> Mapping[str, View]:
-    """The views that a condition's model declares: none where it does not, or is not here."""
+    """Return the views that the model declares. They are empty if the model is not loaded."""
     model = experiment.loaded_model
     return model.views if model else {}
 
 
 def describe_model(experiment: BaseExperiment) -> str:
-    """What a model without a world says of itself."""
+    """Return the docstring of a model without a world, on one line."""
     return " ".join((type(experiment.of_model).__doc__ or "").split())
 
 
 def is_viewable(experiment: BaseExperiment) -> bool:
-    """Whether the World tab has something to show of a condition: a world, the alleles of its genomes, or a view."""
+    """Return whether the World tab can show a condition: a world, alleles, or views."""
     return isinstance(experiment, Experiment) or bool(
         alleles_of(experiment) or views_of(experiment)
     )
 
 
-def _shown(study: StudyStore) -> str:
-    """The condition that a page begins with: the one that the study's paper shows, if it has one."""
+def _main_condition(study: StudyStore) -> str:
+    """Return the condition that a page shows first: that of the paper's main figure, or ""."""
     try:
         return papers.of_study(study.directory, study.paper).about.emergence
     except papers.PaperError:
         return ""
 
 
-def _default() -> str:
-    """What a live run is unless another preset is chosen: what the first paper shows, on its first map."""
+def _default_preset() -> str:
+    """Return the preset of the first live run: the main condition of the first paper, first map."""
     paper = papers.load()
     return f"{paper.factors()[paper.about.emergence].learner}/{paper.names('maps')[0]}"
 
 
 def _presets() -> list[dict[str, Any]]:
-    """Those of the papers, and the models that are parts, each as it is by default."""
+    """Return the presets of all papers, and all third-party models with their defaults."""
     built_in = [
         {
             "name": name,
-            "learner": of.learner,
-            "map": of.map,
-            "description": "; ".join(_described(of)),
+            "learner": factors.learner,
+            "map": factors.map,
+            "description": "; ".join(_descriptions(factors)),
             "shown": name == papers.load().about.emergence,
-            "world": _length(presets.load(name)),  # which can be watched
+            "world": _world_size(presets.load(name)),
         }
-        for name, of in presets.factors().items()
+        for name, factors in presets.factors().items()
     ]
     models = [(name, part) for (kind, name), part in registry.foreign().items() if kind == "model"]
     return built_in + [
@@ -236,85 +252,95 @@ def _presets() -> list[dict[str, Any]]:
     ]
 
 
-def _kind(learner: str) -> str:
+def _learner_kind(learner: str) -> str:
     return "conditions" if learner in presets.names("conditions") else "controls"
 
 
-def _described(of: Factors) -> Iterator[str]:
-    yield presets.describe(_kind(of.learner), of.learner)
-    if of.map:
-        yield presets.describe("maps", of.map)
+def _descriptions(factors: Factors) -> Iterator[str]:
+    yield presets.describe(_learner_kind(factors.learner), factors.learner)
+    if factors.map:
+        yield presets.describe("maps", factors.map)
 
 
-def _length(experiment: BaseExperiment) -> dict[str, int] | None:
-    """How much there is to watch; None where there is nothing."""
+def _world_size(experiment: BaseExperiment) -> dict[str, int] | None:
+    """Return the size of the world's recordings, or None if the model has no world."""
     if not isinstance(experiment, Experiment):
         return None
-    agents, steps = experiment.population.size, experiment.lifetime.steps
-    return {"generations": experiment.evolution.generations, "agents": agents, "steps": steps}
+    return {
+        "generations": experiment.evolution.generations,
+        "agents": experiment.population.size,
+        "steps": experiment.lifetime.steps,
+    }
 
 
 def load_preset(name: str) -> Experiment:
-    """Raises MissingError for a name that is not listed; also for that of a file, which `presets.load` would read."""
-    known = [preset["name"] for preset in _presets()]
-    if name not in known:
-        raise MissingError(f"there is no preset {name!r}{suggest(name, known)}")
+    """Return a listed preset. Raise MissingError for another name.
+
+    `presets.load` would also read a file of this name.
+    """
+    available = [preset["name"] for preset in _presets()]
+    if name not in available:
+        raise MissingError(f"there is no preset {name!r}{suggest(name, available)}")
     return presets.load(name)
 
 
-def typical_of(lab: Lab, name: str, label: str) -> bytes:
+def typical_run_of(lab: Lab, name: str, condition: str) -> bytes:
     """Return the typical run of a condition, as JSON.
 
     Raise StudyError as `find_study`, and for a damaged record.
     """
     study = find_study(lab, name)
-    find_condition(study, label)
-    stored = [study.path(label, run) for run in study.runs(label)]
-    if not stored:
-        raise MissingError(f"{study.directory} has no run of {label}")
-    for path in stored:
+    find_condition(study, condition)
+    paths = [study.path(condition, run) for run in study.runs(condition)]
+    if not paths:
+        raise MissingError(f"{study.directory} has no run of {condition}")
+    for path in paths:
         require_inside(lab.root, path)
-    written = tuple(path.stat().st_mtime_ns for path in stored)
+    versions = tuple(path.stat().st_mtime_ns for path in paths)
 
     def make() -> bytes:
-        from baldwinlab.analysis.statistics.fitness import (
-            typical_run,
-        )  # here, because it takes a while to load
+        # This import takes time.
+        from baldwinlab.analysis.statistics.fitness import typical_run
 
-        return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
+        run = typical_run(open_conditions(study, [condition]), condition)
+        return json.dumps({"run": run}).encode()
 
-    return lab.cache.get(("typical", study.directory, label, written), make)
+    return lab.cache.get(("typical", study.directory, condition, versions), make)
 
 
 def results_of(lab: Lab, name: str) -> bytes:
-    """Curves, final values and claims of a study, as JSON: null where a number does not exist.
+    """Return the curves, final values and claims of a study, as JSON.
 
-    As they were kept beside its report, where they still fit. Where claims are not valid, `problem`
-    says why. Raises StudyError as `find_study` does, and for a record that is damaged.
+    A missing number is null. The results are those stored with the report if they are up to date.
+    If the claims are not valid, `problem` contains the error.
+
+    Raise StudyError as `find_study`, and for a damaged record.
     """
+    # This import takes time.
     from baldwinlab.api.publish import lab_results
 
     study = find_study(lab, name)
-    stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
+    records = [
+        study.path(condition, run)
+        for condition in study.experiments
+        for run in study.runs(condition)
+    ]
     claims = study.directory / CLAIMS
-    for path in (
-        *stored,
-        claims,
-        study.directory / lab_results.FILE,
-        study.directory / sweeps.FILE,
-    ):
+    derived = (study.directory / lab_results.FILE, study.directory / sweeps.FILE)
+    for path in (*records, claims, *derived):
         require_inside(lab.root, path)
-    written = tuple((path, path.stat().st_mtime_ns) for path in (*stored, claims) if path.exists())
+    files = (*records, claims)
+    versions = tuple((path, path.stat().st_mtime_ns) for path in files if path.exists())
 
-    def answer() -> bytes:
-        found = lab_results.kept(study) or lab_results.of_study(study)
-        return json.dumps(found | _claims_of(study)).encode()
+    def make() -> bytes:
+        results = lab_results.kept(study) or lab_results.of_study(study)
+        return json.dumps(results | _claims_of(study)).encode()
 
-    return lab.cache.get(("results", study.directory, written), answer)
+    return lab.cache.get(("results", study.directory, versions), make)
 
 
 def _claims_of(study: StudyStore) -> dict[str, Any]:
-    """The claims of a study; none where they are not valid, and the problem."""
+    """Return the claims of a study, or the error if they are not valid."""
     try:
         return {"claims": claims_in(study), "problem": None}
     except StudyError as error:

@@ -1,4 +1,4 @@
-"""What a sweep that a page asks for is: its file, its points, how large it is and about how long it takes here."""
+"""Plan a sweep from the page: its file, its points, its size and its expected duration."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import Any, Final, NamedTuple
 import tomlkit
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment import validate as experiment_of
-from baldwinlab.lab.limits import check_sweep, check_swept_runs
+from baldwinlab.experiment import validate as read_experiment
+from baldwinlab.lab.limits import check_sweep, check_sweep_runs
 from baldwinlab.lab.query import whole_number
 from baldwinlab.lab.studies import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
@@ -25,104 +25,131 @@ from baldwinlab.studies.run import agent_steps_of_run
 from baldwinlab.studies.sweeps.design import FILE, experiments
 from baldwinlab.studies.sweeps.file import Sweep, validate
 
-WORKERS: Final = max(1, available_cores() - 1)  # a core is left to the page
-STORING: Final = 0.05  # seconds to write a run, about
-_measuring = threading.Lock()
+# One core stays free for the page.
+WORKERS: Final = max(1, available_cores() - 1)
+# Approximate time to write a run.
+SECONDS_PER_WRITE: Final = 0.05
+_measurement_lock = threading.Lock()
 
 
 class Plan(NamedTuple):
-    """A sweep that can be started."""
+    """A sweep that can be started.
+
+    Parameters
+    ----------
+    sweep
+        The sweep.
+    points
+        The experiments of the sweep.
+    toml
+        The content of the sweep's file.
+
+    """
 
     sweep: Sweep
     points: list[Experiment]
-    toml: str  # its file
+    toml: str
 
     @property
     def runs(self) -> int:
-        """Of all points."""
+        """Return the number of runs of all points."""
         return len(self.points) * self.sweep.runs
 
     @property
     def agent_steps(self) -> int:
+        """Return the number of agent-steps of all runs."""
         return sum(self.sweep.runs * agent_steps_of_run(point) for point in self.points)
 
     @property
     def disk(self) -> int:
-        """Bytes that its runs take."""
-        return memory.estimate_runs(
-            [(point, self.sweep.runs) for point in self.points], WORKERS, CPU.worlds
-        ).disk
+        """Return the disk space of all runs, in bytes."""
+        runs = [(point, self.sweep.runs) for point in self.points]
+        return memory.estimate_runs(runs, WORKERS, CPU.worlds).disk
 
-    def seconds(self) -> float:
-        """About how long it takes here, by how long a generation of its first point takes, which is lived for that."""
-        first, worlds = self.points[0], min(self.sweep.runs, CPU.worlds)
-        generations = self.agent_steps / (worlds * first.steps * first.population.size)
-        living = _seconds_of_generation(first, worlds) * generations + STORING * self.runs
-        return living / min(WORKERS, self.runs)
+    def estimate_seconds(self) -> float:
+        """Estimate the duration on this machine, from one simulated generation of a point."""
+        point = self.points[0]
+        worlds = min(self.sweep.runs, CPU.worlds)
+        generations = self.agent_steps / (worlds * point.steps * point.population.size)
+        simulation = _measure_generation(point, worlds) * generations
+        writing = SECONDS_PER_WRITE * self.runs
+        return (simulation + writing) / min(WORKERS, self.runs)
 
 
 @lru_cache(maxsize=16)
-def _seconds_of_generation(experiment: Experiment, runs: int) -> float:
-    with _measuring:
+def _measure_generation(experiment: Experiment, runs: int) -> float:
+    """Return the seconds that one generation takes."""
+    with _measurement_lock:
         compile_experiments([experiment])
-        began = time.perf_counter()
+        start = time.perf_counter()
         simulate_histories(experiment.replace(evolution={"generations": 1}), 0, range(runs))
-        return time.perf_counter() - began
+        return time.perf_counter() - start
 
 
-def plan_of(order: Mapping[str, Any]) -> Plan:
-    """What a page asks for: a `preset`, the `experiment` made of it, runs, seed, and the values of each of the `fields` swept.
+def make_plan(order: Mapping[str, Any]) -> Plan:
+    """Return the plan of a sweep.
 
-    Raises ValueError, with a sentence for the user, where that cannot be, or not from the page; MissingError for a preset.
+    Parameters
+    ----------
+    order
+        The request: `preset`, the `experiment` that was made from it, `runs`, `seed`, and `fields`
+        with the values of each swept field.
+
+    Raises
+    ------
+    ValueError
+        If the sweep is not valid or too large for the page.
+    MissingError
+        If the preset does not exist.
+
     """
-    preset, fields, runs = (
-        str(order.get("preset", "")),
-        order.get("fields"),
-        whole_number(order, "runs", 1),
-    )
+    fields = order.get("fields")
+    runs = whole_number(order, "runs", 1)
     if not isinstance(fields, dict):
-        raise ValueError("fields must name each field that is swept, with its values")
-    there, here = (
-        load_preset(preset).to_dict(),
-        experiment_of(order.get("experiment", {})).to_dict(),
-    )
-    changed = {
+        raise ValueError("fields must contain each swept field with its values")
+    name = str(order.get("preset", ""))
+    preset = load_preset(name).to_dict()
+    experiment = read_experiment(order.get("experiment", {})).to_dict()
+    changes = {
         path: value
-        for path, value in _changes(there, here | {"name": there["name"]})
-        if not _within(path, fields)
+        for path, value in _changes(preset, experiment | {"name": preset["name"]})
+        if not _is_within(path, fields)
     }
-    tree = {"experiment": preset, "runs": runs, "seed": whole_number(order, "seed", 0)} | (
-        {"set": changed} if changed else {}
-    )
-    sweep = validate(tree | {"fields": fields}, FILE)
-    check_swept_runs(runs * math.prod(map(len, sweep.lists.values())))
-    plan = Plan(sweep, experiments(sweep, Path(FILE)), tomlkit.dumps(tree | {"fields": fields}))
+    tree = {"experiment": name, "runs": runs, "seed": whole_number(order, "seed", 0)}
+    if changes:
+        tree["set"] = changes
+    tree["fields"] = fields
+    sweep = validate(tree, FILE)
+    check_sweep_runs(runs * math.prod(map(len, sweep.lists.values())))
+    plan = Plan(sweep, experiments(sweep, Path(FILE)), tomlkit.dumps(tree))
     check_sweep(plan.points, runs, plan.disk)
     return plan
 
 
-def _changes(there: Any, here: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """What must be set in one tree for it to be another, by path. Raises ValueError for what a sweep's file cannot say."""
-    if _tables(here) and _tables(there) and len(here) == len(there):
-        there, here = (dict(enumerate(tree)) for tree in (there, here))
-    if isinstance(here, dict):
-        for key, value in here.items():
-            yield from _changes(
-                there.get(key) if isinstance(there, dict) else None,
-                value,
-                f"{path}.{key}" if path else key,
-            )
-    elif here != there:
-        if here is None or _tables(here):
+def _changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the path and the new value of each field in which a tree differs from a base.
+
+    Raise ValueError for a change that a sweep's file cannot contain.
+    """
+    if _has_tables(tree) and _has_tables(base) and len(tree) == len(base):
+        base = dict(enumerate(base))
+        tree = dict(enumerate(tree))
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            base_value = base.get(key) if isinstance(base, dict) else None
+            yield from _changes(base_value, value, f"{path}.{key}" if path else key)
+    elif tree != base:
+        if tree is None or _has_tables(tree):
             raise ValueError(
-                f"{path} has been changed in a way that a sweep's file cannot say; leave it as the preset has it"
+                f"{path} has a change that the file of a sweep cannot contain; use the value of"
+                " the preset"
             )
-        yield path, here
+        yield path, tree
 
 
-def _tables(value: Any) -> bool:
-    return isinstance(value, list) and any(isinstance(one, dict) for one in value)
+def _has_tables(value: Any) -> bool:
+    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
 
 
-def _within(path: str, fields: Mapping[str, Any]) -> bool:
+def _is_within(path: str, fields: Mapping[str, Any]) -> bool:
     return any(path == field or path.startswith(f"{field}.") for field in fields)

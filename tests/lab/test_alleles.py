@@ -72,7 +72,7 @@ def test_a_live_run_shows_the_pack_stored_frequencies_any_generation_that_has_li
             [(genomes[generation] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1
         )
         assert np.allclose(found["share"][0], shares)
-    assert "has not lived: 5 have" in refusal(
+    assert "is not finished: 5 generations are" in refusal(
         strings_server.address, "alleles", 400, live=id, run=1, generation=5
     )
     assert "there is no live run 'x'" in refusal(

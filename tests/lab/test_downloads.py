@@ -134,7 +134,7 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
         b=urlencode(SMALL | {"condition": "evo/A"}),
         format="gif",
     )
-    name = "evo%2Bself-taught-A-run1-generation2-beside-evo-A-run1-generation2.gif"
+    name = "evo%2Bself-taught-A-run1-generation2-and-evo-A-run1-generation2.gif"
     assert answer.headers["content-disposition"].endswith(f"''{name}")
     (tmp_path / "life.gif").write_bytes(answer.content)
     with Image.open(tmp_path / "life.gif") as movie:
@@ -149,13 +149,13 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
     def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
         for part in (0.25, 0.75):
             drawn(part)
-            told.append(data(lab_server.address, "movie/made", ticket="mine")["share"])
+            told.append(data(lab_server.address, "movie/progress", ticket="mine")["share"])
         path.write_bytes(b"GIF")
 
     monkeypatch.setattr(downloads, "write_scenes", write)
     assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
     assert told == [0.25, 0.75]
-    assert data(lab_server.address, "movie/made", ticket="mine") == {
+    assert data(lab_server.address, "movie/progress", ticket="mine") == {
         "share": 0
     }  # nothing is kept of it
 
@@ -187,8 +187,8 @@ def test_without_the_video_extra_the_page_gets_the_sentence(
 def test_a_movie_that_would_take_the_machine_is_left_to_the_command_line(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(downloads, "MOST_OF_A_MOVIE", 100)
-    assert "`baldwinlab replay` makes it" in refusal(
+    monkeypatch.setattr(downloads, "MAX_MOVIE_SIZE", 100)
+    assert "use `baldwinlab replay`" in refusal(
         lab_server.address, "movie", 400, a=LIFE, format="gif"
     )
 
@@ -208,7 +208,7 @@ def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -
 
 def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "`baldwinlab report` makes it" in refusal(
+    assert "run `baldwinlab report`" in refusal(
         lab_server.address, "report/small/report.html", 404
     )
     path.write_text("<script>alert(1)</script>")
@@ -248,6 +248,6 @@ def test_a_report_that_is_a_link_out_of_the_folder_is_refused(
     secret.write_text("secret")
     path.symlink_to(secret)
     try:
-        assert "lies outside" in refusal(lab_server.address, "report/small/report.html", 400)
+        assert "is outside" in refusal(lab_server.address, "report/small/report.html", 400)
     finally:
         path.unlink()

@@ -46,7 +46,7 @@ const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
 const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
 const found = {};
 for (let generation = 0; generation < run.generations; generation++) {
-  found[generation] = run.elders && Array.from(run.elders);
+  found[generation] = run.teachers && Array.from(run.teachers);
   run.next();
 }
 console.log(JSON.stringify(found));
@@ -58,11 +58,11 @@ import { load } from "./engine.js";
 import { Run } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
 const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
-const genome = run.begin();
+const genome = run.startNext();
 run.engine.array("state.genome").fill(NaN); // as a rule that diverges leaves it
 let said = "";
 try {
-  run.end(genome);
+  run.finishGeneration(genome);
 } catch (error) {
   said = error.message;
 }
@@ -177,11 +177,11 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_
     assert "there is no map 'Z'" in command("export", "evo/Z", "--out", "page.html").err
     model = ("--part", str(EXAMPLES / "bit_strings.py"))
     assert (
-        "lives are Python: a browser has none"
+        "cannot run in a browser"
         in command("export", "bit-strings", *model, "--out", "page.html").err
     )
     (tmp_path / "mine.html").write_text("my own")
-    assert "not made by this command" in command("export", "evo/A", "--out", "mine.html").err
+    assert "not written by this command" in command("export", "evo/A", "--out", "mine.html").err
 
 
 def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_compiled(

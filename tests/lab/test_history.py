@@ -96,7 +96,7 @@ def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_store
     asked = {"live": live, "run": 1, "generation": 2, "agent": 6}
     until_lived = CLIENT.get(f"{lab_server.address}/api/ancestors", params=asked)
     while until_lived.status_code == 400:
-        assert "has not lived" in until_lived.json()["error"]
+        assert "is not finished" in until_lived.json()["error"]
         until_lived = CLIENT.get(f"{lab_server.address}/api/ancestors", params=asked)
     assert until_lived.json() == line_in(simulate(small(), seed=3, run=1), 2, 6)
 

@@ -16,7 +16,7 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
-from baldwinlab.lab.experiment_form import faults
+from baldwinlab.lab.experiment_form import find_errors
 from baldwinlab.lab.limits import check_size, memory_of, steps_at_once
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_run import LiveRun
@@ -53,7 +53,7 @@ def ended(run: LiveRun) -> LiveRun:
 
 def stopped(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
     run = live.start(experiment, seed=3, runs=runs, seconds=BRISK)
-    wait_until(lambda: run.lived >= 3)
+    wait_until(lambda: run.generations_done >= 3)
     run.stop()
     return ended(run)
 
@@ -63,7 +63,7 @@ def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(
 ) -> None:
     run = ended(live.start(small(), seed=5, runs=3))
     assert run.state == "done"
-    live.keep(run.id, tmp_path, "kept/one")
+    live.save(run.id, tmp_path, "kept/one")
     asked = small_study(tmp_path / "asked", [small()], runs=3, seed=5)
     assert contents(tmp_path / "kept/one") == contents(asked.directory)
     assert StudyStore(tmp_path / "kept/one").experiments == asked.experiments
@@ -75,20 +75,20 @@ def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(
 ) -> None:
     run = stopped(live, small("evo/A").replace(**LONG, record={"genome_every": every}))
     assert run.state == "stopped"
-    live.keep(run.id, tmp_path, "short")
+    live.save(run.id, tmp_path, "short")
     study = StudyStore(tmp_path / "short")
     kept = study.experiment("evo/A")
-    assert kept == run.experiment.replace(evolution={"generations": run.lived})
+    assert kept == run.experiment.replace(evolution={"generations": run.generations_done})
     for number in range(2):
         xr.testing.assert_identical(study.read("evo/A", number), simulate(kept, seed=3, run=number))
 
 
-@pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high", "each"])])
+@pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high", "runs"])])
 def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     live: Live, tmp_path: Path, runs: int, parts: list[str]
 ) -> None:
     run = ended(live.start(small(), seed=5, runs=runs))
-    live.keep(run.id, tmp_path, "kept")
+    live.save(run.id, tmp_path, "kept")
     study = open_runs(tmp_path / "kept").isel(condition=0)
     measures = run.measures(1, 3)
     assert list(measures) == ["best", "mean", "share"]
@@ -98,7 +98,7 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(
         for edge, expected in zip(band.values(), fitness.interval_of_mean(values), strict=False):
             assert np.allclose(edge, expected.values[1:3])
         if runs > 1:
-            assert np.allclose(band["each"], values.values.T[1:3])
+            assert np.allclose(band["runs"], values.values.T[1:3])
 
 
 @pytest.fixture
@@ -117,7 +117,7 @@ def test_a_live_run_stops_within_a_second_in_the_middle_of_a_life(endless: LiveR
     endless.stop()
     endless.wait()
     assert time.monotonic() - asked < 1
-    assert (endless.state, endless.lived) == ("stopped", 0)
+    assert (endless.state, endless.generations_done) == ("stopped", 0)
 
 
 def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(
@@ -144,7 +144,7 @@ def test_lives_in_pieces_have_the_bits_of_whole_ones(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.live_run.steps_at_once", lambda experiment, runs: 7)
-    live.keep(ended(live.start(small(), seed=5, runs=3)).id, tmp_path, "pieces")
+    live.save(ended(live.start(small(), seed=5, runs=3)).id, tmp_path, "pieces")
     assert contents(tmp_path / "pieces") == contents(
         small_study(tmp_path / "whole", [small()], runs=3, seed=5).directory
     )
@@ -161,31 +161,31 @@ def test_a_piece_is_shorter_where_a_step_takes_longer() -> None:
 def test_live_runs_that_have_ended_count_until_they_give_way(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.live.MOST_MEMORY", 2 * memory_of(small(), 1))
+    monkeypatch.setattr("baldwinlab.lab.live.MAX_MEMORY", 2 * memory_of(small(), 1))
     first, second = (ended(live.start(small(), seed=seed, runs=1)) for seed in range(2))
     with (
-        live.watched(first.id),
-        live.watched(second.id),
-        pytest.raises(ValueError, match=r"live runs may hold .* bytes of memory together"),
+        live.watch(first.id),
+        live.watch(second.id),
+        pytest.raises(ValueError, match=r"live runs may use .* bytes of memory in total"),
     ):
         live.start(small(), seed=2, runs=1)
     assert live.all() == [first, second]
-    with live.watched(first.id):
+    with live.watch(first.id):
         third = live.start(small(), seed=2, runs=1)
     assert live.all() == [first, third]
 
 
 def test_a_live_run_pauses_and_goes_on(live: Live) -> None:
     run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=BRISK)
-    wait_until(lambda: run.lived > 0)
+    wait_until(lambda: run.generations_done > 0)
     run.pause()
     assert run.state == "paused"
     time.sleep(3 * BRISK)
-    before = run.lived
+    before = run.generations_done
     time.sleep(5 * BRISK)
-    assert run.lived <= before + 1
+    assert run.generations_done <= before + 1
     run.resume()
-    wait_until(lambda: run.lived > before + 2)
+    wait_until(lambda: run.generations_done > before + 2)
     assert run.state == "running"
     run.stop()
     run.pause()  # too late
@@ -194,11 +194,11 @@ def test_a_live_run_pauses_and_goes_on(live: Live) -> None:
 
 def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
     run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=60)
-    wait_until(lambda: run.lived == 1)
-    run.obey({"do": "pace", "seconds": 0})
+    wait_until(lambda: run.generations_done == 1)
+    run.handle_command({"do": "pace", "seconds": 0})
     assert ended(run).state == "done"
     with pytest.raises(ValueError, match="seconds = 'soon' must be a number from 0 to 60"):
-        run.obey({"do": "pace", "seconds": "soon"})
+        run.handle_command({"do": "pace", "seconds": "soon"})
 
 
 def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
@@ -207,9 +207,10 @@ def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
     trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
     assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
     with pytest.raises(
-        ValueError, match=f"generation {run.lived} .* has not lived: {run.lived} have"
+        ValueError,
+        match=f"generation {run.generations_done} .* is not finished: {run.generations_done} generations are",
     ):
-        live.recording_source(run.id, 0, run.lived)
+        live.recording_source(run.id, 0, run.generations_done)
     with pytest.raises(ValueError, match="run = 2 must be at least 0 and less than 2"):
         live.recording_source(run.id, 2, 0)
 
@@ -217,12 +218,12 @@ def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("", "cannot be a study's name"),
-        ("../outside", "cannot be a study's name"),
-        ("/tmp/outside", "cannot be a study's name"),
-        ("a\\b", "cannot be a study's name"),
-        ("study.toml", "cannot be a study's name"),
-        ("some/runs/here", "no folder may be called runs"),
+        ("", "is not a valid name of a study"),
+        ("../outside", "is not a valid name of a study"),
+        ("/tmp/outside", "is not a valid name of a study"),
+        ("a\\b", "is not a valid name of a study"),
+        ("study.toml", "is not a valid name of a study"),
+        ("some/runs/here", "no folder called runs"),
         ("a" * 101, "at most 100"),
         ("link/outside", "leads out of"),
         ("taken", "exists already"),
@@ -237,20 +238,20 @@ def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(
     run = ended(live.start(small().replace(evolution={"generations": 1}), seed=0, runs=1))
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(StudyError, match=sentence):
-        live.keep(run.id, root, name)
+        live.save(run.id, root, name)
     assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_a_live_run_is_not_kept_while_it_lives(live: Live, tmp_path: Path) -> None:
     run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
-    with pytest.raises(StudyError, match="only one that is done or stopped can be kept"):
-        live.keep(run.id, tmp_path, "kept")
+    with pytest.raises(StudyError, match="only a run that is done or stopped can be saved"):
+        live.save(run.id, tmp_path, "kept")
 
 
 def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
     runs = [live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK) for _ in range(4)]
     with pytest.raises(
-        ValueError, match="4 live runs live already, which is the most; stop one of them first"
+        ValueError, match="4 live runs are active, and no more are allowed; stop one of them first"
     ):
         live.start(small(), seed=0, runs=1)
     runs[0].stop()
@@ -273,7 +274,7 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
         (
             {"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}},
             1,
-            "500,000 items of food",
+            "500,000 food items",
         ),
         (
             {
@@ -281,7 +282,7 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
                 "world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 9000}]},
             },
             1,
-            "items that it looks at",
+            "visible items",
         ),
         (
             {"population": {"size": 50_000}, "lifetime": {"steps": 1}},
@@ -300,8 +301,8 @@ def test_what_is_too_large_to_watch_is_refused(
 def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
     live = Live(grace=0.05)
     run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
-    with live.watched(run.id):
-        with live.watched(run.id):
+    with live.watch(run.id):
+        with live.watch(run.id):
             time.sleep(0.1)
         time.sleep(0.1)
         assert live.run(run.id) is run  # one of the two still watches
@@ -318,10 +319,10 @@ def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
     live = Live(grace=2)
     run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
     for _ in range(5):
-        with live.watched(run.id):
+        with live.watch(run.id):
             pass
         time.sleep(0.5)
-    with live.watched(run.id):
+    with live.watch(run.id):
         time.sleep(2.5)
         assert not run.ended
     live.close()
@@ -339,14 +340,14 @@ def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPa
 def test_every_fault_of_an_experiment_is_told_with_the_field_it_is_about() -> None:
     tree = small().to_dict()
     tree["senses"]["visual_radius"] = 400
-    assert faults(tree)[0]["path"] == "senses.visual_radius"
+    assert find_errors(tree)[0]["path"] == "senses.visual_radius"
     tree["world"]["food"][0]["count"] = -1
     tree["lifetime"]["steps"] = "many"
-    found = {fault["path"]: fault["message"] for fault in faults(tree)}
+    found = {fault["path"]: fault["message"] for fault in find_errors(tree)}
     assert (
         found["world.food.0.count"]
         == "world.food.0.count = -1: input should be greater than or equal to 0"
     )
     assert set(found) == {"world.food.0.count", "lifetime.steps"}
-    assert faults(small().to_dict()) == []
-    assert faults(3)[0]["path"] == ""
+    assert find_errors(small().to_dict()) == []
+    assert find_errors(3)[0]["path"] == ""

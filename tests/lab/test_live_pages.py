@@ -87,11 +87,11 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
             best, states = heard(session, state, lived)
             assert states == [state]
             lived += len(best)
-    assert post(server, f"live/{id}/keep", {"name": "mine"}) == (201, {"study": "mine"})
+    assert post(server, f"live/{id}/save", {"name": "mine"}) == (201, {"study": "mine"})
     assert StudyStore(server.root / "mine").runs(small().name) == [0, 1]
     with watching(server, id) as session:
-        assert hear(session)["kept"] == "mine"
-    status, answer = post(server, f"live/{id}/keep", {"name": "mine"})
+        assert hear(session)["saved_as"] == "mine"
+    status, answer = post(server, f"live/{id}/save", {"name": "mine"})
     assert (status, "exists already" in answer["error"]) == (400, True)
 
 
@@ -108,7 +108,7 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
             {"experiment": {}, "seconds": 1e9},
             "seconds = 1000000000.0 must be a number from 0 to 60",
         ),
-        ("{", "/api/live takes a JSON object"),
+        ("{", "/api/live needs a JSON object"),
     ],
 )
 def test_what_cannot_be_started_is_refused_with_a_sentence(
@@ -125,12 +125,12 @@ def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(
         session.send(json.dumps({"do": "explode"}))
         assert (
             hear(session)["message"]
-            == "a live run is told to pause, resume, stop or pace, not 'explode'"
+            == "the command of a live run must be pause, resume, stop or pace, not 'explode'"
         )
 
 
 def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
-    assert post(server, "live/none/keep", {"name": "x"})[0] == 404
+    assert post(server, "live/none/save", {"name": "x"})[0] == 404
     with watching(server, "none") as session:
         assert hear(session)["state"] == "gone"
 

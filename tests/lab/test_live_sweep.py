@@ -14,7 +14,7 @@ import pytest
 from baldwinlab.api.sweep import sweep as sweep_of_command
 from baldwinlab.lab import live_sweep
 from baldwinlab.lab.live_sweep import Sweeps
-from baldwinlab.lab.sweep_plan import plan_of
+from baldwinlab.lab.sweep_plan import make_plan
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, data
@@ -48,7 +48,7 @@ def wait_until(what: Callable[[], bool]) -> None:
 def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(
     sweeps: Sweeps, tmp_path: Path
 ) -> None:
-    plan = plan_of(order())
+    plan = make_plan(order())
     assert tomllib.loads(plan.toml)["set"] == {
         "evolution.generations": 3,
         "lifetime.steps": 300,
@@ -56,7 +56,7 @@ def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(
     }
     live = sweeps.start(plan, tmp_path, "live/rates")
     wait_until(lambda: live.ended)
-    found = live.about()
+    found = live.summary()
     assert (found["state"], found["stored"], found["runs"], found["share"]) == ("done", 4, 4, 1)
     (tmp_path / "rates.toml").write_text(plan.toml)
     command = sweep_of_command(tmp_path / "rates.toml", out=tmp_path / "command", workers=1)
@@ -69,17 +69,17 @@ def test_one_lives_at_a_time_and_one_that_is_stopped_keeps_what_is_stored(
     sweeps: Sweeps, tmp_path: Path
 ) -> None:
     long = small().replace(evolution={"generations": 5000}).to_dict()
-    live = sweeps.start(plan_of(order(experiment=long)), tmp_path, "long")
-    wait_until(lambda: live.lived > 0)
-    left = live.about()["seconds_left"]
+    live = sweeps.start(make_plan(order(experiment=long)), tmp_path, "long")
+    wait_until(lambda: live.steps_done > 0)
+    left = live.summary()["seconds_left"]
     assert left is not None and left > 0
-    with pytest.raises(ValueError, match="the sweep long lives already; stop it first"):
-        sweeps.start(plan_of(order()), tmp_path, "other")
+    with pytest.raises(ValueError, match="the sweep long is active; stop it first"):
+        sweeps.start(make_plan(order()), tmp_path, "other")
     live.stop()
     wait_until(lambda: live.ended)
-    assert (live.state, live.about()["stored"]) == ("stopped", 0)
+    assert (live.state, live.summary()["stored"]) == ("stopped", 0)
     with pytest.raises(StudyError, match="long exists already"):
-        sweeps.start(plan_of(order()), tmp_path, "long")
+        sweeps.start(make_plan(order()), tmp_path, "long")
 
 
 def test_a_sweep_that_fails_says_why(
@@ -89,7 +89,7 @@ def test_a_sweep_that_fails_says_why(
         raise OSError("the disk is full")
 
     monkeypatch.setattr(live_sweep, "run_study", fail)
-    live = sweeps.start(plan_of(order()), tmp_path, "it")
+    live = sweeps.start(make_plan(order()), tmp_path, "it")
     wait_until(lambda: live.ended)
     assert (live.state, live.message) == ("failed", "the sweep failed: the disk is full")
 
@@ -101,14 +101,14 @@ def test_a_sweep_that_fails_says_why(
         (order(fields={"learning.speed": [1]}), "there is no 'speed' here"),
         (order(fields={"learning.rate": [11]}), "learning.rate = 11"),
         (order(fields={"learning.rate": [1, 1]}), "fields.learning.rate has a value twice"),
-        (order(fields=[1]), "fields must name each field that is swept, with its values"),
+        (order(fields=[1]), "fields must contain each swept field with its values"),
         (
             order(fields={"learning.rate": [n / 1000 for n in range(501)]}),
-            "1,000 runs, of all its points, and this would have 1,002",
+            "1,000 runs over all points, and this one would have 1,002",
         ),
         (
             order(experiment=HUGE),
-            "a sweep from here may have 1,000,000,000,000 runs x generations x agents x steps x weights",
+            "a sweep from the page can have at most 1,000,000,000,000 runs x generations x agents x steps x weights",
         ),
     ],
 )
@@ -116,7 +116,7 @@ def test_what_cannot_be_or_is_too_large_is_refused_in_a_sentence(
     asked: dict[str, Any], sentence: str
 ) -> None:
     with pytest.raises(ValueError, match=sentence):
-        plan_of(asked)
+        make_plan(asked)
 
 
 def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cannot_say_is_refused() -> (
@@ -125,14 +125,14 @@ def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cann
     changed = small().replace(learning={"rate": 0.5})
     assert (
         "learning.rate"
-        not in tomllib.loads(plan_of(order(experiment=changed.to_dict())).toml)["set"]
+        not in tomllib.loads(make_plan(order(experiment=changed.to_dict())).toml)["set"]
     )
     tree = small().to_dict()
     tree["world"]["food"] = tree["world"]["food"] * 2
     with pytest.raises(
-        ValueError, match=r"world\.food has been changed in a way that a sweep's file cannot say"
+        ValueError, match=r"world\.food has a change that the file of a sweep cannot contain"
     ):
-        plan_of(order(experiment=tree))
+        make_plan(order(experiment=tree))
 
 
 def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_path: Path) -> None:
@@ -150,6 +150,6 @@ def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_p
         refused = ask("sweep", order(name="../out"))
         assert (
             refused.status_code == 400
-            and "'../out' cannot be a study's name" in refused.json()["error"]
+            and "'../out' is not a valid name of a study" in refused.json()["error"]
         )
         assert data(server.address, "sweep") == {"sweep": None}

@@ -67,7 +67,7 @@ def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(
         trace.drop_attrs(),
         xr.Dataset(),
     ):
-        assert not notebook_player.plays(other)
+        assert not notebook_player.is_playable(other)
         assert "<iframe" not in notebook_player.html(other)
         assert "xr-wrap" in notebook_player.html(other)
 
@@ -75,7 +75,7 @@ def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(
 def test_of_a_life_that_is_too_long_the_beginning_plays(
     trace: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(notebook_player, "MOST", 20 * 7)
+    monkeypatch.setattr(notebook_player, "MAX_SIZE", 20 * 7)
     header, arrays = unpack(notebook_player.recording(trace))
     assert (header["last"], header["steps"], len(arrays["x"])) == (7, trace.sizes["step"], 7)
 

@@ -179,7 +179,7 @@ def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_b
     claim = page.get_by_test_id("claim-C1")
     expect(claim).to_contain_text("+282 (95 % interval 212 to 293), corrected p below 0.001")
     expect(claim).to_contain_text("about 40 items more")
-    claim.get_by_role("link", name="evo+self-taught/A beside evo/A").click()
+    claim.get_by_role("link", name="evo+self-taught/A and evo/A").click()
     expect(page.get_by_test_id("world-b")).to_be_visible()
 
 

@@ -179,7 +179,7 @@ def test_a_large_world_comes_in_parts_of_bounded_size(
         (
             {"run": 2},
             404,
-            "{root}/small has no run 2 of evo+self-taught/A; stored are 2, from 0 to 1",
+            "{root}/small has no run 2 of evo+self-taught/A; 2 runs are stored, from 0 to 1",
         ),
         (
             {"generation": 3},

@@ -99,4 +99,4 @@ def test_neither_a_pipe_nor_a_link_that_leads_out_is_read(
         (folder / "evo.nc").unlink()
         (tmp_path / "other.nc").write_bytes(b"")
         (folder / "evo.nc").symlink_to(tmp_path / "other.nc")
-        assert "lies outside of" in refusal(server.address, "results/reaction", 400, study="it")
+        assert "is outside" in refusal(server.address, "results/reaction", 400, study="it")

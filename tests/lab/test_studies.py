@@ -250,7 +250,7 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
         sentence = refusal(server.address, "recording", 404, **query)
         nothing = refusal(server.address, "typical", 404, study="it", condition="evo+self-taught/A")
     assert nothing == f"{tmp_path}/it has no run of evo+self-taught/A"
-    assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; none is stored yet"
+    assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; no run is stored yet"
     assert found.pop("swept") is False
     names = ("factors", "curves", "final", "typical_run")
     assert found == {

@@ -2,29 +2,29 @@
 
 const EVERY = 400; // ms; browsers refuse more than some hundred changes of the address in half a minute
 
-let shown = null; // {name, state} of the view on the page; null while one is on its way
-let waiting = 0;
-let seen = ""; // the last address that the page has heard of: with another one, the reader is already on the way elsewhere
+let current = null; // {name, state} of the view on the page; null while one is on its way
+let flushTimer = 0;
+let lastHash = ""; // the last address that the page has heard of: with another one, the reader is already on the way elsewhere
 
 /** What the address asks for: `#/world?study=a&step=3` as {name, state}. */
-export function asked(views, otherwise) {
+export function readAddress(views, defaultView) {
   const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
   return {
-    name: views.includes(path) ? path : otherwise,
+    name: views.includes(path) ? path : defaultView,
     state: Object.fromEntries(new URLSearchParams(query ?? "")),
   };
 }
 
 /** From now on, this is what the page shows, and what the address follows. */
-export function follow(place) {
-  drop();
-  shown = place;
-  seen = location.hash;
+export function setCurrentView(view) {
+  cancelFlush();
+  current = view;
+  lastHash = location.hash;
 }
 
 /** What the page shows now, as `follow` was told and `navigate` has changed it; null while a view is on its way. */
-export function followed() {
-  return shown && { ...shown };
+export function currentView() {
+  return current && { ...current };
 }
 
 /**
@@ -32,22 +32,22 @@ export function followed() {
  * it is a new place in the history and the view is updated. `patch.view` goes to another view, with the rest as its state.
  */
 export function navigate(patch, replace = true) {
-  if (!shown) return;
+  if (!current) return;
   const { view, ...rest } = patch;
-  if (view && view !== shown.name) {
-    location.hash = written(view, rest);
+  if (view && view !== current.name) {
+    location.hash = formatHash(view, rest);
     return;
   }
-  const state = { ...shown.state, ...rest };
+  const state = { ...current.state, ...rest };
   for (const [key, value] of Object.entries(state)) {
     if (value === null || value === undefined || value === "") delete state[key];
     else state[key] = String(value);
   }
-  shown.state = state;
-  if (replace) waiting ||= setTimeout(flush, EVERY);
+  current.state = state;
+  if (replace) flushTimer ||= setTimeout(flush, EVERY);
   else {
-    drop();
-    location.hash = written(shown.name, state);
+    cancelFlush();
+    location.hash = formatHash(current.name, state);
   }
 }
 
@@ -57,7 +57,7 @@ export function address() {
   return location.href;
 }
 
-function written(name, state) {
+function formatHash(name, state) {
   const pairs = Object.entries(state).filter(
     ([, value]) => value !== null && value !== undefined && value !== "",
   );
@@ -70,16 +70,16 @@ function written(name, state) {
   return `#/${name}${query ? `?${query}` : ""}`;
 }
 
-function drop() {
-  clearTimeout(waiting);
-  waiting = 0;
+function cancelFlush() {
+  clearTimeout(flushTimer);
+  flushTimer = 0;
 }
 
 function flush() {
-  drop();
-  if (!shown || location.hash !== seen) return;
-  history.replaceState(null, "", written(shown.name, shown.state));
-  seen = location.hash;
+  cancelFlush();
+  if (!current || location.hash !== lastHash) return;
+  history.replaceState(null, "", formatHash(current.name, current.state));
+  lastHash = location.hash;
 }
 
-addEventListener("pagehide", () => waiting && flush());
+addEventListener("pagehide", () => flushTimer && flush());

@@ -22,24 +22,29 @@ export function drawAgents(view, recording, step, chosen) {
   const { scale, count } = view;
   const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
   drawFlashes(view, recording, step, size);
-  for (const fed of [false, true])
-    drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, size);
-  drawLessons(view, recording, step, chosen);
+  for (const hasEaten of [false, true])
+    drawGroup(
+      view,
+      (agent) => recording.eatenBefore(step + 1, agent) > 0 === hasEaten,
+      hasEaten,
+      size,
+    );
+  drawTeacherLinks(view, recording, step, chosen);
   if (chosen != null && chosen < count) drawChosen(view, chosen, size);
   if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step);
 }
 
-function drawSome({ pen, x, y, angle, count, scale }, wanted, fed, size) {
-  const crowd = count > MANY;
-  pen.lineWidth = (fed ? 0.8 : 1.4) / scale;
-  pen.strokeStyle = fed ? palette.map : palette.outline;
+function drawGroup({ pen, x, y, angle, count, scale }, isIncluded, hasEaten, size) {
+  const isCrowd = count > MANY;
+  pen.lineWidth = (hasEaten ? 0.8 : 1.4) / scale;
+  pen.strokeStyle = hasEaten ? palette.map : palette.outline;
   for (let agent = 0; agent < count; agent++) {
-    if (!wanted(agent)) continue;
-    pen.fillStyle = fed ? palette.agent : crowd ? palette.outline : palette.hungry;
+    if (!isIncluded(agent)) continue;
+    pen.fillStyle = hasEaten ? palette.agent : isCrowd ? palette.outline : palette.hungry;
     shape(pen, DART, x[agent], y[agent], angle[agent], size);
     pen.fill();
-    if (!crowd) pen.stroke();
-    else if (!fed) {
+    if (!isCrowd) pen.stroke();
+    else if (!hasEaten) {
       pen.fillStyle = palette.hungry;
       shape(pen, HOLLOW, x[agent], y[agent], angle[agent], size);
       pen.fill();
@@ -50,8 +55,8 @@ function drawSome({ pen, x, y, angle, count, scale }, wanted, fed, size) {
 function shape(pen, corners, x, y, angle, size) {
   const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
   pen.beginPath();
-  for (const [along, aside] of corners)
-    pen.lineTo(x + along * cos - aside * sin, y + along * sin + aside * cos);
+  for (const [along, across] of corners)
+    pen.lineTo(x + along * cos - across * sin, y + along * sin + across * cos);
   pen.closePath();
 }
 
@@ -69,20 +74,20 @@ function drawFlashes({ pen, x, y, count }, recording, step, size) {
 }
 
 /** A dotted line from each pupil to its teacher, or from and to the chosen agent alone; the shorter way round the world. */
-function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen) {
+function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, chosen) {
   pen.strokeStyle = palette.lesson;
   pen.lineWidth = 1.4 / scale;
   pen.setLineDash([1.5 / scale, 3.5 / scale]);
-  for (let pupil = 0; pupil < count; pupil++) {
-    const teacher = recording.learnsFrom(step, pupil);
-    if (teacher === null || (chosen != null && chosen !== pupil && chosen !== teacher)) continue;
+  for (let learner = 0; learner < count; learner++) {
+    const teacher = recording.learnsFrom(step, learner);
+    if (teacher === null || (chosen != null && chosen !== learner && chosen !== teacher)) continue;
     const [across, down] = [
-      shortestDistance(x[teacher] - x[pupil], world.width),
-      shortestDistance(y[teacher] - y[pupil], world.height),
+      shortestDistance(x[teacher] - x[learner], world.width),
+      shortestDistance(y[teacher] - y[learner], world.height),
     ];
     pen.beginPath();
-    pen.moveTo(x[pupil], y[pupil]);
-    pen.lineTo(x[pupil] + across, y[pupil] + down);
+    pen.moveTo(x[learner], y[learner]);
+    pen.lineTo(x[learner] + across, y[learner] + down);
     pen.moveTo(x[teacher] - across, y[teacher] - down); // where the way leaves the map, its other end
     pen.lineTo(x[teacher], y[teacher]);
     pen.stroke();
@@ -91,9 +96,9 @@ function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen
 }
 
 /** Of two ways round a circle of that size, of which one is given, the shorter. */
-export function shortestDistance(way, size) {
-  if (way > size / 2) return way - size;
-  return way < -size / 2 ? way + size : way;
+export function shortestDistance(distance, size) {
+  if (distance > size / 2) return distance - size;
+  return distance < -size / 2 ? distance + size : distance;
 }
 
 function drawChosen({ pen, x, y, scale }, agent, size) {

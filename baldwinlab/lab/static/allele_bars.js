@@ -38,7 +38,7 @@ export class AlleleBars {
       el("div", { class: "visually-hidden" }, this.table),
     );
     this.tip = new Tooltip(this.plot);
-    this.plot.addEventListener("pointermove", (event) => this.point(event));
+    this.plot.addEventListener("pointermove", (event) => this.showTooltip(event));
     this.plot.addEventListener("pointerleave", () => this.tip.show(null));
     this.clear();
   }
@@ -57,20 +57,20 @@ export class AlleleBars {
    * @param {{alleles: string[], first: number}} header the alleles' names, in the order in which they are stacked, and the first generation
    * @param {{share: Float32Array}} arrays [generation, locus, allele]
    */
-  take({ alleles, first, arrays: [{ shape }] }, { share }) {
+  setData({ alleles, first, arrays: [{ shape }] }, { share }) {
     Object.assign(this, { shares: share, first });
     const drawn = this.loci.length === shape[1] && String(this.alleles) === String(alleles);
-    if (!drawn) this.build(alleles, shape[1]);
+    if (!drawn) this.buildBars(alleles, shape[1]);
   }
 
-  build(alleles, count) {
+  buildBars(alleles, count) {
     this.clear();
     this.chart.hidden = this.table.hidden = this.legend.hidden = false;
     this.alleles = alleles;
     this.loci = Array.from({ length: count }, (_, locus) => this.locus(locus, count));
     this.plot.prepend(...this.loci.map(({ bar }) => bar));
     const entry = (name, number) =>
-      el("span", { class: "entry" }, el("i", { class: "allele", style: colours(number) }), name);
+      el("span", { class: "entry" }, el("i", { class: "allele", style: colorStyle(number) }), name);
     this.legend.replaceChildren("from bottom to top:", ...alleles.map(entry));
     this.caption = el("caption");
     const head = ["locus", ...alleles].map((name) => el("th", { scope: "col" }, name));
@@ -87,7 +87,7 @@ export class AlleleBars {
 
   locus(locus, count) {
     const parts = this.alleles.map((name, number) =>
-      el("i", { class: "allele", style: colours(number) }, el("span", {}, name)),
+      el("i", { class: "allele", style: colorStyle(number) }, el("span", {}, name)),
     );
     const cells = this.alleles.map(() => el("td"));
     const number =
@@ -121,19 +121,19 @@ export class AlleleBars {
   }
 
   /** Tell what lies under the pointer. */
-  point({ target, clientX, clientY }) {
-    const place = target.closest("[data-locus]");
+  showTooltip({ target, clientX, clientY }) {
+    const bar = target.closest("[data-locus]");
     const { left, top } = this.plot.getBoundingClientRect();
-    this.tip.show(place && this.told(Number(place.dataset.locus)), clientX - left, clientY - top);
+    this.tip.show(bar && this.describe(Number(bar.dataset.locus)), clientX - left, clientY - top);
   }
 
-  told(locus) {
+  describe(locus) {
     return `locus ${locus}: ${this.alleles.map((name, kind) => `${name} in ${this.loci[locus].cells[kind].textContent}`).join(", ")}`;
   }
 }
 
 /** Those of the allele of this number, and of its name on it. */
-function colours(number) {
+function colorStyle(number) {
   const colour = COLOURS[number % COLOURS.length];
   return `background: var(--${colour}); color: var(--${colour === "blue" ? "accent-text" : "on-orange"})`;
 }

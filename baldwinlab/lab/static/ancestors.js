@@ -13,7 +13,11 @@ export class Ancestors {
   constructor(open) {
     this.open = open;
     this.words = el("p", { class: "soft" });
-    this.trace = new LifetimeChart("food eaten by the ancestors", (generation) => this.visit(generation), 96);
+    this.trace = new LifetimeChart(
+      "food eaten by the ancestors",
+      (generation) => this.openGeneration(generation),
+      96,
+    );
     this.trace.root.append(colorKey(["chosen", "this lineage"], ["meal", "average agent"]));
     this.lines = el("tbody");
     const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
@@ -36,39 +40,39 @@ export class Ancestors {
 
   /** @param {import("./sources.js").Source} source */
   async show(source, agent) {
-    const asked = `${query(source)}&agent=${agent}`;
-    if (asked === this.asked) return;
-    this.leave();
-    Object.assign(this, { asked, source });
+    const requested = `${query(source)}&agent=${agent}`;
+    if (requested === this.asked) return;
+    this.cancel();
+    Object.assign(this, { asked: requested, source });
     this.stop = new AbortController();
     this.root.classList.add("waiting");
     try {
-      this.take(await getJSON(`api/ancestors?${asked}`, this.stop.signal));
+      this.setLine(await getJSON(`api/ancestors?${requested}`, this.stop.signal));
     } catch (fault) {
       if (fault.name === "AbortError") return;
-      this.leave();
+      this.cancel();
       message(fault.message, "error");
     }
     this.root.classList.remove("waiting");
   }
 
   /** Nobody looks at it any longer. */
-  leave() {
+  cancel() {
     this.stop?.abort();
     this.asked = null;
   }
 
   /** @param {Line} line */
-  take(line) {
+  setLine(line) {
     this.line = line;
     const { first, agents, eaten, mean } = line;
     const last = first + agents.length - 1;
-    const alone = agents.length === 1;
-    this.words.textContent = alone
+    const hasNoParents = agents.length === 1;
+    this.words.textContent = hasNoParents
       ? "This agent has no parents: its weights are random."
       : `The table follows the fitter parent back to generation ${first} and shows how many items each agent ate. The last column is the number of ancestors in that generation.`;
-    for (const part of [this.trace.root, this.table]) part.hidden = alone;
-    const most = Math.max(1, ...eaten, ...mean);
+    for (const part of [this.trace.root, this.table]) part.hidden = hasNoParents;
+    const maximum = Math.max(1, ...eaten, ...mean);
     this.trace.set(
       [
         { values: mean, first, colour: "meal" },
@@ -76,7 +80,7 @@ export class Ancestors {
       ],
       Math.max(1, last),
       0,
-      most,
+      maximum,
     );
     this.lines.replaceChildren(
       ...agents
@@ -90,7 +94,7 @@ export class Ancestors {
 
   row(at) {
     const { first, agents, eaten, others, eaten_of_others, ancestors } = this.line;
-    const of = (agent, ate) => el("td", {}, this.link(first + at, agent), format(ate));
+    const of = (agent, items) => el("td", {}, this.link(first + at, agent), format(items));
     const other =
       others[at] === agents[at]
         ? el("td", { class: "soft" }, "the same")
@@ -116,7 +120,7 @@ export class Ancestors {
   }
 
   /** The life of the line's agent in a generation. */
-  visit(generation) {
+  openGeneration(generation) {
     const { first, agents } = this.line;
     if (generation < first + agents.length - 1)
       this.open({ ...this.source, generation }, agents[generation - first]);

@@ -1,31 +1,32 @@
 /** From whom an agent descends, from what a page without a server has seen of its run: as lab/history.py tells it. */
 
 /**
- * @param {{parents: Int32Array, food_eaten: Int32Array}[]} lived each generation up to the agent's; parents are [agent, (fitter, other)]
+ * @param {{parents: Int32Array, food_eaten: Int32Array}[]} generations each generation up to the agent's; parents are [agent, (fitter, other)]
  * @param {number} agent
  * @returns {import("./ancestors.js").Line}
  */
-export function ancestorLine(lived, agent) {
-  const [agents, others, everybody] = [[agent], [], [new Set([agent])]];
-  let first = lived.length - 1;
-  for (; lived[first].parents[2 * agents[0]] >= 0; first -= 1) {
-    const couple = (child) => Array.from(lived[first].parents.subarray(2 * child, 2 * child + 2));
-    everybody.unshift(new Set([...everybody[0]].flatMap(couple)));
-    const [fitter, other] = couple(agents[0]);
+export function ancestorLine(generations, agent) {
+  const [agents, partners, ancestorSets] = [[agent], [], [new Set([agent])]];
+  let first = generations.length - 1;
+  for (; generations[first].parents[2 * agents[0]] >= 0; first -= 1) {
+    const couple = (child) =>
+      Array.from(generations[first].parents.subarray(2 * child, 2 * child + 2));
+    ancestorSets.unshift(new Set([...ancestorSets[0]].flatMap(couple)));
+    const [fitter, partner] = couple(agents[0]);
     agents.unshift(fitter);
-    others.unshift(other);
+    partners.unshift(partner);
   }
-  const eaten = (line) => line.map((one, at) => lived[first + at].food_eaten[one]);
-  const mean = lived
+  const eaten = (line) => line.map((agent, index) => generations[first + index].food_eaten[agent]);
+  const mean = generations
     .slice(first)
     .map(({ food_eaten }) => food_eaten.reduce((sum, items) => sum + items, 0) / food_eaten.length);
   return {
     first,
     agents,
     eaten: eaten(agents),
-    others,
-    eaten_of_others: eaten(others),
-    ancestors: everybody.map(({ size }) => size),
+    others: partners,
+    eaten_of_others: eaten(partners),
+    ancestors: ancestorSets.map(({ size }) => size),
     mean,
   };
 }

@@ -36,10 +36,15 @@ export function boxChart(root, options) {
   draw();
   const resized = new ResizeObserver(draw);
   resized.observe(root);
-  const alone = groups.map(({ href, ...group }) => group); // a file leads nowhere
+  const unlinkedGroups = groups.map(({ href, ...group }) => group); // a file leads nowhere
   return {
     svg: () =>
-      svgFile(title, FILE.width, FILE.height, picture(title, alone, FILE.width, FILE.height)),
+      svgFile(
+        title,
+        FILE.width,
+        FILE.height,
+        picture(title, unlinkedGroups, FILE.width, FILE.height),
+      ),
     destroy: () => resized.disconnect(),
   };
 }
@@ -118,22 +123,24 @@ function points(group, middle, slot, y) {
 }
 
 function label(text, x, y, slanted) {
-  const place = slanted
+  const position = slanted
     ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` }
     : { "text-anchor": "middle", x, y };
-  return textLabel(text, place);
+  return textLabel(text, position);
 }
 
 /** Median, quartiles (interpolated linearly) and the farthest values within 1.5 times their distance. */
 export function fiveNumbers(values) {
   const sorted = [...values].sort((a, b) => a - b);
   const quantile = (share) => {
-    const place = share * (sorted.length - 1);
-    const below = Math.floor(place);
-    return sorted[below] + (place - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below]);
+    const position = share * (sorted.length - 1);
+    const below = Math.floor(position);
+    return (
+      sorted[below] + (position - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below])
+    );
   };
   const [first, median, third] = [quantile(0.25), quantile(0.5), quantile(0.75)];
   const reach = 1.5 * (third - first);
-  const near = sorted.filter((value) => value >= first - reach && value <= third + reach);
-  return { low: near[0], first, median, third, high: near.at(-1) };
+  const inliers = sorted.filter((value) => value >= first - reach && value <= third + reach);
+  return { low: inliers[0], first, median, third, high: inliers.at(-1) };
 }

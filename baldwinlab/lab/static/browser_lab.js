@@ -25,64 +25,71 @@ export class BrowserLab {
 
   async get(path) {
     const { pathname, searchParams } = new URL(path, "http://here/");
-    const given = Object.fromEntries(searchParams);
+    const parameters = Object.fromEntries(searchParams);
     const { presets } = this.laboratory;
     if (pathname === "/api/presets")
       return {
         presets: presets.map(({ name, description }) => ({ name, description })),
         default: presets[0].name,
       };
-    if (pathname === "/api/preset") return structuredClone(this.preset(given.name).experiment);
+    if (pathname === "/api/preset") return structuredClone(this.preset(parameters.name).experiment);
     if (pathname === "/api/live") return { runs: [] };
     if (pathname === "/api/sweep") return { sweep: null };
-    const feed = this.feeds.get(given.live);
-    const number = (name) => (given[name] === undefined ? undefined : Number(given[name]));
+    const openFeed = this.feeds.get(parameters.live);
+    const number = (name) =>
+      parameters[name] === undefined ? undefined : Number(parameters[name]);
     const source = {
       run: number("run"),
       generation: number("generation"),
       first: number("first"),
       last: number("last"),
     };
-    if (pathname === "/api/recording") return feed.recording(given, source);
-    const asked = { ...source, agent: number("agent") };
-    return pathname === "/api/ancestors" ? feed.ancestors(asked) : feed.inside(asked);
+    if (pathname === "/api/recording") return openFeed.recording(parameters, source);
+    const agentQuery = { ...source, agent: number("agent") };
+    return pathname === "/api/ancestors"
+      ? openFeed.ancestors(agentQuery)
+      : openFeed.inside(agentQuery);
   }
 
-  async post(path, { experiment, ...order }) {
+  async post(path, { experiment, ...request }) {
     if (path === "/api/schema")
       return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
     if (path === "/api/validate")
-      return { errors: [...this.faults(experiment), ...validateTree(ORDER, order, [])] };
+      return { errors: [...this.faults(experiment), ...validateTree(ORDER, request, [])] };
     if (path === "/api/look")
       return { world: experiment.world, look: this.look(experiment), about: [] };
     const preset = this.preset(experiment.name);
-    const turn = Math.random().toString(36).slice(2, 6); // the same can be started again
+    const suffix = Math.random().toString(36).slice(2, 6); // the same can be started again
     return {
-      id: written({
+      id: encodeId({
         preset: preset.name,
         changes: changesOf(experiment, preset.experiment),
-        ...order,
-        turn,
+        ...request,
+        turn: suffix,
       }),
     };
   }
 
   /** The feed of a live run, whose id says what it is. */
-  feed(id) {
-    const feed = new BrowserFeed(id, this, this.order(read(id)));
-    this.feeds.set(id, feed);
-    return feed;
+  openFeed(id) {
+    const openFeed = new BrowserFeed(id, this, this.request(decodeId(id)));
+    this.feeds.set(id, openFeed);
+    return openFeed;
   }
 
   /** What an id orders; null where it is damaged. */
-  order(given) {
-    const preset = this.laboratory.presets.find(({ name }) => name === given?.preset);
+  request(parameters) {
+    const preset = this.laboratory.presets.find(({ name }) => name === parameters?.preset);
     if (
       !preset ||
-      validateTree(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length
+      validateTree(
+        ORDER,
+        { runs: parameters.runs, seed: parameters.seed, seconds: parameters.seconds },
+        [],
+      ).length
     )
       return null;
-    return { ...given, experiment: applyChanges(preset.experiment, given.changes ?? {}) };
+    return { ...parameters, experiment: applyChanges(preset.experiment, parameters.changes ?? {}) };
   }
 
   preset(name) {
@@ -100,14 +107,14 @@ export class BrowserLab {
 
   /** The program that lives an experiment. Raises an Error with a sentence where the page has none. */
   program(experiment) {
-    const found = this.laboratory.programs.find(({ when }) =>
-      Object.entries(when).every(([path, value]) => same(lookUp(experiment, path), value)),
+    const program = this.laboratory.programs.find(({ when }) =>
+      Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
     );
-    if (!found)
+    if (!program)
       throw new Error(
         "This page has no compiled module for the parts of this experiment. Export the page again with these parts.",
       );
-    return found;
+    return program;
   }
 
   /** Whether what agents have learned teaches their own children. */
@@ -117,17 +124,17 @@ export class BrowserLab {
 
   /** How the world of an experiment looks. */
   look(experiment) {
-    return filled(this.preset(experiment.name).look, experiment);
+    return fillTemplate(this.preset(experiment.name).look, experiment);
   }
 
   /** For scripts: a whole run, to the bits of `bl.simulate`. Rejects with a sentence. */
   async simulate({ seed, run = 0, generations, experiment = {} }) {
     const base = this.preset(experiment.name).experiment;
     const length = generations === undefined ? {} : { evolution: { generations } };
-    const whole = laid(laid(base, experiment), length);
-    const faults = [...validateTree(ORDER, { seed, run }, []), ...this.faults(whole)];
+    const completed = merge(merge(base, experiment), length);
+    const faults = [...validateTree(ORDER, { seed, run }, []), ...this.faults(completed)];
     if (faults.length) throw new Error(faults.map(({ message }) => message).join("\n"));
-    return this.workers.simulate(this.program(whole), whole, seed, run);
+    return this.workers.simulate(this.program(completed), completed, seed, run);
   }
 }
 
@@ -142,35 +149,35 @@ const ORDER = {
 };
 
 /** A tree laid over another, table by table; lists are replaced whole. */
-function laid(base, changes) {
-  if (!plain(base) || !plain(changes)) return structuredClone(changes);
+function merge(base, changes) {
+  if (!isTable(base) || !isTable(changes)) return structuredClone(changes);
   const names = new Set([...Object.keys(base), ...Object.keys(changes)]);
   return Object.fromEntries(
     [...names].map((name) => [
       name,
-      name in changes ? laid(base[name], changes[name]) : structuredClone(base[name]),
+      name in changes ? merge(base[name], changes[name]) : structuredClone(base[name]),
     ]),
   );
 }
 
-function plain(value) {
+function isTable(value) {
   return value !== null && typeof value === "object" && !Array.isArray(value);
 }
 
-function same(one, other) {
-  return JSON.stringify(one) === JSON.stringify(other);
+function isEqual(first, second) {
+  return JSON.stringify(first) === JSON.stringify(second);
 }
 
 /** A template with what an experiment says in the place of each {"path"}, and a row for each entry of a "table". */
-function filled(template, experiment) {
+function fillTemplate(template, experiment) {
   if (Array.isArray(template)) {
-    return template.flatMap((each) =>
-      each?.table
-        ? lookUp(experiment, each.table).map((row) => filled(each.row, row))
-        : [filled(each, experiment)],
+    return template.flatMap((item) =>
+      item?.table
+        ? lookUp(experiment, item.table).map((row) => fillTemplate(item.row, row))
+        : [fillTemplate(item, experiment)],
     );
   }
-  if (!plain(template)) return template;
+  if (!isTable(template)) return template;
   if ("path" in template)
     return (
       lookUp(experiment, template.path) - (template.less ? lookUp(experiment, template.less) : 0)
@@ -178,13 +185,13 @@ function filled(template, experiment) {
   if ("sum" in template)
     return template.sum.reduce((sum, [path, factor]) => sum + factor * lookUp(experiment, path), 0);
   return Object.fromEntries(
-    Object.entries(template).map(([name, value]) => [name, filled(value, experiment)]),
+    Object.entries(template).map(([name, value]) => [name, fillTemplate(value, experiment)]),
   );
 }
 
 /** An order as an id that can stand in an address. */
-function written(order) {
-  const bytes = new TextEncoder().encode(JSON.stringify(order));
+function encodeId(request) {
+  const bytes = new TextEncoder().encode(JSON.stringify(request));
   return btoa(String.fromCharCode(...bytes)).replace(
     /[+/=]/g,
     (letter) => ({ "+": "-", "/": "_", "=": "" })[letter],
@@ -192,7 +199,7 @@ function written(order) {
 }
 
 /** What was written in an id; null where it is damaged. */
-function read(id) {
+function decodeId(id) {
   try {
     const text = atob(id.replace(/[-_]/g, (letter) => ({ "-": "+", _: "/" })[letter]));
     return JSON.parse(

@@ -12,11 +12,11 @@ export class WorkerPool {
     this.address = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
     this.programs = programs;
     this.pool = {}; // by number; and one that only looks, so that nobody who lives waits for it
-    this.turn = 0;
+    this.nextWorker = 0;
   }
 
   /** How many there may be. */
-  get most() {
+  get maxWorkers() {
     return Math.min(navigator.hardwareConcurrency || 2, MOST_WORKERS);
   }
 
@@ -25,7 +25,11 @@ export class WorkerPool {
     const worker = (this.pool[name] ??= new WorkerClient(new Worker(this.address)));
     await (worker.programs[program.name] ??= (async () => {
       program.bytes ??= new Uint8Array(await inflate(program.module));
-      await worker.ask("program", { name: program.name, bytes: program.bytes, plan: program.plan });
+      await worker.request("program", {
+        name: program.name,
+        bytes: program.bytes,
+        plan: program.plan,
+      });
     })());
     return worker;
   }
@@ -33,13 +37,13 @@ export class WorkerPool {
   /** Have the first one ready before it is wanted. */
   async warm(program, experiment) {
     const worker = await this.ready(0, program);
-    await worker.ask("warm", { program: program.name, experiment });
+    await worker.request("warm", { program: program.name, experiment });
   }
 
   /** A whole run, on whichever worker has its turn. */
   async simulate(program, experiment, seed, run) {
-    const worker = await this.ready(this.turn++ % this.most, program);
-    return worker.ask("simulate", { program: program.name, experiment, seed, run });
+    const worker = await this.ready(this.nextWorker++ % this.maxWorkers, program);
+    return worker.request("simulate", { program: program.name, experiment, seed, run });
   }
 }
 
@@ -47,25 +51,23 @@ export class WorkerPool {
 class WorkerClient {
   constructor(worker) {
     Object.assign(this, { worker, waiting: new Map(), programs: {}, ticket: 0 });
-    worker.onmessage = ({ data: { ticket, answer, fault } }) => {
+    worker.onmessage = ({ data: { ticket, answer, error } }) => {
       const { resolve, reject } = this.waiting.get(ticket);
       this.waiting.delete(ticket);
-      if (fault === undefined) resolve(answer);
-      else reject(new Error(fault));
+      if (error === undefined) resolve(answer);
+      else reject(new Error(error));
     };
     worker.onerror = (event) => {
       for (const { reject } of this.waiting.values())
-        reject(
-          new Error(`The page's worker failed: ${event.message ?? "it does not start"}.`),
-        );
+        reject(new Error(`The page's worker failed: ${event.message ?? "it does not start"}.`));
       this.waiting.clear();
     };
   }
 
-  ask(order, given) {
+  request(order, given) {
     return new Promise((resolve, reject) => {
       this.waiting.set(++this.ticket, { resolve, reject });
-      this.worker.postMessage({ ticket: this.ticket, order, given });
+      this.worker.postMessage({ ticket: this.ticket, command: order, parameters: given });
     });
   }
 }
@@ -75,91 +77,93 @@ export class BrowserFeed extends Feed {
   /** @param {import("./browser_lab.js").BrowserLab} here @param {Object<string, any>|null} order what is to run; null where its link is damaged */
   constructor(id, here, order) {
     super(id);
-    Object.assign(this, { here, order, steps: 0, past: [], stirred: () => {} });
+    Object.assign(this, { lab: here, order, steps: 0, history: [], wakeUp: () => {} });
   }
 
   connect() {
-    queueMicrotask(() => this.live());
+    queueMicrotask(() => this.run());
   }
 
-  async live() {
+  async run() {
     const faults = this.order
-      ? this.here.faults(this.order.experiment)
+      ? this.lab.faults(this.order.experiment)
       : [{ message: "This link is damaged and does not describe a run" }];
-    if (faults.length) return this.turn("gone", `${faults[0].message}.`);
+    if (faults.length) return this.setState("gone", `${faults[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
-    this.about = { id: this.id, experiment, runs, seed, seconds, kept: "" };
-    this.heard();
+    this.about = { id: this.id, experiment, runs, seed, seconds, saved_as: "" };
+    this.onUpdate();
     try {
       await this.prepare(experiment, runs, seed);
-      this.turn(this.wanted ?? "running");
-      while (this.lived < experiment.evolution.generations && !this.ended) {
+      this.setState(this.wanted ?? "running");
+      while (this.generationsDone < experiment.evolution.generations && !this.ended) {
         if (this.state === "paused" && !this.steps)
-          await new Promise((resolve) => (this.stirred = resolve));
-        else await this.generation();
+          await new Promise((resolve) => (this.wakeUp = resolve));
+        else await this.simulateGeneration();
       }
-      if (!this.ended) this.turn("done");
+      if (!this.ended) this.setState("done");
     } catch (fault) {
-      if (!this.ended) this.turn("failed", fault.message);
+      if (!this.ended) this.setState("failed", fault.message);
     }
   }
 
   /** Deal the runs out among the workers. */
   async prepare(experiment, runs, seed) {
-    const { workers } = this.here;
-    const program = this.here.program(experiment);
+    const { workers } = this.lab;
+    const program = this.lab.program(experiment);
     this.groups = [];
-    for (let run = 0; run < runs; run++) (this.groups[run % workers.most] ??= []).push(run);
+    for (let run = 0; run < runs; run++) (this.groups[run % workers.maxWorkers] ??= []).push(run);
     this.workers = await Promise.all(
       this.groups.map((_, number) => workers.ready(number, program)),
     );
     const given = { group: this.id, program: program.name, experiment, seed };
-    await this.all((number) => ["begin", { ...given, runs: this.groups[number] }]);
+    await this.requestAll((number) => ["begin", { ...given, runs: this.groups[number] }]);
   }
 
-  all(order) {
-    return Promise.all((this.workers ?? []).map((worker, number) => worker.ask(...order(number))));
+  requestAll(order) {
+    return Promise.all(
+      (this.workers ?? []).map((worker, number) => worker.request(...order(number))),
+    );
   }
 
-  async generation() {
-    const began = performance.now();
+  async simulateGeneration() {
+    const start = performance.now();
     this.steps = Math.max(0, this.steps - 1);
-    const lived = (await this.all(() => ["next", { group: this.id }]))
+    const results = (await this.requestAll(() => ["next", { group: this.id }]))
       .flat()
-      .sort((one, other) => one.run - other.run);
+      .sort((value, other) => value.run - other.run);
     if (this.ended) return; // stopped in mid-life
-    this.past.push(lived);
-    this.add(bandsOf(lived, this.here.laboratory.quantiles));
-    this.heard();
-    const rest = 1000 * this.about.seconds - (performance.now() - began);
-    if (rest > 0 && this.state === "running") {
+    this.history.push(results);
+    this.add(bandsOf(results, this.lab.laboratory.quantiles));
+    this.onUpdate();
+    const pauseTime = 1000 * this.about.seconds - (performance.now() - start);
+    if (pauseTime > 0 && this.state === "running") {
       await new Promise((resolve) => {
-        this.stirred = resolve;
-        setTimeout(resolve, rest);
+        this.wakeUp = resolve;
+        setTimeout(resolve, pauseTime);
       });
     }
   }
 
-  send({ do: wish, seconds }) {
-    if (wish === "pace") this.about.seconds = seconds;
-    else if (wish === "step") this.steps += 1;
+  send({ do: command, seconds }) {
+    if (command === "pace") this.about.seconds = seconds;
+    else if (command === "step") this.steps += 1;
     else if (!this.workers || this.state === "preparing")
-      this.wanted = { pause: "paused", stop: "stopped" }[wish];
-    else this.turn({ pause: "paused", resume: "running", stop: "stopped" }[wish]);
-    if (wish === "stop") this.all(() => ["stop", { group: this.id }]);
-    this.stirred();
+      this.wanted = { pause: "paused", stop: "stopped" }[command];
+    else this.setState({ pause: "paused", resume: "running", stop: "stopped" }[command]);
+    if (command === "stop") this.requestAll(() => ["stop", { group: this.id }]);
+    this.wakeUp();
   }
 
-  turn(state, message = "") {
+  setState(state, message = "") {
     Object.assign(this, { state, message });
-    this.heard();
+    this.onUpdate();
   }
 
   /** The container of a generation's recording. */
   async recording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.about;
-    const look = this.here.look(experiment);
-    const { part, sizes, arrays } = await this.looked("recording", {
+    const look = this.lab.look(experiment);
+    const { part, sizes, arrays } = await this.replay("recording", {
       run,
       generation,
       look,
@@ -202,8 +206,8 @@ export class BrowserFeed extends Feed {
   /** The container about one agent. */
   async inside({ run, generation, agent, first, last }) {
     const { experiment } = this.about;
-    const look = this.here.look(experiment);
-    const { part, sizes, arrays } = await this.looked("inside", {
+    const look = this.lab.look(experiment);
+    const { part, sizes, arrays } = await this.replay("inside", {
       run,
       generation,
       agent,
@@ -211,8 +215,8 @@ export class BrowserFeed extends Feed {
       first,
       last,
     });
-    const { parents: own, elders: dealt, energy } = this.past[generation][run];
-    const next = this.past[generation + 1]?.[run].parents;
+    const { parents: parentPairs, elders: teacherPairs, energy } = this.history[generation][run];
+    const next = this.history[generation + 1]?.[run].parents;
     const couple = (pairs) =>
       pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null;
     const children = next
@@ -228,13 +232,13 @@ export class BrowserFeed extends Feed {
       layer_sizes: sizes,
       biases: experiment.network.biases,
     };
-    const elders = this.here.eldersTeach(experiment) ? couple(dealt) : null;
+    const elders = this.lab.eldersTeach(experiment) ? couple(teacherPairs) : null;
     const kin = {
-      parents: couple(own),
+      parents: couple(parentPairs),
       elders,
       children,
       food: arrays.eaten_in_life.at(-1),
-      rank: 1 + energy.filter((one) => one > energy[agent]).length,
+      rank: 1 + energy.filter((value) => value > energy[agent]).length,
     };
     return { header: { ...header, ...kin }, arrays };
   }
@@ -242,23 +246,23 @@ export class BrowserFeed extends Feed {
   /** From whom an agent descends. */
   ancestors({ run, generation, agent }) {
     return ancestorLine(
-      this.past.slice(0, generation + 1).map((lived) => lived[run]),
+      this.history.slice(0, generation + 1).map((results) => results[run]),
       agent,
     );
   }
 
   /** What a worker finds that lives a generation again. */
-  async looked(order, wanted) {
+  async replay(order, wanted) {
     const { run, generation } = wanted;
-    const { workers } = this.here;
-    const genome = await this.workers[run % workers.most].ask("genome", {
+    const { workers } = this.lab;
+    const genome = await this.workers[run % workers.maxWorkers].request("genome", {
       group: this.id,
       run,
       generation,
     });
     const { experiment, seed } = this.about;
-    const program = this.here.program(experiment);
-    return (await workers.ready("looking", program)).ask(order, {
+    const program = this.lab.program(experiment);
+    return (await workers.ready("looking", program)).request(order, {
       program: program.name,
       experiment,
       seed,
@@ -269,18 +273,18 @@ export class BrowserFeed extends Feed {
 
   disconnect() {
     this.state = "stopped";
-    this.stirred();
-    this.here.feeds.delete(this.id);
-    for (const worker of this.workers ?? []) worker.ask("end", { group: this.id });
+    this.wakeUp();
+    this.lab.feeds.delete(this.id);
+    for (const worker of this.workers ?? []) worker.request("end", { group: this.id });
   }
 }
 
 /** Best and mean fitness and the share that eats: of each the mean over runs and, of several, its 95 % interval, and each run's. */
-function bandsOf(lived, quantiles) {
+function bandsOf(results, quantiles) {
   const measures = {
-    best: lived.map(({ energy }) => Math.max(...energy)),
-    mean: lived.map(({ energy }) => meanOf(energy)),
-    share: lived.map(
+    best: results.map(({ energy }) => Math.max(...energy)),
+    mean: results.map(({ energy }) => meanOf(energy)),
+    share: results.map(
       ({ food_eaten }) => food_eaten.filter((items) => items > 0).length / food_eaten.length,
     ),
   };
@@ -293,13 +297,13 @@ function bandsOf(lived, quantiles) {
 }
 
 /** Mean and, of several values, the 95 % interval: it goes below 0 only where one of them does, and never above `most`. */
-function band(values, quantiles, most) {
+function band(values, quantiles, maxWorkers) {
   const mean = meanOf(values);
   if (values.length === 1) return { mean: [mean] };
   const spread = values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1);
   const half = Math.sqrt(spread / values.length) * quantiles[values.length];
   const low = values.some((value) => value < 0) ? mean - half : Math.max(0, mean - half);
-  return { mean: [mean], low: [low], high: [Math.min(most, mean + half)], each: [values] };
+  return { mean: [mean], low: [low], high: [Math.min(maxWorkers, mean + half)], runs: [values] };
 }
 
 function meanOf(values) {

@@ -17,14 +17,15 @@ export class ChartSlider {
     this.slider.addEventListener(
       "pointermove",
       (event) =>
-        event.pointerType === "mouse" && this.tip.show(this.about(share(event)), event.offsetX, 0),
+        event.pointerType === "mouse" &&
+        this.tip.show(this.describeAt(share(event)), event.offsetX, 0),
     );
     this.slider.addEventListener("pointerleave", () => this.tip.show(null));
     this.key = [];
   }
 
   /** What lies at a share of the canvas's width, in words; below 0 and above 1 in the halves of the thumb. @returns {string|null} */
-  about() {
+  describeAt() {
     return null;
   }
 
@@ -38,7 +39,7 @@ export class ChartSlider {
   }
 
   /** The empty canvas in device pixels, where it must be drawn anew: its size, the colours or what it shows (`what`) have changed. */
-  fresh(...what) {
+  redrawIfChanged(...what) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
     const key = [width, height, palette.map, ...what];

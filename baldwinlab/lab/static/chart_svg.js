@@ -29,13 +29,17 @@ export function curvesSvg({ title, x, names, series, xLabel = "", yLabel = "" })
     "g",
     {},
     axes(scale, x, names, xLabel, yLabel),
-    ...series.map((one) => band(scale, x, one)),
-    ...series.flatMap((one) =>
-      (one.runs ?? []).map(({ values }) =>
-        curve(scale, x, values, { stroke: one.color, "stroke-width": 0.8, "stroke-opacity": 0.45 }),
+    ...series.map((line) => band(scale, x, line)),
+    ...series.flatMap((line) =>
+      (line.runs ?? []).map(({ values }) =>
+        curve(scale, x, values, {
+          stroke: line.color,
+          "stroke-width": 0.8,
+          "stroke-opacity": 0.45,
+        }),
       ),
     ),
-    ...series.map((one) => mean(scale, x, one)),
+    ...series.map((line) => mean(scale, x, line)),
     keys.drawing,
   );
   return svgFile(title, WIDTH, TOP + PLOT + BELOW + keys.height, drawing);
@@ -45,11 +49,11 @@ function scaleOf(x, names, series) {
   const all = series.flatMap(({ values, low, high, runs = [] }) =>
     [values, low, high, ...runs.map((run) => run.values)].filter(Boolean),
   );
-  let [least, most] = [Infinity, -Infinity]; // there may be too many to be arguments
+  let [minimum, maximum] = [Infinity, -Infinity]; // there may be too many to be arguments
   for (const values of all)
     for (const value of values)
-      if (value !== null) [least, most] = [Math.min(least, value), Math.max(most, value)];
-  const [low, high] = axisRange(least > most ? null : least, most);
+      if (value !== null) [minimum, maximum] = [Math.min(minimum, value), Math.max(maximum, value)];
+  const [low, high] = axisRange(minimum > maximum ? null : minimum, maximum);
   const [first, last] = names
     ? [-0.5, names.length - 0.5]
     : x.length > 1
@@ -86,25 +90,28 @@ function axes(scale, x, names, xLabel, yLabel) {
     ...rows.flat(),
     ...columns.flat(),
     textLabel(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
-    textLabel(yLabel, { transform: `translate(16 ${height}) rotate(-90)`, "text-anchor": "middle" }),
+    textLabel(yLabel, {
+      transform: `translate(16 ${height}) rotate(-90)`,
+      "text-anchor": "middle",
+    }),
   );
 }
 
 /** Stretches of places at which there is a number. */
-function stretches(x, ...edges) {
-  const found = [[]];
-  for (let place = 0; place < x.length; place++) {
-    if (edges.every((values) => values[place] !== null && values[place] !== undefined))
-      found.at(-1).push(place);
-    else if (found.at(-1).length) found.push([]);
+function definedStretches(x, ...edges) {
+  const runs = [[]];
+  for (let index = 0; index < x.length; index++) {
+    if (edges.every((values) => values[index] !== null && values[index] !== undefined))
+      runs.at(-1).push(index);
+    else if (runs.at(-1).length) runs.push([]);
   }
-  return found.filter((stretch) => stretch.length);
+  return runs.filter((stretch) => stretch.length);
 }
 
 function band(scale, x, { low, high, color }) {
-  const point = (values) => (place) =>
-    `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`;
-  const areas = low && high ? stretches(x, low, high) : [];
+  const point = (values) => (index) =>
+    `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`;
+  const areas = low && high ? definedStretches(x, low, high) : [];
   const outline = areas
     .map(
       (area) =>
@@ -115,16 +122,16 @@ function band(scale, x, { low, high, color }) {
 }
 
 function curve(scale, x, values, drawn) {
-  const lines = stretches(x, values).map(
+  const lines = definedStretches(x, values).map(
     (stretch) =>
-      `M${stretch.map((place) => `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`).join("L")}`,
+      `M${stretch.map((index) => `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`).join("L")}`,
   );
   return svg("path", { d: lines.join(""), fill: "none", "stroke-linejoin": "round", ...drawn });
 }
 
 /** A mean's curve; where it has few places, each of them a point, too. */
 function mean(scale, x, { values, color, dash = [], label }) {
-  const points = x.length > 12 ? [] : stretches(x, values).flat();
+  const points = x.length > 12 ? [] : definedStretches(x, values).flat();
   return svg(
     "g",
     {},
@@ -134,10 +141,10 @@ function mean(scale, x, { values, color, dash = [], label }) {
       "stroke-width": 2,
       "stroke-dasharray": dash.join(" "),
     }),
-    ...points.map((place) =>
+    ...points.map((index) =>
       svg("circle", {
-        cx: round(scale.x(x[place])),
-        cy: round(scale.y(values[place])),
+        cx: round(scale.x(x[index])),
+        cy: round(scale.y(values[index])),
         r: 3,
         fill: color,
       }),
@@ -170,6 +177,6 @@ function legend(series) {
   return { drawing: svg("g", {}, ...entries), height: (row + 1) * ROW + 6 };
 }
 
-function round(place) {
-  return Math.round(place * 100) / 100;
+function round(index) {
+  return Math.round(index * 100) / 100;
 }

@@ -12,7 +12,7 @@ const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
 const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
 const WHOLE = [1, 2, 5]
   .flatMap((step) => [step, 10 * step, 100 * step, 1000 * step])
-  .sort((one, other) => one - other); // between ticks of generations
+  .sort((line, other) => line - other); // between ticks of generations
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
 
 /** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
@@ -75,9 +75,14 @@ export function lineChart(root, options) {
     role: "group",
     "aria-label": options.title,
   });
-  const pointed = el("span", { class: "chart-run soft" }); // the run whose line is pointed at
-  const told = el("span", { class: "visually-hidden", role: "status" }); // what the keys have led to
-  root.replaceChildren(el("div", { class: "chart-title" }, options.title), plot, legend, told);
+  const pointedRun = el("span", { class: "chart-run soft" }); // the run whose line is pointed at
+  const announcement = el("span", { class: "visually-hidden", role: "status" }); // what the keys have led to
+  root.replaceChildren(
+    el("div", { class: "chart-title" }, options.title),
+    plot,
+    legend,
+    announcement,
+  );
   const hidden = new Set(options.hidden ?? []);
   let { x, series } = options;
   let chart = null;
@@ -100,18 +105,18 @@ export function lineChart(root, options) {
       hidden.size ? "Show all" : "Hide all",
     );
     legend.replaceChildren(
-      ...series.map((one, number) => legendEntry(one, number, hidden, toggle)),
+      ...series.map((line, number) => legendEntry(line, number, hidden, toggle)),
       ...(series.length > MANY ? [all] : []),
-      pointed,
+      pointedRun,
     );
   };
   const toggle = (label) => {
     if (!hidden.delete(label)) hidden.add(label);
-    changeShown(series.findIndex((one) => one.label === label));
+    changeShown(series.findIndex((line) => line.label === label));
   };
   const toggleAll = () => {
     if (hidden.size) hidden.clear();
-    else series.forEach((one) => hidden.add(one.label));
+    else series.forEach((line) => hidden.add(line.label));
     changeShown(series.length);
   };
   const changeShown = (pressed) => {
@@ -125,16 +130,16 @@ export function lineChart(root, options) {
     options.onHidden?.([...hidden]);
   };
   const showValues = (index, focused) => {
-    legend.querySelectorAll(".chart-value").forEach((place, number) => {
+    legend.querySelectorAll(".chart-value").forEach((element, number) => {
       const value = index == null ? null : series[number]?.values[index];
-      place.textContent = value == null ? "" : brief(value);
+      element.textContent = value == null ? "" : formatShort(value);
     });
     const { run, label, values } =
       curvesOf(series).find(({ columns: [column] }) => column === focused) ?? {};
-    pointed.textContent =
+    pointedRun.textContent =
       run === undefined || values[index] == null
         ? ""
-        : `${label}, run ${run}: ${brief(values[index])}`;
+        : `${label}, run ${run}: ${formatShort(values[index])}`;
   };
 
   build();
@@ -147,16 +152,16 @@ export function lineChart(root, options) {
   scheme.addEventListener("change", recolor);
   let chosen = null; // the column that the keys have led to
   plot.addEventListener("keydown", (event) => {
-    const found = keyed(event, chart, series, chosen);
-    if (!found) return;
+    const target = readKey(event, chart, series, chosen);
+    if (!target) return;
     event.preventDefault();
     event.stopPropagation();
     if (event.key === "Enter")
-      return void (found.curve && options.onPick?.(picked(chart, found.index, found.curve)));
-    setCursor(chart, found.index, found.curve?.top);
-    chosen = found.curve?.columns[0] ?? null;
+      return void (target.curve && options.onPick?.(pickOf(chart, target.index, target.curve)));
+    setCursor(chart, target.index, target.curve?.top);
+    chosen = target.curve?.columns[0] ?? null;
     chart.setSeries(chosen, { focus: true }); // of several that meet there, this one
-    told.textContent = inWords(found, chart, options);
+    announcement.textContent = describeTarget(target, chart, options);
   });
 
   return {
@@ -164,8 +169,9 @@ export function lineChart(root, options) {
       const same =
         newSeries.length === series.length &&
         newSeries.every(
-          (one, number) =>
-            one.label === series[number].label && one.runs?.length === series[number].runs?.length,
+          (line, number) =>
+            line.label === series[number].label &&
+            line.runs?.length === series[number].runs?.length,
         );
       [x, series] = [newX, newSeries];
       if (same) chart.setData(columns(x, series));
@@ -176,7 +182,7 @@ export function lineChart(root, options) {
     },
     svg() {
       const shown = series
-        .map((one, number) => ({ ...seriesStyle(number), ...one }))
+        .map((line, number) => ({ ...seriesStyle(number), ...line }))
         .filter(({ label }) => !hidden.has(label));
       return curvesSvg({ ...options, x, series: shown });
     },
@@ -197,7 +203,7 @@ function columns(x, series) {
   return [
     x,
     ...runsOf(series).map(({ values }) => values),
-    ...series.flatMap((one) => [one.values, one.high ?? empty, one.low ?? empty]),
+    ...series.flatMap((line) => [line.values, line.high ?? empty, line.low ?? empty]),
   ];
 }
 
@@ -209,7 +215,7 @@ function runsOf(series) {
 
 /** What can be pointed at, each with the columns that it has, its own first: the lines of runs, and the means. */
 function curvesOf(series) {
-  const runs = runsOf(series).map((line, place) => ({ ...line, columns: [place + 1] }));
+  const runs = runsOf(series).map((line, element) => ({ ...line, columns: [element + 1] }));
   return [
     ...runs,
     ...series.map(({ label, values }, number) => {
@@ -242,12 +248,12 @@ function settings(plot, series, hidden, options, showValues) {
       points: { show: false },
     };
   });
-  const lines = series.flatMap((one, number) => {
-    const { color, dash } = { ...seriesStyle(number), ...one };
-    const show = !hidden.has(one.label);
-    const points = { show: Boolean(options.names) || one.values.length < 2, size: 6, fill: color };
+  const lines = series.flatMap((line, number) => {
+    const { color, dash } = { ...seriesStyle(number), ...line };
+    const show = !hidden.has(line.label);
+    const points = { show: Boolean(options.names) || line.values.length < 2, size: 6, fill: color };
     return [
-      { label: one.label, show, stroke: color, dash, width: 2, points },
+      { label: line.label, show, stroke: color, dash, width: 2, points },
       edge(show),
       edge(show),
     ];
@@ -266,13 +272,13 @@ function settings(plot, series, hidden, options, showValues) {
       y: { range: (_, low, high) => axisRange(low, high) },
     },
     axes: [
-      { ...axis(options.xLabel), space: 60, size: 30, incrs: WHOLE, ...named(options.names) },
+      { ...axis(options.xLabel), space: 60, size: 30, incrs: WHOLE, ...namedTicks(options.names) },
       { ...axis(options.yLabel), size: 56 },
     ],
     series: [{}, ...runs, ...lines],
-    bands: series.map((one, number) => ({
+    bands: series.map((line, number) => ({
       series: [runs.length + 3 * number + 2, runs.length + 3 * number + 3],
-      fill: `${one.color ?? seriesStyle(number).color}${series.length > MANY ? "12" : "2e"}`,
+      fill: `${line.color ?? seriesStyle(number).color}${series.length > MANY ? "12" : "2e"}`,
     })),
     focus: { alpha: 0.25 },
     cursor: {
@@ -295,11 +301,11 @@ function settings(plot, series, hidden, options, showValues) {
 }
 
 /** An axis whose places have names. */
-function named(names) {
+function namedTicks(names) {
   return (
     names && {
-      splits: () => names.map((_, place) => place),
-      values: (_, places) => places.map((place) => names[place]),
+      splits: () => names.map((_, element) => element),
+      values: (_, places) => places.map((element) => names[element]),
     }
   );
 }
@@ -308,16 +314,16 @@ function cursorPoint(chart, column) {
   return el("div", { class: "u-cursor-pt", style: `background:${chart.series[column].stroke()}` });
 }
 
-function legendEntry(one, number, hidden, toggle) {
-  const { color, dash } = { ...seriesStyle(number), ...one };
+function legendEntry(line, number, hidden, toggle) {
+  const { color, dash } = { ...seriesStyle(number), ...line };
   const button = el(
     "button",
-    { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(one.label)) },
+    { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(line.label)) },
     swatch(color, dash),
-    el("span", {}, one.label),
+    el("span", {}, line.label),
     el("span", { class: "chart-value" }),
   );
-  button.addEventListener("click", () => toggle(one.label));
+  button.addEventListener("click", () => toggle(line.label));
   return button;
 }
 
@@ -335,28 +341,28 @@ function bindPick(chart, currentSeries, onPick) {
   if (!onPick) return;
   chart.over.style.cursor = "pointer";
   chart.over.addEventListener("click", (event) => {
-    const place = chart.over.getBoundingClientRect();
-    const index = chart.posToIdx(event.clientX - place.left);
-    const [nearest] = shownAt(chart, currentSeries(), index).sort(
-      (one, other) => distance(one, event, place) - distance(other, event, place),
+    const element = chart.over.getBoundingClientRect();
+    const index = chart.posToIdx(event.clientX - element.left);
+    const [nearest] = visibleCurvesAt(chart, currentSeries(), index).sort(
+      (line, other) => distance(line, event, element) - distance(other, event, element),
     );
-    if (nearest) onPick(picked(chart, index, nearest));
+    if (nearest) onPick(pickOf(chart, index, nearest));
   });
 }
 
-function distance({ top }, event, place) {
-  return Math.abs(top - (event.clientY - place.top));
+function distance({ top }, event, element) {
+  return Math.abs(top - (event.clientY - element.top));
 }
 
 /** The curves that are shown and have a value at an index of the x axis, with their height there. */
-function shownAt(chart, series, index) {
+function visibleCurvesAt(chart, series, index) {
   return curvesOf(series)
     .map((curve) => ({ ...curve, value: curve.values[index] }))
     .filter(({ columns: [column], value }) => chart.series[column].show && value != null)
     .map((curve) => ({ ...curve, top: chart.valToPos(curve.value, "y") }));
 }
 
-function picked(chart, index, { label, run }) {
+function pickOf(chart, index, { label, run }) {
   return { index, x: chart.data[0][index], label, ...(run !== undefined && { run }) };
 }
 
@@ -366,10 +372,10 @@ function setCursor(chart, index, top = 0) {
 }
 
 /** Where a key leads: left and right along the x axis, up and down from curve to curve, Enter nowhere; null for other keys. */
-function keyed({ key }, chart, series, chosen) {
+function readKey({ key }, chart, series, chosen) {
   const last = chart.data[0].length - 1;
   const now = chart.cursor.idx ?? last;
-  const asked = {
+  const target = {
     ArrowLeft: now - 1,
     ArrowRight: now + 1,
     PageUp: now - 10,
@@ -380,26 +386,26 @@ function keyed({ key }, chart, series, chosen) {
     ArrowDown: now,
     Enter: now,
   }[key];
-  if (asked === undefined) return null;
-  const index = Math.min(Math.max(asked, 0), last);
-  const there = shownAt(chart, series, index);
-  const before =
-    there.find(({ columns: [column] }) => column === chosen) ??
-    there.find(({ run }) => run === undefined);
-  const rising = there.toSorted((one, other) => other.top - one.top);
-  const place = rising.indexOf(before) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
-  return { index, curve: rising[Math.min(Math.max(place, 0), rising.length - 1)] };
+  if (target === undefined) return null;
+  const index = Math.min(Math.max(target, 0), last);
+  const curves = visibleCurvesAt(chart, series, index);
+  const previous =
+    curves.find(({ columns: [column] }) => column === chosen) ??
+    curves.find(({ run }) => run === undefined);
+  const ordered = curves.toSorted((line, other) => other.top - line.top);
+  const element = ordered.indexOf(previous) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
+  return { index, curve: ordered[Math.min(Math.max(element, 0), ordered.length - 1)] };
 }
 
 /** What the keys have led to, for screen readers. */
-function inWords({ index, curve }, chart, { names, xLabel = "" }) {
-  const place = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
+function describeTarget({ index, curve }, chart, { names, xLabel = "" }) {
+  const element = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
   return curve
-    ? `${curve.label}${curve.run === undefined ? "" : `, run ${curve.run}`}, ${place}: ${brief(curve.value)}`
-    : place;
+    ? `${curve.label}${curve.run === undefined ? "" : `, run ${curve.run}`}, ${element}: ${formatShort(curve.value)}`
+    : element;
 }
 
-function brief(value) {
+function formatShort(value) {
   if (value === 0) return "0";
   return Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(Math.abs(value) >= 1 ? 1 : 3);
 }

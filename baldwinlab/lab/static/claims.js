@@ -27,7 +27,7 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
   const section = el(
     "section",
     { class: "card", "data-testid": "claims" },
-    el("h2", {}, ofPaper(claims) ? "The paper's claims" : "The claims"),
+    el("h2", {}, hasPaperClaims(claims) ? "The paper's claims" : "The claims"),
   );
   if (problem) {
     section.append(el("p", { role: "alert", "data-testid": "claims-problem" }, problem));
@@ -56,39 +56,39 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
         " These verdicts do not apply to the model of the paper.",
       ),
     );
-  section.append(el("p", { class: "soft" }, counted(claims)));
+  section.append(el("p", { class: "soft" }, countVerdicts(claims)));
   for (const claim of claims) {
-    const shown = [claim.condition, claim.comparison].filter(
+    const conditions = [claim.condition, claim.comparison].filter(
       (name) => typicalRun(name) !== undefined,
     );
-    const lives = shown.map((condition) => ({
+    const lifetimes = conditions.map((condition) => ({
       study: study.id,
       condition,
       run: typicalRun(condition),
       generation: lastGeneration(condition),
     }));
-    section.append(claimEntry(claim, lives));
+    section.append(claimEntry(claim, lifetimes));
   }
   return section;
 }
 
 /** Whether any says what a paper found; questions of a study's own do not. */
-function ofPaper(claims) {
+function hasPaperClaims(claims) {
   return !claims.length || claims.some((claim) => claim.paper || (claim.figure ?? null) !== null);
 }
 
-function counted(claims) {
-  const counts = Object.entries(VERDICTS).map(([verdict, words]) => [
+function countVerdicts(claims) {
+  const counts = Object.entries(VERDICTS).map(([verdict, labels]) => [
     claims.filter((claim) => claim.verdict === verdict).length,
-    words,
+    labels,
   ]);
   return `${counts
     .filter(([count]) => count)
-    .map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`)
+    .map(([count, [, singular, plural]]) => `${count} ${count === 1 ? singular : plural}`)
     .join(", ")}.`;
 }
 
-function claimEntry(claim, lives) {
+function claimEntry(claim, lifetimes) {
   return el(
     "article",
     { class: "claim", "data-testid": `claim-${claim.id}` },
@@ -105,21 +105,21 @@ function claimEntry(claim, lives) {
     el(
       "dl",
       { class: "claim-facts" },
-      ...fact("Measured", measured(claim)),
-      ...(claim.paper ? fact("The paper", claim.paper) : []),
-      ...(lives.length ? fact("Watch", watchLink(lives)) : []),
+      ...factRows("Measured", describeEffect(claim)),
+      ...(claim.paper ? factRows("The paper", claim.paper) : []),
+      ...(lifetimes.length ? factRows("Watch", watchLink(lifetimes)) : []),
     ),
   );
 }
 
-function fact(name, ...values) {
+function factRows(name, ...values) {
   return [el("dt", {}, name), el("dd", {}, ...values)];
 }
 
-function measured(claim) {
+function describeEffect(claim) {
   if (claim.effect === null)
     return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
-  const against =
+  const comparison =
     claim.p === null ? claim.condition : `${claim.condition} minus ${claim.comparison}`;
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval
@@ -131,16 +131,18 @@ function measured(claim) {
       : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
   const weakest =
     claim.comparisons.length > 1 ? `; the weakest of ${claim.comparisons.length} comparisons` : "";
-  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
+  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}`;
 }
 
 /** One life, or two side by side. */
-function watchLink([life, beside]) {
-  const second = beside ? Object.entries(beside).map(([key, value]) => [`b.${key}`, value]) : [];
+function watchLink([life, reference]) {
+  const second = reference
+    ? Object.entries(reference).map(([key, value]) => [`b.${key}`, value])
+    : [];
   const address = `#/world?${new URLSearchParams([...Object.entries(life), ...second])}`;
   return el(
     "a",
     { href: address },
-    beside ? `${life.condition} and ${beside.condition}` : life.condition,
+    reference ? `${life.condition} and ${reference.condition}` : life.condition,
   );
 }

@@ -8,17 +8,17 @@
  * @returns {HTMLElement}
  */
 export function el(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
+  const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === null || value === undefined || value === false) continue;
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else if (name === "value" || name === "checked") made[name] = value;
-    else made.setAttribute(name, value === true ? "" : value);
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "value" || name === "checked") element[name] = value;
+    else element.setAttribute(name, value === true ? "" : value);
   }
-  made.append(
+  element.append(
     ...children.flat().filter((child) => child !== null && child !== undefined && child !== false),
   );
-  return made;
+  return element;
 }
 
 /** An icon of 20 by 20 units, drawn with the colour of the text. `path` is the data of an SVG path. */
@@ -35,33 +35,33 @@ export function icon(path) {
 
 /** What the server refused, in its own sentence. */
 export class Refusal extends Error {
-  constructor(sentence, status) {
-    super(sentence);
+  constructor(readError, status) {
+    super(readError);
     this.status = status;
   }
 }
 
-let here = null; // answers in the place of a server, in a page that has none
+let localServer = null; // answers in the place of a server, in a page that has none
 
 /** @param {{get: (path: string, signal?: AbortSignal) => Promise<any>, post: (path: string, body: any) => Promise<any>}} answerer */
 export function useLocalServer(answerer) {
-  here = answerer;
+  localServer = answerer;
 }
 
 /** Whether there is no server, and what needs one is not to be offered. */
 export function isServerless() {
-  return here !== null;
+  return localServer !== null;
 }
 
 /** @returns {Promise<any>} */
 export async function getJSON(path, signal) {
-  if (here) return here.get(path, signal);
+  if (localServer) return localServer.get(path, signal);
   return (await request(path, { signal })).json();
 }
 
 /** @returns {Promise<any>} */
 export async function postJSON(path, body, signal) {
-  if (here) return here.post(path, body);
+  if (localServer) return localServer.post(path, body);
   const headers = { "Content-Type": "application/json" };
   return (
     await request(path, { method: "POST", headers, body: JSON.stringify(body), signal })
@@ -73,7 +73,7 @@ export async function postJSON(path, body, signal) {
  * @returns {Promise<{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}>}
  */
 export async function getBinary(path, signal) {
-  if (here) return here.get(path, signal);
+  if (localServer) return localServer.get(path, signal);
   return unpack(await (await request(path, { signal })).arrayBuffer());
 }
 
@@ -104,17 +104,17 @@ export function unpack(buffer) {
 }
 
 /** An array [row, column] of which the differences from row to row are kept, column by column: sums of bits. */
-function summed(kept, [rows, columns]) {
-  const bits = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[kept.BYTES_PER_ELEMENT];
-  const differences = new bits(kept.buffer, kept.byteOffset, kept.length);
-  const whole = new bits(kept.length);
+function summed(encoded, [rows, columns]) {
+  const bits = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[encoded.BYTES_PER_ELEMENT];
+  const differences = new bits(encoded.buffer, encoded.byteOffset, encoded.length);
+  const sums = new bits(encoded.length);
   for (let column = 0; column < columns; column++) {
     for (let row = 0; row < rows; row++) {
-      whole[row * columns + column] =
-        differences[column * rows + row] + (row ? whole[(row - 1) * columns + column] : 0);
+      sums[row * columns + column] =
+        differences[column * rows + row] + (row ? sums[(row - 1) * columns + column] : 0);
     }
   }
-  return new kept.constructor(whole.buffer);
+  return new encoded.constructor(sums.buffer);
 }
 
 /** Base64 of deflated bytes, unpacked. @returns {Promise<ArrayBuffer>} */
@@ -140,13 +140,13 @@ export async function request(path, options) {
     }
     connection(true);
     if (answer.ok) return answer;
-    const refusal = new Refusal(await sentence(answer), answer.status);
+    const refusal = new Refusal(await readError(answer), answer.status);
     if (answer.status === 401) connection(false, refusal.message); // stays in sight, as nothing else will be answered
     throw refusal;
   }
 }
 
-async function sentence(answer) {
+async function readError(answer) {
   try {
     return (await answer.json()).error;
   } catch {
@@ -156,11 +156,11 @@ async function sentence(answer) {
 
 const LOST = "There is no connection to baldwinlab. Trying again …";
 
-/** Show or hide the banner of a lost connection. @param {boolean} there @param {string} [reason] */
-export function connection(there, reason = LOST) {
+/** Show or hide the banner of a lost connection. @param {boolean} isConnected @param {string} [reason] */
+export function connection(isConnected, reason = LOST) {
   const banner = document.getElementById("connection");
   if (!banner) return;
-  banner.hidden = there;
+  banner.hidden = isConnected;
   banner.textContent = reason;
 }
 
@@ -170,8 +170,8 @@ export function connection(there, reason = LOST) {
  * @param {"error"|"done"|"info"} [kind]
  */
 export function message(text, kind = "info") {
-  const shelf = document.getElementById("messages");
-  for (const old of shelf.children) if (old.firstChild.textContent === text) old.remove();
+  const container = document.getElementById("messages");
+  for (const old of container.children) if (old.firstChild.textContent === text) old.remove();
   const note = el(
     "div",
     { class: `message ${kind}`, "data-testid": `message-${kind}` },
@@ -184,7 +184,7 @@ export function message(text, kind = "info") {
       "×",
     ),
   );
-  shelf.append(note);
+  container.append(note);
   setTimeout(() => note.remove(), kind === "error" ? 12000 : 6000);
 }
 

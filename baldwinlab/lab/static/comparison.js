@@ -27,22 +27,22 @@ export function comparisonTable(comparison) {
         {},
         el("tr", {}, ...HEADINGS.map((heading) => el("th", { scope: "col" }, heading))),
       ),
-      el("tbody", {}, ...rows.map(line)),
+      el("tbody", {}, ...rows.map(comparisonRow)),
     ),
   );
-  const words =
+  const explanation =
     "The effect is the difference between the medians of the runs. The p-value is from the Mann-Whitney test with Holm's correction.";
   return el(
     "details",
     { class: "card", open: rows.length <= MOST_OPEN, "data-testid": "comparison" },
     el("summary", {}, "Comparison of conditions"),
-    el("p", { class: "soft" }, `${pairing} ${words}`),
+    el("p", { class: "soft" }, `${pairing} ${explanation}`),
     ...(tooFew ? [el("p", {}, tooFew)] : []),
     table,
   );
 }
 
-function line(row) {
+function comparisonRow(row) {
   const interval = row.low === null ? "" : ` [${format(row.low)}, ${format(row.high)}]`;
   return el(
     "tr",

@@ -23,9 +23,9 @@ export function chartDownloads(name, columns, rows, picture) {
 /** A button that takes a text along as a file of that name; the text is asked for when it is pressed. */
 export function downloadButton(name, text, label = `Save as ${name}`) {
   const save = () => {
-    const place = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
-    el("a", { href: place, download: name }).click();
-    setTimeout(() => URL.revokeObjectURL(place), 1000);
+    const url = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
+    el("a", { href: url, download: name }).click();
+    setTimeout(() => URL.revokeObjectURL(url), 1000);
   };
   return el(
     "button",

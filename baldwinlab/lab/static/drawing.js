@@ -18,13 +18,13 @@ export function gridLine(x1, y1, x2, y2) {
 }
 
 /** A word or a number beside a plot. */
-export function textLabel(text, place) {
-  return svg("text", { fill: "currentColor", "font-size": 12, opacity: 0.85, ...place }, text);
+export function textLabel(text, attributes) {
+  return svg("text", { fill: "currentColor", "font-size": 12, opacity: 0.85, ...attributes }, text);
 }
 
 /** The text of a file with a drawing under its title, black on white, whatever the page's ground is. */
 export function svgFile(title, width, height, drawing) {
-  const whole = svg(
+  const root = svg(
     "svg",
     {
       width,
@@ -38,7 +38,7 @@ export function svgFile(title, width, height, drawing) {
     svg("text", { x: 12, y: 24, "font-size": 14, "font-weight": 600 }, title),
     svg("g", { transform: `translate(0 ${HEAD})` }, drawing),
   );
-  return `${new XMLSerializer().serializeToString(whole)}\n`;
+  return `${new XMLSerializer().serializeToString(root)}\n`;
 }
 
 /** From nought in steps of 1, 2 or 5 times a power of ten, about five of them, ending at or above `highest`. */
@@ -48,8 +48,8 @@ export function niceTicks(highest) {
 }
 
 /** Such steps between two values; none is smaller than `least`. */
-export function ticksBetween(low, high, least = 0) {
-  const step = Math.max(niceStep(high - low || 1), least);
+export function ticksBetween(low, high, minStep = 0) {
+  const step = Math.max(niceStep(high - low || 1), minStep);
   return multiples(step, Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9));
 }
 

@@ -45,11 +45,11 @@ export class Engine {
       tuples: {},
       arrays: {},
     });
-    this.place("setting");
+    this.allocateTuple("setting");
     this.call("measure");
     const answers = this.array("setting.found");
     this.plan.found.forEach((name, number) => (this.found[name] = answers[number]));
-    for (const name of ["model", "state", "population"]) this.place(name);
+    for (const name of ["model", "state", "population"]) this.allocateTuple(name);
     this.call("furnish");
   }
 
@@ -77,40 +77,40 @@ export class Engine {
   }
 
   /** Lay out a tuple and all that is in it. */
-  place(tuple) {
+  allocateTuple(tuple) {
     const { bytes, leaves } = this.plan.tuples[tuple];
-    this.tuples[tuple] = this.take(bytes);
+    this.tuples[tuple] = this.allocate(bytes);
     for (const [leaf, spec] of Object.entries(leaves)) {
       if ("value" in spec) this.set(`${tuple}.${leaf}`, this.value(spec.value));
-      else this.lay(`${tuple}.${leaf}`, this.tuples[tuple] + spec.at, spec);
+      else this.allocateArray(`${tuple}.${leaf}`, this.tuples[tuple] + spec.at, spec);
     }
   }
 
   /** Make room for an array, fill it, and write its description as compiled code reads it. */
-  lay(name, at, { type, fill = 0, ...spec }) {
+  allocateArray(name, at, { type, fill = 0, ...spec }) {
     const content = this.content(spec);
     const shape = spec.table
       ? [content.length / spec.columns.length, spec.columns.length]
       : this.sizes(spec.shape ?? [content.length]);
     const size = shape.reduce((product, length) => product * length, 1);
     const width = ARRAYS[type].BYTES_PER_ELEMENT;
-    const data = this.take(size * width);
+    const data = this.allocate(size * width);
     this.arrays[name] = { type, data, size, shape };
     const number = type === "i8" ? (value) => BigInt(value) : Number;
     if (content) this.array(name).set(content.map(number));
     else this.array(name).fill(number(fill));
     const view = new DataView(this.memory.buffer);
-    const whole = (offset, value) => view.setBigInt64(at + offset, BigInt(value), true);
+    const writeInteger = (offset, value) => view.setBigInt64(at + offset, BigInt(value), true);
     view.setUint32(at, 0, true);
     view.setUint32(at + 4, 0, true);
-    whole(8, size);
-    whole(16, width);
+    writeInteger(8, size);
+    writeInteger(16, width);
     view.setUint32(at + 24, data, true);
     let stride = size * width;
     shape.forEach((length, axis) => {
       stride = shape.slice(axis + 1).reduce((product, below) => product * below, width);
-      whole(HEAD + 8 * axis, length);
-      whole(HEAD + 8 * (shape.length + axis), stride);
+      writeInteger(HEAD + 8 * axis, length);
+      writeInteger(HEAD + 8 * (shape.length + axis), stride);
     });
   }
 
@@ -136,15 +136,15 @@ export class Engine {
       return typeof value === "string" ? Number(value) : value;
     if ("found" in value) return this.found[value.found];
     if ("given" in value) return this.given[value.given];
-    const there = lookUp(this.experiment, value.path) ?? value.absent;
-    if ("is" in value) return there === value.is;
-    if ("among" in value) return value.among.indexOf(there);
-    if ("above" in value) return there > value.above;
-    return there;
+    const current = lookUp(this.experiment, value.path) ?? value.absent;
+    if ("is" in value) return current === value.is;
+    if ("among" in value) return value.among.indexOf(current);
+    if ("above" in value) return current > value.above;
+    return current;
   }
 
   /** The address of so many bytes, zeros or whatever was there. Raises an Error with a sentence where there is no memory. */
-  take(bytes) {
+  allocate(bytes) {
     const at = Math.ceil(this.free / ALIGNED) * ALIGNED;
     this.free = at + bytes;
     const missing = Math.ceil((this.free - this.memory.buffer.byteLength) / PAGE);

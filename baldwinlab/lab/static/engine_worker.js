@@ -4,60 +4,65 @@ import { REFUSED, load } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
 import { inspectAgent, spanOf, record } from "./lifetime_recorder.js";
 
-const WARMING = 150; // ms
-const PIECE = 100; // steps
-const AGENT_STEPS = 200_000; // at a time
-const LISTENS = 50; // ms, after which a worker hears what is asked of it
-const MOST_KEPT = 256_000_000; // bytes of genomes, in each worker
+const WARM_UP_TIME = 150; // ms
+const CHUNK_STEPS = 100; // steps
+const CHUNK_AGENT_STEPS = 200_000; // at a time
+const YIELD_INTERVAL = 50; // ms, after which a worker hears what is asked of it
+const MAX_GENOME_BYTES = 256_000_000; // bytes of genomes, in each worker
 
 const loaded = new Map(); // programs, by the name of their module
 const groups = new Map(); // runs that live side by side, by the page's name for them
 
-const ORDERS = {
+const COMMANDS = {
   async program({ name, bytes, plan }) {
     loaded.set(name, await load(bytes, plan));
   },
   /** Live for a moment and forget it: browsers make what runs fast only when it has run for a while. */
   warm({ program, experiment }) {
     const run = new Run(loaded.get(program), experiment, 0, 0);
-    const until = performance.now() + WARMING;
-    run.bear(0);
-    for (let step = 0; step < experiment.lifetime.steps && performance.now() < until; step += PIECE)
-      run.live(step, Math.min(step + PIECE, experiment.lifetime.steps));
+    const until = performance.now() + WARM_UP_TIME;
+    run.startGeneration(0);
+    for (
+      let step = 0;
+      step < experiment.lifetime.steps && performance.now() < until;
+      step += CHUNK_STEPS
+    )
+      run.live(step, Math.min(step + CHUNK_STEPS, experiment.lifetime.steps));
   },
   begin({ group, program, experiment, seed, runs }) {
-    const made = runs.map((run) => ({
+    const members = runs.map((run) => ({
       run,
       living: new Run(loaded.get(program), experiment, seed, run),
       genomes: [],
     }));
-    groups.set(group, { made });
+    groups.set(group, { made: members });
   },
   /** The next generation of each run of a group. */
   async next({ group }) {
-    const whole = groups.get(group);
-    const { made } = whole;
-    const all = [];
-    for (const { run, living, genomes } of made) {
-      const { elders } = living; // theirs who live now; those of their children stand there afterwards
-      const { genome, ...lived } = await livedInPieces(living, () => !whole.stopped);
+    const state = groups.get(group);
+    const { made: members } = state;
+    const results = [];
+    for (const { run, living, genomes } of members) {
+      const { teachers } = living; // theirs who live now; those of their children stand there afterwards
+      const { genome, ...lived } = await simulateInterruptibly(living, () => !state.stopped);
       genomes.push(genome);
-      genomes[genomes.length - 1 - Math.floor(MOST_KEPT / made.length / genome.byteLength)] &&=
-        null;
-      all.push({ run, elders, ...lived });
+      genomes[
+        genomes.length - 1 - Math.floor(MAX_GENOME_BYTES / members.length / genome.byteLength)
+      ] &&= null;
+      results.push({ run, elders: teachers, ...lived });
     }
-    return all;
+    return results;
   },
   genome({ group, run, generation }) {
-    const found = groups.get(group).made.find((one) => one.run === run).genomes[generation];
-    if (!found)
+    const genome = groups.get(group).made.find((entry) => entry.run === run).genomes[generation];
+    if (!genome)
       throw new Error(
         `The genomes of generation ${generation} are no longer in memory. The page stores only the newest generations.`,
       );
-    return found;
+    return genome;
   },
-  recording: (wanted) => looked(wanted, record),
-  inside: (wanted) => looked(wanted, inspectAgent),
+  recording: (shouldContinue) => replay(shouldContinue, record),
+  inside: (shouldContinue) => replay(shouldContinue, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
     simulate(loaded.get(program), experiment, seed, run),
   /** Live no further, in mid-life too; what has lived can still be seen. */
@@ -65,46 +70,46 @@ const ORDERS = {
     groups.get(group).stopped = true;
   },
   end({ group }) {
-    ORDERS.stop({ group });
+    COMMANDS.stop({ group });
     groups.delete(group);
   },
 };
 
 /** The next generation of a run, which is left where it is as soon as it is not `wanted` any more. */
-async function livedInPieces(living, wanted) {
+async function simulateInterruptibly(living, shouldContinue) {
   const {
     lifetime: { steps },
     population: { size },
   } = living.experiment;
-  const piece = Math.max(1, Math.floor(AGENT_STEPS / size));
-  const genome = living.begin();
-  let since = performance.now();
-  for (let step = 0; step < steps && wanted(); step += piece) {
+  const piece = Math.max(1, Math.floor(CHUNK_AGENT_STEPS / size));
+  const genome = living.startNext();
+  let lastPause = performance.now();
+  for (let step = 0; step < steps && shouldContinue(); step += piece) {
     living.live(step, Math.min(step + piece, steps));
-    if (performance.now() - since < LISTENS) continue;
+    if (performance.now() - lastPause < YIELD_INTERVAL) continue;
     await new Promise((resolve) => setTimeout(resolve)); // let others be heard
-    since = performance.now();
+    lastPause = performance.now();
   }
-  return living.end(genome);
+  return living.finishGeneration(genome);
 }
 
 /** A life again, from the genomes of its generation, with somebody who looks at it. */
-function looked({ program, experiment, seed, run, genome, first, last, ...wanted }, look) {
-  const again = new Run(loaded.get(program), experiment, seed, run);
-  again.engine.array("population.genome").set(genome);
+function replay({ program, experiment, seed, run, genome, first, last, ...shouldContinue }, look) {
+  const replayRun = new Run(loaded.get(program), experiment, seed, run);
+  replayRun.engine.array("population.genome").set(genome);
   const part = spanOf(experiment, first, last);
   return {
     part,
-    sizes: Array.from(again.engine.array("setting.sizes"), Number),
-    arrays: look(again, { ...wanted, ...part }),
+    sizes: Array.from(replayRun.engine.array("setting.sizes"), Number),
+    arrays: look(replayRun, { ...shouldContinue, ...part }),
   };
 }
 
-addEventListener("message", async ({ data: { ticket, order, given } }) => {
+addEventListener("message", async ({ data: { ticket, command, parameters } }) => {
   try {
-    const answer = await ORDERS[order](given);
+    const answer = await COMMANDS[command](parameters);
     postMessage({ ticket, answer });
   } catch (fault) {
-    postMessage({ ticket, fault: fault instanceof RangeError ? REFUSED : fault.message });
+    postMessage({ ticket, error: fault instanceof RangeError ? REFUSED : fault.message });
   }
 });

@@ -27,21 +27,26 @@ import { el } from "./common.js";
 export function schemaForm(schema, start, onChange, onChoose) {
   const value = structuredClone(start);
   /** @type {Map<string, Place>} */
-  const places = new Map();
-  const form = { schema, places, changed: () => onChange(value), chosen: () => onChoose(value) };
+  const fields = new Map();
+  const form = {
+    schema,
+    places: fields,
+    changed: () => onChange(value),
+    chosen: () => onChoose(value),
+  };
   const fault = el("p", { class: "fault", hidden: true });
-  places.set("", { fault, input: null });
+  fields.set("", { fault, input: null });
   const element = el("div", { class: "form" }, fault, ...fieldsOf(form, schema, value, ""));
   return {
     element,
     value,
-    show: (faults) => showFaults(places, faults),
-    go: (path) => go(places, path),
+    show: (faults) => showFaults(fields, faults),
+    go: (path) => go(fields, path),
   };
 }
 
-function go(places, path) {
-  const [input, fault] = [places.get(path)?.input, shelf(places, path)];
+function go(fields, path) {
+  const [input, fault] = [fields.get(path)?.input, errorElement(fields, path)];
   open(fault);
   input?.focus({ preventScroll: true });
   (input ?? fault).scrollIntoView({ block: "center" });
@@ -57,17 +62,17 @@ function open(element) {
     group.open = true;
 }
 
-function showFaults(places, faults) {
-  for (const { fault, input } of places.values()) {
+function showFaults(fields, faults) {
+  for (const { fault, input } of fields.values()) {
     if (fault) fault.textContent = "";
     if (fault) fault.hidden = true;
     input?.removeAttribute("aria-invalid");
   }
   for (const { path, message } of faults) {
-    const fault = shelf(places, path);
+    const fault = errorElement(fields, path);
     fault.textContent += `${fault.textContent ? "\n" : ""}${message}`;
     fault.hidden = false;
-    const input = places.get(path)?.input;
+    const input = fields.get(path)?.input;
     input?.setAttribute("aria-invalid", "true");
     if (input && input === document.activeElement) fault.scrollIntoView({ block: "nearest" });
     open(fault);
@@ -75,12 +80,16 @@ function showFaults(places, faults) {
 }
 
 /** Where the sentence about a path goes: beside its field, or at the smallest group around it. */
-function shelf(places, path) {
-  for (let around = path; around; around = around.slice(0, Math.max(0, around.lastIndexOf(".")))) {
-    const fault = places.get(around)?.fault;
+function errorElement(fields, path) {
+  for (
+    let ancestor = path;
+    ancestor;
+    ancestor = ancestor.slice(0, Math.max(0, ancestor.lastIndexOf(".")))
+  ) {
+    const fault = fields.get(ancestor)?.fault;
     if (fault) return fault;
   }
-  return places.get("").fault;
+  return fields.get("").fault;
 }
 
 export function resolve(form, node) {
@@ -102,20 +111,20 @@ export function resolve(form, node) {
 
 function fieldsOf(form, node, holder, path) {
   const at = (name) => (path ? `${path}.${name}` : name);
-  const known = Object.entries(node.properties ?? {}).filter(
+  const visible = Object.entries(node.properties ?? {}).filter(
     ([name]) => holder[name] !== undefined,
   );
-  const strange = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
+  const unknown = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
-    ...known.map(([name, below]) =>
+    ...visible.map(([name, below]) =>
       field(form, resolve(form, below), holder, name, at(name), below.title),
     ),
-    ...strange.map((name) => asItIs(words(name), holder[name], at(name))),
+    ...unknown.map((name) => constantField(words(name), holder[name], at(name))),
   ];
 }
 
 /** What cannot be changed here: a table of a part that is not there, say. */
-function asItIs(title, value, path) {
+function constantField(title, value, path) {
   const text = typeof value === "string" ? value : JSON.stringify(value, null, 1);
   return el(
     "div",
@@ -127,21 +136,28 @@ function asItIs(title, value, path) {
 
 /** The element for `holder[key]`, which it keeps up to date. A group may have a title of its own. */
 function field(form, node, holder, key, path, title) {
-  if (node.const !== undefined) return asItIs(words(key), node.const, path);
+  if (node.const !== undefined) return constantField(words(key), node.const, path);
   if (node.type === "object") return group(form, node, holder[key], path, title ?? words(key));
   if (node.type === "boolean")
-    return labelled(form, node, path, words(key), [checkbox(form, holder, key)]);
-  if (node.enum) return labelled(form, node, path, words(key), [choice(form, node, holder, key)]);
+    return labelledField(form, node, path, words(key), [checkbox(form, holder, key)]);
+  if (node.enum)
+    return labelledField(form, node, path, words(key), [choice(form, node, holder, key)]);
   if (node.prefixItems)
-    return labelled(form, node, path, words(key), pair(form, node, holder[key], path, words(key)));
+    return labelledField(
+      form,
+      node,
+      path,
+      words(key),
+      numberPair(form, node, holder[key], path, words(key)),
+    );
   if (node.type === "array" && node.items) return list(form, node, holder, key, path);
   if (node.type === "string")
-    return labelled(form, node, path, words(key), [text(form, node, holder, key)]);
+    return labelledField(form, node, path, words(key), [text(form, node, holder, key)]);
   if (node.type !== "number" && node.type !== "integer")
-    return asItIs(words(key), holder[key], path);
+    return constantField(words(key), holder[key], path);
   const number = numberInput(form, node, holder, key);
   const slider = sliderOf(form, node, holder, key, number, words(key));
-  return labelled(form, node, path, words(key), slider ? [slider, number] : [number]);
+  return labelledField(form, node, path, words(key), slider ? [slider, number] : [number]);
 }
 
 function group(form, node, value, path, title) {
@@ -159,7 +175,7 @@ function group(form, node, value, path, title) {
 }
 
 /** A field: its name, what it means, the inputs and the sentence if it is wrong. The last input carries the name. */
-function labelled(form, node, path, title, inputs) {
+function labelledField(form, node, path, title, inputs) {
   const [input, id] = [inputs.at(-1), `field-${path}`];
   const [hint, fault] = [
     el("span", { class: "hint", id: `${id}-hint` }, node.description),
@@ -200,10 +216,10 @@ function numberInput(form, node, holder, key) {
 function sliderOf(form, node, holder, key, number, title) {
   const low = node.minimum ?? node.exclusiveMinimum;
   if (low === undefined || node.maximum === undefined || node.empty) return null;
-  const [whole, above] = [node.type === "integer", holder[key] - low];
-  const near = above > 0 ? 4 * above : whole ? 20 : 1;
-  const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + near);
-  const step = Math.max(whole ? 1 : 0, 10 ** Math.floor(Math.log10((high - low) / 50)));
+  const [resolved, distance] = [node.type === "integer", holder[key] - low];
+  const range = distance > 0 ? 4 * distance : resolved ? 20 : 1;
+  const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + range);
+  const step = Math.max(resolved ? 1 : 0, 10 ** Math.floor(Math.log10((high - low) / 50)));
   const first = node.minimum === undefined ? low + step : low;
   const slider = el("input", {
     type: "range",
@@ -253,7 +269,7 @@ function text(form, node, holder, key) {
 }
 
 /** Some numbers in a row, as many as the schema says. */
-function pair(form, node, values, path, title) {
+function numberPair(form, node, values, path, title) {
   return node.prefixItems.map((item, number) => {
     const input = numberInput(form, resolve(form, item), values, number);
     input.setAttribute("aria-label", `${title}, ${number === 0 ? "from" : "to"}`);
@@ -290,7 +306,7 @@ function list(form, node, holder, key, path) {
     item["x-chooses"] ? form.chosen() : form.changed();
   };
   add.hidden = item.enum?.length === 0; // there is nothing to choose from
-  add.addEventListener("click", () => redraw([...holder[key], next(form, item, holder[key])]));
+  add.addEventListener("click", () => redraw([...holder[key], newEntry(form, item, holder[key])]));
   form.places.set(path, { fault, input: null });
   draw();
   return el(
@@ -305,50 +321,50 @@ function list(form, node, holder, key, path) {
 }
 
 function entry(form, item, holder, key, number, path, title, redraw) {
-  const named = `${title} ${number + 1}`;
+  const entryLabel = `${title} ${number + 1}`;
   const remove = el(
     "button",
     {
       type: "button",
       class: "quiet",
-      "aria-label": `Remove ${named}`,
+      "aria-label": `Remove ${entryLabel}`,
       "data-testid": `remove-${path}.${number}`,
     },
-    item.type === "object" ? `Remove ${named}` : "×",
+    item.type === "object" ? `Remove ${entryLabel}` : "×",
   );
   remove.addEventListener("click", () =>
     redraw(holder[key].filter((_, other) => other !== number)),
   );
   if (item.type === "object") {
-    const made = group(form, item, holder[key][number], `${path}.${number}`, named);
-    made.open = true;
-    made.append(remove);
-    return made;
+    const entryGroup = group(form, item, holder[key][number], `${path}.${number}`, entryLabel);
+    entryGroup.open = true;
+    entryGroup.append(remove);
+    return entryGroup;
   }
   const make = item.enum ? choice : item.type === "string" ? text : numberInput;
   const input = make(form, item, holder[key], number);
-  input.setAttribute("aria-label", named);
+  input.setAttribute("aria-label", entryLabel);
   input.setAttribute("data-testid", `field-${path}.${number}`);
   form.places.set(`${path}.${number}`, { fault: null, input });
   return el("span", { class: "form-entry" }, input, remove);
 }
 
 /** What a new entry of a list begins as: a choice that is not in it yet, a copy of the last, or something fresh. */
-function next(form, item, entries) {
+function newEntry(form, item, entries) {
   if (item.enum) return item.enum.find((option) => !entries.includes(option)) ?? item.enum[0];
-  return structuredClone(entries.at(-1)) ?? fresh(form, item);
+  return structuredClone(entries.at(-1)) ?? defaultValue(form, item);
 }
 
 /** What there is where there is nothing to copy: each part's default, or the middle of its limits. */
-function fresh(form, node) {
-  const whole = resolve(form, node);
-  if (whole.default !== undefined) return structuredClone(whole.default);
-  if (whole.type === "object")
+function defaultValue(form, node) {
+  const resolved = resolve(form, node);
+  if (resolved.default !== undefined) return structuredClone(resolved.default);
+  if (resolved.type === "object")
     return Object.fromEntries(
-      Object.entries(whole.properties).map(([name, below]) => [name, fresh(form, below)]),
+      Object.entries(resolved.properties).map(([name, below]) => [name, defaultValue(form, below)]),
     );
-  if (whole.prefixItems) return whole.prefixItems.map((_, number) => 100 * number);
-  return whole.minimum ?? 0;
+  if (resolved.prefixItems) return resolved.prefixItems.map((_, number) => 100 * number);
+  return resolved.minimum ?? 0;
 }
 
 function set(form, holder, key, value) {

@@ -16,7 +16,7 @@ function scrolls(page) {
 export function bindGestures(canvas, view, { changed, picked, fitted, hovered }) {
   const pointers = new Map();
   let moved = 0;
-  const place = (event) => [event.offsetX, event.offsetY];
+  const position = (event) => [event.offsetX, event.offsetY];
 
   canvas.addEventListener(
     "wheel",
@@ -26,7 +26,7 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
       const lines = event.deltaMode === 1 ? 16 : 1;
       view.zoomAt(
         Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)),
-        ...place(event),
+        ...position(event),
       );
       changed();
     },
@@ -44,37 +44,41 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
     if (event.button !== 0) return;
     canvas.setPointerCapture(event.pointerId);
     if (pointers.size === 0) moved = 0;
-    pointers.set(event.pointerId, place(event));
+    pointers.set(event.pointerId, position(event));
   });
 
   canvas.addEventListener("pointermove", (event) => {
     const old = pointers.get(event.pointerId);
     if (!old) {
-      const under = view.agentAt(...place(event));
+      const under = view.agentAt(...position(event));
       canvas.style.cursor = under === null ? "grab" : "pointer";
-      if (event.pointerType === "mouse") hovered?.(under, ...place(event));
+      if (event.pointerType === "mouse") hovered?.(under, ...position(event));
       return;
     }
-    const now = place(event);
-    const way = [now[0] - old[0], now[1] - old[1]];
-    moved += Math.hypot(...way);
+    const now = position(event);
+    const delta = [now[0] - old[0], now[1] - old[1]];
+    moved += Math.hypot(...delta);
     if (pointers.size === 2) pinch(event.pointerId, old, now);
-    else if (moved > STILL) view.pan(...way);
+    else if (moved > STILL) view.pan(...delta);
     pointers.set(event.pointerId, now);
     if (moved > STILL) changed();
   });
 
   /** The place between two fingers stays between them. */
   function pinch(id, old, now) {
-    const [, other] = [...pointers].find(([key]) => key !== id);
-    const apart = (from) => Math.max(1, Math.hypot(from[0] - other[0], from[1] - other[1]));
-    view.zoomAt(apart(now) / apart(old), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+    const [, second] = [...pointers].find(([key]) => key !== id);
+    const distanceTo = (from) => Math.max(1, Math.hypot(from[0] - second[0], from[1] - second[1]));
+    view.zoomAt(
+      distanceTo(now) / distanceTo(old),
+      (now[0] + second[0]) / 2,
+      (now[1] + second[1]) / 2,
+    );
     view.pan((now[0] - old[0]) / 2, (now[1] - old[1]) / 2);
   }
 
   canvas.addEventListener("pointerup", (event) => {
     if (pointers.delete(event.pointerId) && moved <= STILL)
-      picked(view.agentAt(...place(event), event.pointerType === "touch" ? 28 : 16));
+      picked(view.agentAt(...position(event), event.pointerType === "touch" ? 28 : 16));
   });
   canvas.addEventListener("pointerleave", () => hovered?.(null, 0, 0));
   canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));

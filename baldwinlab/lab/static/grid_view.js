@@ -6,12 +6,12 @@ import { Player, defaultSpeed } from "./player.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";
-const LOOKS = ["right", "down", "left", "up"]; // by heading
+const DIRECTIONS = ["right", "down", "left", "up"]; // by heading
 
 export class GridView {
-  /** @param {() => void} moved another step is shown */
-  constructor(moved) {
-    this.moved = moved;
+  /** @param {() => void} onStep another step is shown */
+  constructor(onStep) {
+    this.onStep = onStep;
     this.player = new Player((time) => this.draw(Math.floor(time)));
     this.player.changed = () => this.changed();
     this.heading = el("h2", { "data-testid": "view-heading" });
@@ -35,7 +35,7 @@ export class GridView {
       "aria-label": "Step",
       oninput: () => this.player.seek(this.slider.valueAsNumber),
     });
-    this.told = el("p", { class: "number", "data-testid": "grid-description" });
+    this.description = el("p", { class: "number", "data-testid": "grid-description" });
     this.stage = el("div", { class: "grid-stage" }, this.canvas);
     const time = el("div", { class: "grid-time" }, this.toggle, this.slider);
     this.root = el(
@@ -44,7 +44,7 @@ export class GridView {
       el("div", { class: "row" }, this.heading, this.legend),
       this.stage,
       time,
-      this.told,
+      this.description,
     );
     this.sized = new ResizeObserver(() => this.player.invalidate());
     this.sized.observe(this.canvas);
@@ -54,13 +54,13 @@ export class GridView {
   clear() {
     this.player.pause();
     this.life = null;
-    this.heading.textContent = this.told.textContent = "";
+    this.heading.textContent = this.description.textContent = "";
     this.canvas.hidden = true;
     this.legend.replaceChildren();
   }
 
   /** The step stays where it is, as far as this life goes. */
-  take(header, arrays, title) {
+  setData(header, arrays, title) {
     const [
       {
         shape: [steps, rows, columns],
@@ -100,25 +100,25 @@ export class GridView {
   changed() {
     this.toggle.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
     this.toggle.replaceChildren(icon(this.player.playing ? PAUSE : PLAY));
-    this.moved();
+    this.onStep();
   }
 
   draw(step) {
     const { life, canvas } = this;
     if (!life) return true;
     if (this.slider.valueAsNumber !== step) this.slider.value = String(step);
-    const told = this.inWords(step);
-    if (this.told.textContent !== told) this.told.textContent = told;
-    this.slider.setAttribute("aria-valuetext", told);
+    const text = this.describeStep(step);
+    if (this.description.textContent !== text) this.description.textContent = text;
+    this.slider.setAttribute("aria-valuetext", text);
     const dots = Math.min(devicePixelRatio || 1, 2);
     canvas.width = Math.max(1, canvas.clientWidth * dots);
     canvas.height = Math.max(1, canvas.clientHeight * dots);
     const pen = canvas.getContext("2d");
     pen.scale(canvas.width / life.columns, canvas.height / life.rows);
     this.drawGround(pen, step);
-    this.drawWay(pen, step);
+    this.drawPath(pen, step);
     this.drawAgent(pen, step);
-    if (this.player.playing) this.moved();
+    if (this.player.playing) this.onStep();
     return true;
   }
 
@@ -138,7 +138,7 @@ export class GridView {
   }
 
   /** From where the visit began to where the agent stands. */
-  drawWay(pen, step) {
+  drawPath(pen, step) {
     const { place, visit } = this.life;
     pen.beginPath();
     for (let at = step; at >= 0 && visit[at] === visit[step]; at--)
@@ -172,12 +172,12 @@ export class GridView {
     pen.restore();
   }
 
-  inWords(step) {
+  describeStep(step) {
     const { visit, visits, steps, place, heading, gained } = this.life;
     const first = visit.indexOf(visit[step]);
     const end = visit.lastIndexOf(visit[step]);
-    const looking = heading[step] < 0 ? "" : `, facing ${LOOKS[heading[step] % 4]}`;
-    return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${looking}; gained ${format(gained[step])} in this ${visits} so far`;
+    const facing = heading[step] < 0 ? "" : `, facing ${DIRECTIONS[heading[step] % 4]}`;
+    return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${facing}; gained ${format(gained[step])} in this ${visits} so far`;
   }
 
   close() {

@@ -38,7 +38,7 @@ export class Guide {
       this.words,
     );
     close.addEventListener("click", () => this.close());
-    opener.addEventListener("click", () => (this.open ? this.close() : this.ask()));
+    opener.addEventListener("click", () => (this.open ? this.close() : this.openByUser()));
     this.root.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
       event.stopPropagation(); // it closes these words, and not an agent as well
@@ -47,13 +47,13 @@ export class Guide {
   }
 
   /** Another view comes, with what it can say of itself at once. @param {Topic[]} topics */
-  begin(view, topics) {
+  setView(view, topics) {
     this.view = view;
-    this.tell(topics);
+    this.setTopics(topics);
   }
 
   /** @param {Topic[]} topics */
-  tell(topics) {
+  setTopics(topics) {
     this.topics = topics;
     this.words.replaceChildren(
       ...topics.map(({ title, text }) =>
@@ -64,7 +64,7 @@ export class Guide {
   }
 
   /** Show it if the address, or a first visit, asks for it; a page that frames this one has words of its own. */
-  follow({ guide }) {
+  applyState({ guide }) {
     this.open = guide === "open" || (window === window.parent && !wasClosed(this.view));
     this.show();
   }
@@ -74,7 +74,7 @@ export class Guide {
     this.opener.setAttribute("aria-expanded", String(!this.root.hidden));
   }
 
-  ask() {
+  openByUser() {
     this.open = true;
     this.show();
     this.root.scrollIntoView({ block: "nearest" });

@@ -14,10 +14,10 @@ const ROOM = 150; // CSS pixels for a network
 export class Inspector {
   /**
    * @param {{open: (source: import("./sources.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void,
-   *   turned: () => void}} tell
+   *   toggled: () => void}} callbacks
    */
-  constructor(tell) {
-    this.tell = tell;
+  constructor(callbacks) {
+    this.callbacks = callbacks;
     this.title = el("h2", { "data-testid": "agent" });
     this.facts = el("p", { class: "soft number" });
     this.inputs = el("div", { class: "row inputs" });
@@ -28,18 +28,21 @@ export class Inspector {
       "data-testid": "networks",
     });
     this.traces = {
-      error: new LifetimeChart("error between the networks", tell.seek),
-      weights: new LifetimeChart("weight changes, since birth", tell.seek, 110),
-      eaten: new LifetimeChart("items eaten", tell.seek),
+      error: new LifetimeChart("error between the networks", callbacks.seek),
+      weights: new LifetimeChart("weight changes, since birth", callbacks.seek, 110),
+      eaten: new LifetimeChart("items eaten", callbacks.seek),
     };
     this.responses = new Responses();
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
-    this.traces.weights.root.append(
-      colorKey(["lit", "first layer"], ["agent", "later layers"]),
-    );
+    this.traces.weights.root.append(colorKey(["lit", "first layer"], ["agent", "later layers"]));
     this.body = el(
       "div",
-      { class: "inside", tabindex: 0, role: "group", "aria-label": "Networks, weights and relatives" },
+      {
+        class: "inside",
+        tabindex: 0,
+        role: "group",
+        "aria-label": "Networks, weights and relatives",
+      },
       el("div", { class: "row" }, this.inputs, this.action),
       el(
         "figure",
@@ -51,14 +54,19 @@ export class Inspector {
       ...Object.values(this.traces).map(({ root }) => root),
       this.kin,
     );
-    this.ancestors = new Ancestors(tell.open);
-    const turn = () => {
-      this.turn(!this.descent);
-      tell.turned();
+    this.ancestors = new Ancestors(callbacks.open);
+    const showAncestors = () => {
+      this.showAncestors(!this.descent);
+      callbacks.toggled();
     };
-    this.turner = el(
+    this.ancestorsButton = el(
       "button",
-      { type: "button", class: "chip spread", "data-testid": "ancestors-of", onclick: turn },
+      {
+        type: "button",
+        class: "chip spread",
+        "data-testid": "ancestors-of",
+        onclick: showAncestors,
+      },
       "Ancestors",
     );
     const close = el(
@@ -68,64 +76,70 @@ export class Inspector {
         class: "quiet square",
         "aria-label": "Close",
         "data-testid": "close-agent",
-        onclick: tell.close,
+        onclick: callbacks.close,
       },
       icon("M5 5l10 10M15 5L5 15"),
     );
     this.root = el(
       "section",
       { class: "inspector", "aria-label": "Agent inspector", tabindex: -1, hidden: true },
-      el("header", { class: "row" }, el("div", {}, this.title, this.facts), this.turner, close),
+      el(
+        "header",
+        { class: "row" },
+        el("div", {}, this.title, this.facts),
+        this.ancestorsButton,
+        close,
+      ),
       this.body,
       this.ancestors.root,
     );
     this.data = null;
-    this.turn(false);
+    this.showAncestors(false);
   }
 
   hide() {
     this.root.hidden = true;
     this.stop?.abort();
-    this.shown = this.data = null;
-    this.turn(false);
+    this.requested = this.data = null;
+    this.showAncestors(false);
   }
 
   /** Show from whom the agent descends, in place of what goes on inside it. */
-  turn(descent) {
+  showAncestors(descent) {
     this.descent = descent;
-    this.turner.setAttribute("aria-pressed", descent);
+    this.ancestorsButton.setAttribute("aria-pressed", descent);
     this.body.hidden = descent;
     this.ancestors.root.hidden = !descent;
-    if (!descent) this.ancestors.leave();
-    if (!this.shown) return;
+    if (!descent) this.ancestors.cancel();
+    if (!this.requested) return;
     if (descent) this.ancestors.show(this.source, this.agent);
-    this.tell.seek(null);
+    this.callbacks.seek(null);
   }
 
   /** Look inside an agent of a life. Of a very long life, one answer holds a part; `first` is where it begins. */
   async show(source, agent, first = null) {
-    const asked = `${query(source)}&agent=${agent}`;
+    const requested = `${query(source)}&agent=${agent}`;
     this.root.hidden = false;
-    if (asked === this.shown && (first === null || first === this.first)) return;
-    Object.assign(this, { shown: asked, first: first ?? 0, source, agent });
+    if (requested === this.requested && (first === null || first === this.first)) return;
+    Object.assign(this, { requested, first: first ?? 0, source, agent });
     this.stop?.abort();
     this.stop = new AbortController();
     this.title.textContent = `Agent ${agent}`;
     if (this.descent) this.ancestors.show(source, agent);
     this.root.classList.add("waiting");
     try {
-      this.take(
+      this.setData(
         source,
-        await getBinary(`api/inside?${asked}&first=${this.first}`, this.stop.signal),
+        await getBinary(`api/inside?${requested}&first=${this.first}`, this.stop.signal),
       );
     } catch (fault) {
       if (fault.name === "AbortError") return;
       message(fault.message, "error");
-      this.tell.close();
+      this.callbacks.close();
     }
   }
 
-  take(source, data) {
+  setData(source, data) {
     this.data = data;
     this.root.classList.remove("waiting");
     const { header, arrays } = data;
@@ -148,11 +162,11 @@ export class Inspector {
         [{ values: arrays.error, first, colour: "chosen" }],
         steps,
         0,
-        largest(arrays.error),
+        maximumOf(arrays.error),
       );
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
-    const most = largest(changes);
+    const maximum = maximumOf(changes);
     const firstLayer = (header.layer_sizes[0] + Number(header.biases)) * header.layer_sizes[1];
     const lines = Array.from({ length: Math.min(count, MOST_LINES) }, (_, offset) => ({
       x: arrays.sample_step,
@@ -164,13 +178,13 @@ export class Inspector {
         : { colour: "agent", label: "later layers" }),
       alpha: 0.6,
     }));
-    this.traces.weights.set(lines, steps, -most, most);
-    this.live = new Float32Array(count);
-    this.showKin(source, header);
-    this.tell.seek(null);
+    this.traces.weights.set(lines, steps, -maximum, maximum);
+    this.currentWeights = new Float32Array(count);
+    this.showRelatives(source, header);
+    this.callbacks.seek(null);
   }
 
-  showKin(source, { parents, elders, children }) {
+  showRelatives(source, { parents, elders, children }) {
     const link = (agent, by) =>
       el(
         "button",
@@ -178,7 +192,8 @@ export class Inspector {
           type: "button",
           class: "chip",
           "data-testid": by < 0 ? "parent" : "child",
-          onclick: () => this.tell.open({ ...source, generation: source.generation + by }, agent),
+          onclick: () =>
+            this.callbacks.open({ ...source, generation: source.generation + by }, agent),
         },
         `agent ${agent}`,
       );
@@ -189,11 +204,11 @@ export class Inspector {
         el("h3", {}, title),
         el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)),
       );
-    const both = parents ? [...new Set(parents)] : [];
+    const couple = parents ? [...new Set(parents)] : [];
     this.kin.replaceChildren(
       line(
-        both.length ? `parents, in generation ${source.generation - 1}` : "parents",
-        both.map((agent) => link(agent, -1)),
+        couple.length ? `parents, in generation ${source.generation - 1}` : "parents",
+        couple.map((agent) => link(agent, -1)),
         "none (random weights)",
       ),
       ...(elders
@@ -201,7 +216,7 @@ export class Inspector {
             el(
               "p",
               { class: "soft", "data-testid": "elders" },
-              taughtBy([...new Set(elders)], source.generation - 1),
+              describeTeachers([...new Set(elders)], source.generation - 1),
             ),
           ]
         : []),
@@ -238,7 +253,7 @@ export class Inspector {
     this.drawNets(active, row, units);
     const { error, weights, eaten } = this.traces;
     if (arrays.error) error.draw(step, format(arrays.error[row]));
-    weights.draw(step, `distance from birth ${format(this.moved())}`);
+    weights.draw(step, `distance from birth ${format(this.weightDistance())}`);
     eaten.draw(step, format(arrays.eaten_in_life[row]));
   }
 
@@ -249,13 +264,13 @@ export class Inspector {
   }
 
   /** What it did; and where that was noise, not the largest output, says so. */
-  showAction(actions, done, largest) {
-    const noise = done !== largest;
+  showAction(actions, done, maximumOf) {
+    const noise = done !== maximumOf;
     const text = noise ? `${actions[done]} (noise)` : actions[done];
     if (this.action.textContent === text) return;
     this.action.textContent = text;
     this.action.classList.toggle("noise", noise);
-    this.action.title = noise ? `The largest output was ${actions[largest]}.` : "";
+    this.action.title = noise ? `The largest output was ${actions[maximumOf]}.` : "";
   }
 
   /** Fill `live` with the weights at a step, between the two samples it lies between. */
@@ -264,23 +279,27 @@ export class Inspector {
     let after = at.findIndex((sampled) => sampled > step);
     if (after <= 0) after = at.length - 1;
     const share = Math.min(1, (step - at[after - 1]) / (at[after] - at[after - 1]));
-    const count = this.live.length;
+    const count = this.currentWeights.length;
     for (let weight = 0; weight < count; weight++) {
       const before = weights[(after - 1) * count + weight];
-      this.live[weight] = before + (weights[after * count + weight] - before) * share;
+      this.currentWeights[weight] = before + (weights[after * count + weight] - before) * share;
     }
   }
 
   /** How far the weights are from those at birth. */
-  moved() {
+  weightDistance() {
     const { weights } = this.data.arrays;
-    return Math.sqrt(this.live.reduce((sum, weight, at) => sum + (weight - weights[at]) ** 2, 0));
+    return Math.sqrt(
+      this.currentWeights.reduce((sum, weight, at) => sum + (weight - weights[at]) ** 2, 0),
+    );
   }
 
   drawNets(active, row, units) {
     const { header, arrays } = this.data;
     const { inputs, actions, answers, memory, modules } = header.look;
-    const nets = [{ weights: this.live, activations: active, actions, action: arrays.action[row] }];
+    const nets = [
+      { weights: this.currentWeights, activations: active, actions, action: arrays.action[row] },
+    ];
     if (arrays.teacher) {
       const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
       const action = arrays.error ? largestOutput(activations, actions.length) : null; // where it says how to act
@@ -325,14 +344,14 @@ export class Inspector {
 }
 
 /** Who taught an agent before it was born; no line in the world could lead to them. */
-function taughtBy(elders, generation) {
-  const [who, are] =
+function describeTeachers(elders, generation) {
+  const [teachers, verb] =
     elders.length > 1 ? [`agents ${elders.join(" and ")}`, "are"] : [`agent ${elders[0]}`, "is"];
-  return `Taught by ${who} of generation ${generation}, who ${are} no longer in the world: its reinforcement module was passed on from what they had learned until death.`;
+  return `Taught by ${teachers} of generation ${generation}, who ${verb} no longer in the world: its reinforcement module was passed on from what they had learned until death.`;
 }
 
-function largest(values) {
-  let most = 0.001;
-  for (const value of values) most = Math.max(most, Math.abs(value));
-  return most;
+function maximumOf(values) {
+  let maximum = 0.001;
+  for (const value of values) maximum = Math.max(maximum, Math.abs(value));
+  return maximum;
 }

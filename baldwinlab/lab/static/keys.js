@@ -18,24 +18,24 @@ const KEYS = {
 
 /** Does what a key means. @param {KeyboardEvent} event @param {import("./world_tab.js").WorldTab} view */
 export function handleWorldKey(event, view) {
-  if (view.transport?.help.open || !view.panels.length) return;
+  if (view.playbackBar?.help.open || !view.panels.length) return;
   const { player } = view;
-  act(event, view.timeline.slider, {
+  handleKey(event, view.timeline.slider, {
     " ": () => player.toggle(),
     ArrowLeft: () => player.step(event.shiftKey ? -100 : -1),
     ArrowRight: () => player.step(event.shiftKey ? 100 : 1),
     Home: () => player.seek(0),
     End: () => player.seek(player.last),
-    n: () => view.toMeal(1),
-    p: () => view.toMeal(-1),
-    "+": () => player.shift(1),
-    "=": () => player.shift(1),
-    "-": () => player.shift(-1),
-    "[": () => view.goOn(-1),
-    "]": () => view.goOn(1),
-    g: () => view.tour.toggle(),
+    n: () => view.goToMeal(1),
+    p: () => view.goToMeal(-1),
+    "+": () => player.changeSpeed(1),
+    "=": () => player.changeSpeed(1),
+    "-": () => player.changeSpeed(-1),
+    "[": () => view.changeGeneration(-1),
+    "]": () => view.changeGeneration(1),
+    g: () => view.generationPlayer.toggle(),
     0: () => view.fit(),
-    c: () => view.toggleBeside(),
+    c: () => view.toggleComparison(),
     a: () => view.set({ listing: !view.listing }),
     Escape: () => view.pick(view.side, null),
   });
@@ -49,34 +49,34 @@ export function handleGenerationKey(event, view) {
     ArrowLeft: () => player.step(event.shiftKey ? -10 : -1),
     ArrowRight: () => player.step(event.shiftKey ? 10 : 1),
   };
-  act(event, null, {
+  handleKey(event, null, {
     ...time,
-    "[": () => view.goOn(-1),
-    "]": () => view.goOn(1),
-    g: () => view.tour.toggle(),
+    "[": () => view.changeGeneration(-1),
+    "]": () => view.changeGeneration(1),
+    g: () => view.generationPlayer.toggle(),
   });
 }
 
-/** @param {HTMLElement|null} own the slider whose keys are those of the whole view @param {Object<string, () => void>} acts by key */
-function act(event, own, acts) {
+/** @param {HTMLElement|null} slider the slider whose keys are those of the whole view @param {Object<string, () => void>} actions by key */
+function handleKey(event, slider, actions) {
   if (
     event.ctrlKey ||
     event.metaKey ||
     event.altKey ||
-    !Object.hasOwn(acts, event.key) ||
-    hasKeys(event, own)
+    !Object.hasOwn(actions, event.key) ||
+    usesKey(event, slider)
   )
     return;
   event.preventDefault();
-  acts[event.key]();
+  actions[event.key]();
 }
 
 /** Whether what has the focus has this key for itself. */
-function hasKeys({ target, key }, own) {
+function usesKey({ target, key }, slider) {
   if (target.matches?.("select, textarea, input:not([type=range], [type=checkbox])")) return true;
   if (target.matches?.("button, a, input[type=checkbox]")) return key === " ";
   return (
-    target.matches?.("input[type=range]") && target !== own && /^(Arrow|Home|End|Page)/.test(key)
+    target.matches?.("input[type=range]") && target !== slider && /^(Arrow|Home|End|Page)/.test(key)
   );
 }
 

@@ -8,10 +8,10 @@ const MARKS = { agent: "has eaten", hungry: "has not eaten", lit: "active sensor
 export class Legend {
   constructor() {
     this.kinds = el("span", { class: "entries" });
-    this.lessons = entry("learns from", { class: "mark lesson" });
+    this.lessons = legendEntry("learns from", { class: "mark lesson" });
     this.lessons.hidden = true;
     const entries = Object.entries(MARKS).map(([mark, text]) =>
-      entry(text, { class: `mark ${mark}` }),
+      legendEntry(text, { class: `mark ${mark}` }),
     );
     this.root = el(
       "div",
@@ -23,20 +23,22 @@ export class Legend {
   }
 
   /** What is drawn of worlds that look so; the kinds of items each once. */
-  show(looks) {
-    this.lessons.hidden = !looks.some(({ lessons }) => lessons);
+  show(appearances) {
+    this.lessons.hidden = !appearances.some(({ lessons }) => lessons);
     const different = new Map(
-      looks.flatMap(({ item_kinds: kinds }) => kinds).map(({ name, colour }) => [name, colour]),
+      appearances
+        .flatMap(({ item_kinds: kinds }) => kinds)
+        .map(({ name, colour }) => [name, colour]),
     );
     this.kinds.replaceChildren(
       ...[...different].map(([name, colour]) =>
-        entry(name, { class: "mark item", style: `background: ${cssColor(colour)}` }),
+        legendEntry(name, { class: "mark item", style: `background: ${cssColor(colour)}` }),
       ),
     );
   }
 }
 
 /** A mark, and what it is. */
-function entry(text, mark) {
+function legendEntry(text, mark) {
   return el("span", { class: "entry" }, el("i", mark), text);
 }

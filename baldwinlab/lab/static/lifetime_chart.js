@@ -46,22 +46,22 @@ export class LifetimeChart {
   /** A row a point. */
   rows() {
     return this.lines.flatMap((line, number) =>
-      pointsOf(line).map(([step, value]) => ({ line: number, step, value })),
+      points(line).map(([step, value]) => ({ line: number, step, value })),
     );
   }
 
   /** The text of a file: the lines of a colour together. */
   picture(title) {
-    const every = Math.ceil(pointsOf(this.lines[0]).length / MOST_SAVED);
-    const thinned = (line) => pointsOf(line).filter((_, at) => at % every === 0);
+    const every = Math.ceil(points(this.lines[0]).length / MOST_SAVED);
+    const thinned = (line) => points(line).filter((_, at) => at % every === 0);
     const series = [...new Set(this.lines.map(({ colour }) => colour))].map((colour) => {
-      const own = this.lines.filter((line) => line.colour === colour);
-      const drawn = own.map((line, run) => ({
+      const sameColor = this.lines.filter((line) => line.colour === colour);
+      const drawn = sameColor.map((line, run) => ({
         run,
         values: thinned(line).map(([, value]) => value),
       }));
       const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
-      return { label: own[0].label ?? title, color: palette[colour], ...lines };
+      return { label: sameColor[0].label ?? title, color: palette[colour], ...lines };
     });
     return curvesSvg({
       title,
@@ -77,7 +77,7 @@ export class LifetimeChart {
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     if (!width) return;
     const key = `${width} ${height} ${dots} ${palette.map}`;
-    if (key !== this.key) this.drawStill(width, height, dots);
+    if (key !== this.key) this.drawLines(width, height, dots);
     this.key = key;
     const pen = this.canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -86,7 +86,7 @@ export class LifetimeChart {
     pen.fillStyle = palette.text;
     pen.globalAlpha = 0.65;
     pen.fillRect(
-      Math.round(this.placeX(step, width) * dots),
+      Math.round(this.xAt(step, width) * dots),
       MARGIN.top * dots,
       Math.max(1, dots),
       (height - MARGIN.top - MARGIN.bottom) * dots,
@@ -95,18 +95,18 @@ export class LifetimeChart {
     if (this.value.textContent !== text) this.value.textContent = text;
   }
 
-  placeX(step, width) {
+  xAt(step, width) {
     return MARGIN.left + (step / this.steps) * (width - MARGIN.left - MARGIN.right);
   }
 
-  drawStill(width, height, dots) {
+  drawLines(width, height, dots) {
     for (const canvas of [this.canvas, this.still]) {
       canvas.width = width * dots;
       canvas.height = height * dots;
     }
     const pen = this.still.getContext("2d");
     pen.setTransform(dots, 0, 0, dots, 0, 0);
-    const placeY = (value) =>
+    const yAt = (value) =>
       MARGIN.top +
       (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
     pen.font = `10.5px ${FONT}`;
@@ -118,20 +118,15 @@ export class LifetimeChart {
       pen.fillText(
         format(Math.abs(value) >= 10 ? Math.round(value) : value),
         MARGIN.left - 5,
-        placeY(value),
+        yAt(value),
       );
       pen.fillStyle = palette.grid;
-      pen.fillRect(MARGIN.left, placeY(value) - 0.5, width - MARGIN.left - MARGIN.right, 1);
+      pen.fillRect(MARGIN.left, yAt(value) - 0.5, width - MARGIN.left - MARGIN.right, 1);
     }
-    for (const line of this.lines) this.drawLine(pen, line, width, placeY);
+    for (const line of this.lines) this.drawLine(pen, line, width, yAt);
   }
 
-  drawLine(
-    pen,
-    { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 },
-    width,
-    placeY,
-  ) {
+  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 }, width, yAt) {
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
     const every = Math.max(1, Math.floor(count / (2 * width)));
     pen.strokeStyle = palette[colour];
@@ -139,7 +134,7 @@ export class LifetimeChart {
     pen.lineWidth = 1.2;
     pen.beginPath();
     for (let at = 0; at < count; at += every)
-      pen.lineTo(this.placeX(x ? x[at] : first + at, width), placeY(values[offset + at * stride]));
+      pen.lineTo(this.xAt(x ? x[at] : first + at, width), yAt(values[offset + at * stride]));
     pen.stroke();
     pen.globalAlpha = 1;
   }
@@ -155,7 +150,7 @@ export function colorKey(...colours) {
 }
 
 /** The steps and values of a line. */
-function pointsOf({ x, values, first = 0, stride = 1, offset = 0 }) {
+function points({ x, values, first = 0, stride = 1, offset = 0 }) {
   const count = Math.floor((values.length - offset - 1) / stride) + 1;
   return Array.from({ length: count }, (_, at) => [
     x ? x[at] : first + at,

@@ -36,7 +36,7 @@ export function record(run, { generation, first, last, look }) {
     action: new Uint8Array(steps * agents),
     eaten_in_life: new Uint32Array(steps * agents),
   };
-  const now = views(engine, [
+  const state = views(engine, [
     "places",
     "heading",
     "activations",
@@ -46,50 +46,53 @@ export function record(run, { generation, first, last, look }) {
     "item_y",
     "touched",
   ]);
-  const taughtBy = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
-  if (taughtBy) arrays.teacher = new Uint32Array(steps * agents); // whichever whole numbers a rule keeps
-  const [lanes, regions] = [now.heading.length, now.eaten_in_life.length / now.heading.length];
+  const teachers = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
+  if (teachers) arrays.teacher = new Uint32Array(steps * agents); // whichever whole numbers a rule keeps
+  const [lanes, regions] = [
+    state.heading.length,
+    state.eaten_in_life.length / state.heading.length,
+  ];
   const moves = { step: [], item: [], x: [], y: [] };
-  run.bear(generation);
+  run.startGeneration(generation);
   run.live(0, first);
-  [arrays.item_x, arrays.item_y] = [now.item_x.slice(), now.item_y.slice()];
-  const before = { x: now.item_x.slice(), y: now.item_y.slice() }; // a feature of the world may move what nobody has eaten
+  [arrays.item_x, arrays.item_y] = [state.item_x.slice(), state.item_y.slice()];
+  const previous = { x: state.item_x.slice(), y: state.item_y.slice() }; // a feature of the world may move what nobody has eaten
   for (let step = first; step < last; step++) {
     const row = (step - first) * agents;
-    arrays.x.set(now.places.subarray(0, agents), row);
-    arrays.y.set(now.places.subarray(lanes, lanes + agents), row);
-    arrays.heading.set(now.heading.subarray(0, agents), row);
+    arrays.x.set(state.places.subarray(0, agents), row);
+    arrays.y.set(state.places.subarray(lanes, lanes + agents), row);
+    arrays.heading.set(state.heading.subarray(0, agents), row);
     run.live(step, step + 1);
-    arrays.action.set(now.action.subarray(0, agents), row);
-    arrays.teacher?.set(Uint32Array.from(taughtBy.subarray(0, agents), Number), row);
+    arrays.action.set(state.action.subarray(0, agents), row);
+    arrays.teacher?.set(Uint32Array.from(teachers.subarray(0, agents), Number), row);
     for (let agent = 0; agent < agents; agent++) {
       for (let region = 0; region < regions; region++)
-        arrays.eaten_in_life[row + agent] += now.eaten_in_life[region * lanes + agent];
+        arrays.eaten_in_life[row + agent] += state.eaten_in_life[region * lanes + agent];
       for (let input = 0; input < inputs; input++) {
-        const value = now.activations[input * lanes + agent];
+        const value = state.activations[input * lanes + agent];
         if (numbers) arrays.sensor[(row + agent) * inputs + input] = value;
         else if (value > 0)
           arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
       }
     }
     if (step + 1 === last) break;
-    for (let item = 0; item < now.touched.length; item++) {
+    for (let item = 0; item < state.touched.length; item++) {
       if (
-        now.touched[item] !== step &&
-        now.item_x[item] === before.x[item] &&
-        now.item_y[item] === before.y[item]
+        state.touched[item] !== step &&
+        state.item_x[item] === previous.x[item] &&
+        state.item_y[item] === previous.y[item]
       )
         continue;
       for (const [name, value] of Object.entries({
         step: step + 1,
         item,
-        x: now.item_x[item],
-        y: now.item_y[item],
+        x: state.item_x[item],
+        y: state.item_y[item],
       }))
         moves[name].push(value);
     }
-    before.x.set(now.item_x);
-    before.y.set(now.item_y);
+    previous.x.set(state.item_x);
+    previous.y.set(state.item_y);
   }
   arrays.move_step = Uint32Array.from(moves.step);
   arrays.move_item = Uint32Array.from(moves.item);
@@ -102,8 +105,8 @@ export function record(run, { generation, first, last, look }) {
 export function inspectAgent(run, { generation, first, last, look, agent }) {
   const { engine, experiment } = run;
   const steps = experiment.lifetime.steps;
-  const now = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);
-  const lanes = now.heading.length;
+  const state = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);
+  const lanes = state.heading.length;
   const column = (array) =>
     Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
   const samples = [
@@ -111,19 +114,19 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
       Array.from({ length: SAMPLES }, (_, number) => Math.floor((steps * number) / (SAMPLES - 1))),
     ),
   ];
-  const [weights, activations, action, eaten, asked] = [[], [], [], [], []];
+  const [weights, activations, action, eaten, teacherUnits] = [[], [], [], [], []];
   const teacher =
     "state.recall.activations" in engine.arrays ? engine.array("state.recall.activations") : null;
-  run.bear(generation);
+  run.startGeneration(generation);
   for (let step = 0; step <= steps; step++) {
-    if (samples[weights.length] === step) weights.push(column(now.weights));
+    if (samples[weights.length] === step) weights.push(column(state.weights));
     if (step === steps) break;
     run.live(step, step + 1);
     if (step < first || step >= last) continue;
-    activations.push(column(now.activations));
-    action.push(now.action[agent]);
-    eaten.push(column(now.eaten_in_life).reduce((sum, items) => sum + items, 0));
-    if (teacher) asked.push(column(teacher));
+    activations.push(column(state.activations));
+    action.push(state.action[agent]);
+    eaten.push(column(state.eaten_in_life).reduce((sum, items) => sum + items, 0));
+    if (teacher) teacherUnits.push(column(teacher));
   }
   const genome = engine.array("population.genome");
   const [, modules, length] = engine.shape("population.genome");
@@ -134,10 +137,11 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
     );
   const inputs = look.inputs.length;
   const memoryless = !look.remembers && !look.real.some(Boolean); // answers may have been looked up, and hidden units never made
-  const few = inputs <= MOST_INPUTS && memoryless;
-  const answers = (of) => activations.map((one) => answer(engine, of, one.subarray(0, inputs)));
-  const units = memoryless && !learns(engine) ? answers(module(0)) : activations;
-  const found = {
+  const hasTable = inputs <= MOST_INPUTS && memoryless;
+  const evaluateAll = (of) =>
+    activations.map((row) => evaluate(engine, of, row.subarray(0, inputs)));
+  const units = memoryless && !learns(engine) ? evaluateAll(module(0)) : activations;
+  const arrays = {
     sample_step: Uint32Array.from(samples),
     weights: flat(weights),
     activations: flat(units),
@@ -145,14 +149,14 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
     eaten_in_life: Uint32Array.from(eaten),
   };
   const linked = links(engine, weights[0]);
-  if (linked.length) found.links = linked;
-  if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
+  if (linked.length) arrays.links = linked;
+  if (hasTable) arrays.responses = responses(engine, weights, inputs, look.actions.length);
   if (engine.plan.taught) {
-    const taught = teacher ? asked : answers(module(1));
-    Object.assign(found, { teacher: module(1), teacher_activations: flat(taught) });
-    if (!look.answers.length) found.error = errors(units, taught, look.actions.length);
+    const targets = teacher ? teacherUnits : evaluateAll(module(1));
+    Object.assign(arrays, { teacher: module(1), teacher_activations: flat(targets) });
+    if (!look.answers.length) arrays.error = errors(units, targets, look.actions.length);
   }
-  return found;
+  return arrays;
 }
 
 function learns(engine) {
@@ -160,7 +164,7 @@ function learns(engine) {
 }
 
 /** The activations of a module without memory for some inputs. */
-function answer(engine, weights, inputs) {
+function evaluate(engine, weights, inputs) {
   const units = engine.array("population.asked_units");
   engine.array("population.asked_weights").set(weights);
   units.set(inputs);
@@ -183,9 +187,9 @@ function responses(engine, weights, inputs, actions) {
     Array.from({ length: inputs }, (_, input) => (code >> input) & 1),
   );
   return Uint8Array.from(
-    weights.flatMap((one) =>
+    weights.flatMap((row) =>
       codes.map((code) => {
-        const outputs = answer(engine, one, code).slice(-actions);
+        const outputs = evaluate(engine, row, code).slice(-actions);
         return outputs.indexOf(Math.max(...outputs));
       }),
     ),
@@ -193,11 +197,11 @@ function responses(engine, weights, inputs, actions) {
 }
 
 /** The root mean square of the difference of two modules' outputs, [step]. */
-function errors(own, taught, actions) {
-  return Float32Array.from(own, (units, step) => {
+function errors(outputs, targets, actions) {
+  return Float32Array.from(outputs, (units, step) => {
     const square = units
       .slice(-actions)
-      .reduce((sum, output, k) => sum + (output - taught[step].at(k - actions)) ** 2, 0);
+      .reduce((sum, output, k) => sum + (output - targets[step].at(k - actions)) ** 2, 0);
     return Math.sqrt(square / actions);
   });
 }
@@ -207,7 +211,7 @@ function views(engine, names) {
 }
 
 function flat(rows) {
-  const whole = new Float32Array(rows.length * (rows[0]?.length ?? 0));
-  rows.forEach((row, number) => whole.set(row, number * row.length));
-  return whole;
+  const values = new Float32Array(rows.length * (rows[0]?.length ?? 0));
+  rows.forEach((row, number) => values.set(row, number * row.length));
+  return values;
 }

@@ -4,39 +4,39 @@ import { el, icon } from "./common.js";
 import { RunCurve } from "./run_curve.js";
 import { PRESETS, hasWorld, lifeAddress, nearestLifetime, query } from "./sources.js";
 
-const TOUR = "Play the generations one after another (g)";
+const PLAY_ALL = "Play the generations one after another (g)";
 
 export class LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: () => void, toured: () => void}} tell
+   * @param {{invalidate: () => void, chosen: () => void, playAllClicked: () => void}} callbacks
    */
-  constructor(name, studies, tell) {
-    Object.assign(this, { name, studies, tell, source: null });
-    this.pickers = this.makePickers();
+  constructor(name, studies, callbacks) {
+    Object.assign(this, { name, studies, callbacks, source: null });
+    this.pickers = this.buildControls();
   }
 
-  makePickers() {
+  buildControls() {
     const select = (label, key) =>
       el("select", {
         "aria-label": label,
         "data-testid": `${key}-${this.name}`,
-        onchange: () => this.pickedFromLists(key),
+        onchange: () => this.selectFromLists(key),
       });
     this.lists = {
       study: select("Study", "study"),
       condition: select("Condition", "condition"),
       run: select("Run", "run"),
     };
-    const titled = this.studies.map(({ id }) =>
+    const options = this.studies.map(({ id }) =>
       el(
         "option",
         { value: id },
         id === PRESETS ? "built-in presets" : id === "." ? "this study" : id,
       ),
     );
-    this.lists.study.append(...titled);
+    this.lists.study.append(...options);
     this.number = el("input", {
       type: "number",
       min: 0,
@@ -46,9 +46,9 @@ export class LifetimeSelector {
       "data-testid": `generation-${this.name}`,
       onchange: () => this.goTo(Number(this.number.value)),
     });
-    const { invalidate, chosen: settled } = this.tell;
+    const { invalidate, chosen: settled } = this.callbacks;
     this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
-    const by = (way, path, label) =>
+    const stepButton = (offset, path, label) =>
       el(
         "button",
         {
@@ -56,20 +56,20 @@ export class LifetimeSelector {
           class: "quiet square",
           "aria-label": label,
           title: label,
-          onclick: () => this.goTo(this.source.generation + way),
+          onclick: () => this.goTo(this.source.generation + offset),
         },
         icon(path),
       );
-    const touring = {
+    const tourAttributes = {
       type: "button",
       class: "quiet square",
       "data-testid": `tour-${this.name}`,
       "aria-pressed": "false",
-      onclick: this.tell.toured,
+      onclick: this.callbacks.playAllClicked,
     };
-    this.tour = el(
+    this.playButton = el(
       "button",
-      { ...touring, title: TOUR, "aria-label": TOUR },
+      { ...tourAttributes, title: PLAY_ALL, "aria-label": PLAY_ALL },
       icon("M3 5l6 5-6 5zM10 5l6 5-6 5z"),
     );
     return el(
@@ -85,10 +85,10 @@ export class LifetimeSelector {
         el(
           "span",
           { class: "generation-steps" },
-          by(-1, "M12 5l-5 5 5 5", "Previous generation ( [ )"),
+          stepButton(-1, "M12 5l-5 5 5 5", "Previous generation ( [ )"),
           this.number,
-          by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
-          this.tour,
+          stepButton(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
+          this.playButton,
         ),
         this.curve.root,
       ),
@@ -104,23 +104,23 @@ export class LifetimeSelector {
   }
 
   /** Another study or condition keeps what of the rest is there in it as well. What is shown in another way comes by its address. */
-  pickedFromLists(changed) {
-    const wanted = { ...this.source, study: this.lists.study.value };
-    if (changed !== "study") wanted.condition = this.lists.condition.value;
-    if (changed === "run") wanted.run = Number(this.lists.run.value);
-    const source = nearestLifetime(this.studies, wanted);
+  selectFromLists(changed) {
+    const requested = { ...this.source, study: this.lists.study.value };
+    if (changed !== "study") requested.condition = this.lists.condition.value;
+    if (changed === "run") requested.run = Number(this.lists.run.value);
+    const source = nearestLifetime(this.studies, requested);
     if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source))
       return void (location.hash = lifeAddress(source));
     this.choose(source);
-    this.tell.chosen();
+    this.callbacks.chosen();
   }
 
   goTo(generation) {
     const last = (this.condition?.generations ?? 1) - 1;
-    const within = Math.min(Math.max(0, Math.round(generation) || 0), last);
-    if (within === this.source.generation) return this.showSource();
-    this.choose({ ...this.source, generation: within });
-    this.tell.chosen();
+    const target = Math.min(Math.max(0, Math.round(generation) || 0), last);
+    if (target === this.source.generation) return this.showSource();
+    this.choose({ ...this.source, generation: target });
+    this.callbacks.chosen();
   }
 
   /** @param {import("./sources.js").Source} source @returns {boolean} whether it is another one than before */
@@ -150,6 +150,6 @@ export class LifetimeSelector {
     Object.assign(this.lists.run, { value: String(run) });
     const last = (this.condition?.generations ?? 1) - 1;
     Object.assign(this.number, { max: last, value: generation });
-    this.curve.follow(this.source, last);
+    this.curve.setSource(this.source, last);
   }
 }

@@ -15,10 +15,10 @@ export class LiveAlleles {
     Object.assign(this, {
       id,
       navigate,
-      lived: 0,
-      asked: "",
-      coming: false,
-      kept: null,
+      generationsDone: 0,
+      requestedUrl: "",
+      isLoading: false,
+      savedStudy: null,
       stop: new AbortController(),
     });
     this.run = Math.min(wholeNumber(state.run) ?? 0, runs - 1);
@@ -54,16 +54,16 @@ export class LiveAlleles {
       ),
       this.bars.root,
     );
-    this.showPlace();
+    this.showState();
   }
 
   get generation() {
-    return Math.min(this.picked ?? Infinity, this.lived - 1);
+    return Math.min(this.picked ?? Infinity, this.generationsDone - 1);
   }
 
   /** So many generations have lived. */
-  offer(lived) {
-    this.lived = lived;
+  setGenerationsDone(generationsDone) {
+    this.generationsDone = generationsDone;
     this.load();
   }
 
@@ -72,39 +72,39 @@ export class LiveAlleles {
     Object.assign(this, { picked: generation, run });
     if (this.picker) this.picker.value = String(run);
     this.navigate({ generation, run: run || null });
-    this.showPlace();
+    this.showState();
     this.load();
   }
 
   /** One answer at a time; after it comes what is to be shown by then. */
   async load() {
     const { id, run, generation } = this;
-    const asked = `/api/alleles?${new URLSearchParams({ live: id, run, generation })}`;
-    if (this.coming || generation < 0 || asked === this.asked) return;
-    Object.assign(this, { asked, coming: true });
+    const url = `/api/alleles?${new URLSearchParams({ live: id, run, generation })}`;
+    if (this.isLoading || generation < 0 || url === this.requestedUrl) return;
+    Object.assign(this, { asked: url, isLoading: true });
     try {
-      const { header, arrays } = await getBinary(asked, this.stop.signal);
-      this.bars.take(header, arrays);
+      const { header, arrays } = await getBinary(url, this.stop.signal);
+      this.bars.setData(header, arrays);
       this.bars.show(generation);
     } catch (fault) {
       if (fault.name === "AbortError") return;
       message(fault.message, "error");
     }
-    this.coming = false;
-    this.showPlace();
+    this.isLoading = false;
+    this.showState();
     this.load();
   }
 
-  showPlace() {
+  showState() {
     this.newest.setAttribute("aria-pressed", this.picked === null);
-    this.open.hidden = !this.kept;
-    this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run: this.run, generation: this.generation })}`;
+    this.open.hidden = !this.savedStudy;
+    this.open.href = `#/world?${new URLSearchParams({ ...this.savedStudy, run: this.run, generation: this.generation })}`;
   }
 
   /** The run is kept as a study: from there, the World tab goes through its generations. */
-  keptAs(study, condition) {
-    this.kept = { study, condition };
-    this.showPlace();
+  setSaved(study, condition) {
+    this.savedStudy = { study, condition };
+    this.showState();
   }
 
   close() {

@@ -3,48 +3,48 @@
 import { connection, request } from "./common.js";
 
 const AGAIN = 1000; // ms until a lost connection is tried again
-const ENDS = ["done", "stopped", "failed", "gone"];
+const ENDS = ["done", "stopped", "onError", "gone"];
 
 /** @type {Map<string, Feed>} */
 const feeds = new Map();
-let make = (id) => new Feed(id);
+let createFeed = (id) => new Feed(id);
 
 /** @param {(id: string) => Feed} maker of feeds that are not a server's */
 export function setFeedFactory(maker) {
-  make = maker;
+  createFeed = maker;
 }
 
 /** The feed of a run. Those of other runs that have ended are closed, so that the server can forget them. */
 export function openFeed(id) {
   for (const feed of [...feeds.values()]) if (feed.id !== id && feed.ended) feed.close();
-  return feeds.get(id) ?? make(id);
+  return feeds.get(id) ?? createFeed(id);
 }
 
 /**
- * @typedef {{mean: number[], low?: number[], high?: number[], each?: number[][]}} Band one entry a generation; where there are
+ * @typedef {{mean: number[], low?: number[], high?: number[], runs?: number[][]}} Band one entry a generation; where there are
  *   several runs, the edges of the mean's 95 % interval, and the numbers of each run
  */
 export class Feed {
   constructor(id) {
     this.id = id;
-    /** @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number, kept: string}|null} */
+    /** @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number, saved_as: string}|null} */
     this.about = null;
     this.state = "preparing";
     this.message = "";
-    this.heard = () => {};
-    this.failed = () => {};
+    this.onUpdate = () => {};
+    this.onError = () => {};
     this.closed = false;
-    this.forget();
+    this.reset();
     feeds.set(id, this);
     this.connect();
   }
 
-  forget() {
+  reset() {
     /** @type {Object<string, Band>} */
     this.bands = { best: { mean: [] }, mean: { mean: [] }, share: { mean: [] } };
   }
 
-  get lived() {
+  get generationsDone() {
     return this.bands.best.mean.length;
   }
 
@@ -54,7 +54,7 @@ export class Feed {
 
   connect() {
     this.socket = new WebSocket(`ws://${location.host}/api/live/${encodeURIComponent(this.id)}`);
-    this.socket.onmessage = (event) => this.hear(JSON.parse(event.data));
+    this.socket.onmessage = (event) => this.receive(JSON.parse(event.data));
     this.socket.onclose = () => {
       if (this.closed || this.state === "gone") return;
       connection(false);
@@ -68,28 +68,29 @@ export class Feed {
     if (!this.closed) this.connect();
   }
 
-  hear(news) {
-    if (news.type === "run") {
+  receive(update) {
+    if (update.type === "run") {
       connection(true);
-      this.about = news;
-      this.forget(); // all that has lived follows, also after a lost connection
-    } else if (news.type === "generations") this.add(news);
-    else if (news.type === "state") [this.state, this.message] = [news.state, news.message];
-    else this.failed(news.message);
+      this.about = update;
+      this.reset(); // all that has generationsDone follows, also after a lost connection
+    } else if (update.type === "generations") this.add(update);
+    else if (update.type === "state") [this.state, this.message] = [update.state, update.message];
+    else this.onError(update.message);
     if (this.state === "gone") connection(true);
-    this.heard();
+    this.onUpdate();
   }
 
-  add(news) {
+  add(update) {
     for (const [name, band] of Object.entries(this.bands)) {
-      for (const [part, values] of Object.entries(news[name])) (band[part] ??= []).push(...values);
+      for (const [part, values] of Object.entries(update[name]))
+        (band[part] ??= []).push(...values);
     }
   }
 
-  /** @param {{do: "pause"|"resume"|"stop"}|{do: "pace", seconds: number}} order */
-  send(order) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(order));
-    else this.failed("There is no connection to the lab. The page tries again.");
+  /** @param {{do: "pause"|"resume"|"stop"}|{do: "pace", seconds: number}} command */
+  send(command) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(command));
+    else this.onError("There is no connection to the lab. The page tries again.");
   }
 
   disconnect() {

@@ -1,6 +1,6 @@
 /** A laboratory in one file: the lab's live runs, with an engine of the page's own in the place of a server (export.py). */
 
-import { asked, follow, followed, navigate } from "./address.js";
+import { readAddress, setCurrentView, currentView, navigate } from "./address.js";
 import { useLocalServer, message } from "./common.js";
 import { Guide } from "./guide.js";
 import { BrowserLab } from "./browser_lab.js";
@@ -14,29 +14,29 @@ import { mount } from "./view_live.js";
  * @param {string} code of a worker
  */
 export function open(root, laboratory, code) {
-  const here = new BrowserLab(laboratory, code);
-  useLocalServer(here);
-  setFeedFactory((id) => here.feed(id));
-  window.baldwinlab = { simulate: (wanted) => here.simulate(wanted) };
+  const lab = new BrowserLab(laboratory, code);
+  useLocalServer(lab);
+  setFeedFactory((id) => lab.openFeed(id));
+  window.baldwinlab = { simulate: (options) => lab.simulate(options) };
   addEventListener("unhandledrejection", (event) => {
     event.preventDefault();
     if (event.reason?.name !== "AbortError")
       message(event.reason?.message ?? String(event.reason), "error");
   });
-  const place = asked(["live"], "live");
-  follow({ ...place, state: { seed: laboratory.seed, ...place.state } });
+  const target = readAddress(["live"], "live");
+  setCurrentView({ ...target, state: { seed: laboratory.seed, ...target.state } });
   const guide = new Guide(document.getElementById("about"));
   const [{ name, about }] = laboratory.presets;
-  guide.begin("live", [
+  guide.setView("live", [
     ...LIVE,
     ...about.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
   ]);
-  guide.follow(followed().state);
+  guide.applyState(currentView().state);
   root.append(guide.root);
-  const view = mount(root, followed().state, navigate, guide);
+  const view = mount(root, currentView().state, navigate, guide);
   addEventListener("hashchange", () => {
-    follow(asked(["live"], "live"));
-    guide.follow(followed().state);
-    view.update(followed().state);
+    setCurrentView(readAddress(["live"], "live"));
+    guide.applyState(currentView().state);
+    view.update(currentView().state);
   });
 }

@@ -21,13 +21,13 @@ const WORDS = {
  * @param {import("./live_feed.js").Feed} feed whose run is known
  * @param {Object<string, string>} state of the address: what of the world is shown
  * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
- * @param {(about: import("./live_feed.js").Feed["about"]) => void} again the reader wants to change the run and start it again
+ * @param {(about: import("./live_feed.js").Feed["about"]) => void} editRun the reader wants to change the run and start it again
  * @returns {{update: () => void, close: () => void}}
  */
-export function livePanel(root, feed, state, navigate, again) {
+export function livePanel(root, feed, state, navigate, editRun) {
   const { experiment, alleles, runs, seed } = feed.about;
   const Lives = experiment.world ? LiveWorld : alleles.length ? LiveAlleles : null;
-  const world = Lives ? new Lives(feed.id, runs, state, navigate) : noWorld(experiment.model);
+  const world = Lives ? new Lives(feed.id, runs, state, navigate) : emptyWorld(experiment.model);
   const [badge, progress] = [
     el("span", { "data-testid": "live-state" }),
     el("progress", { "aria-label": "Simulated generations" }),
@@ -36,7 +36,7 @@ export function livePanel(root, feed, state, navigate, again) {
     el("span", { class: "number", "data-testid": "live-count" }),
     el("p", { class: "fault", hidden: true, "data-testid": "live-fault" }),
   ];
-  const buttons = controls(feed, experiment, seed, again);
+  const buttons = controls(feed, experiment, seed, editRun);
   const [fitness, share] = [
     el("div", { "data-testid": "live-fitness" }),
     el("div", { "data-testid": "live-share" }),
@@ -84,14 +84,14 @@ export function livePanel(root, feed, state, navigate, again) {
     badge.className = `badge ${kind}`;
     badge.textContent = word;
     progress.max = experiment.evolution.generations;
-    progress.value = feed.lived;
-    count.textContent = `${feed.lived.toLocaleString("en")} of ${experiment.evolution.generations.toLocaleString("en")} generations`;
+    progress.value = feed.generationsDone;
+    count.textContent = `${feed.generationsDone.toLocaleString("en")} of ${experiment.evolution.generations.toLocaleString("en")} generations`;
     fault.hidden = !feed.message;
     fault.textContent = feed.message;
     buttons.update();
     charts.update();
-    world.offer(feed.lived);
-    if (feed.about.kept) world.keptAs(feed.about.kept, experiment.name);
+    world.setGenerationsDone(feed.generationsDone);
+    if (feed.about.saved_as) world.setSaved(feed.about.saved_as, experiment.name);
   };
   update();
   return {
@@ -104,14 +104,14 @@ export function livePanel(root, feed, state, navigate, again) {
 }
 
 /** In the place of a world, of a model that has none. */
-function noWorld(model) {
+function emptyWorld(model) {
   const element = el(
     "section",
     { class: "card", "data-testid": "live-no-world" },
     el("p", { class: "soft" }, `The model ${model} has no world to show.`),
   );
   const nothing = () => {};
-  return { element, pick: nothing, offer: nothing, keptAs: nothing, close: nothing };
+  return { element, pick: nothing, setGenerationsDone: nothing, setSaved: nothing, close: nothing };
 }
 
 /** Curves of fitness and of the share of agents that eat; a click on one shows that generation's world, if there are worlds. */
@@ -124,52 +124,50 @@ function curves(feed, fitness, share, eachRun, pick) {
     { length: feed.about.experiment.evolution.generations },
     (_, generation) => generation,
   );
-  const whole = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
+  const padded = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
   const band = (label, name, number) => {
-    const { mean, low, high, each } = feed.bands[name];
-    const ofRuns = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({
+    const { mean, low, high, runs: runValues } = feed.bands[name];
+    const runLines = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({
       run,
-      values: whole((each ?? []).map((values) => values[run])),
+      values: padded((runValues ?? []).map((values) => values[run])),
     }));
     return {
       label,
       color: seriesStyle(number).color,
-      values: whole(mean),
-      low: whole(low),
-      high: whole(high),
-      runs: ofRuns,
+      values: padded(mean),
+      low: padded(low),
+      high: padded(high),
+      runs: runLines,
     };
   };
   const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
   const shares = () => [band(worlds ? "share of agents that eat" : "share above 0", "share", 2)];
   const options = { x, xLabel: "generation", height: 210, onPick: ({ x, run }) => pick(x, run) };
-  const over = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
+  const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
   const chart = (root, name, more, shown) => {
     const plot = el("div");
-    const made = lineChart(plot, { ...options, ...more, series: shown() });
+    const chart = lineChart(plot, { ...options, ...more, series: shown() });
     const rows = () =>
       shown().flatMap(({ label, values, low, high }) =>
-        x
-          .slice(0, feed.lived)
-          .map((generation) => ({
-            curve: label,
-            generation,
-            mean: values[generation],
-            low: low?.[generation],
-            high: high?.[generation],
-          })),
+        x.slice(0, feed.generationsDone).map((generation) => ({
+          curve: label,
+          generation,
+          mean: values[generation],
+          low: low?.[generation],
+          high: high?.[generation],
+        })),
       );
     root.append(
       plot,
-      chartDownloads(name, ["curve", "generation", "mean", "low", "high"], rows, made.svg),
+      chartDownloads(name, ["curve", "generation", "mean", "low", "high"], rows, chart.svg),
     );
-    return made;
+    return chart;
   };
   const charts = [
     chart(
       fitness,
       "fitness",
-      { title: `Fitness${over}`, yLabel: worlds ? "fitness (energy)" : "fitness" },
+      { title: `Fitness${suffix}`, yLabel: worlds ? "fitness (energy)" : "fitness" },
       lines,
     ),
     chart(
@@ -199,7 +197,7 @@ function curves(feed, fitness, share, eachRun, pick) {
 }
 
 /** Pause or resume, stop, keep, change and run again. */
-function controls(feed, experiment, seed, again) {
+function controls(feed, experiment, seed, editRun) {
   const pause = el("button", { type: "button", "data-testid": "pause" });
   const step = el(
     "button",
@@ -220,12 +218,12 @@ function controls(feed, experiment, seed, again) {
   );
   const change = el(
     "button",
-    { type: "button", "data-testid": "again", onclick: () => again(feed.about) },
+    { type: "button", "data-testid": "again", onclick: () => editRun(feed.about) },
     "Change and run again",
   );
-  const kept = el(
+  const openStudy = el(
     "a",
-    { class: "button primary", "data-testid": "open-kept", hidden: true },
+    { class: "button primary", "data-testid": "open-openStudy", hidden: true },
     "Open the study",
   );
   pause.addEventListener("click", () =>
@@ -233,11 +231,14 @@ function controls(feed, experiment, seed, again) {
   );
   stop.addEventListener("click", () => feed.send({ do: "stop" }));
   keep.addEventListener("click", () =>
-    askName(`live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`, async (name) => {
-      feed.about.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
-      message(`Saved as the study ${feed.about.kept}.`, "done");
-      feed.heard();
-    }),
+    saveDialog(
+      `live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`,
+      async (name) => {
+        feed.about.saved_as = (await postJSON(`/api/live/${feed.id}/save`, { name })).study;
+        message(`Saved as the study ${feed.about.saved_as}.`, "done");
+        feed.onUpdate();
+      },
+    ),
   );
   const update = () => {
     pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
@@ -245,19 +246,20 @@ function controls(feed, experiment, seed, again) {
     step.hidden = feed.ended || feed.state !== "paused" || !isServerless();
     keep.hidden =
       isServerless() ||
-      Boolean(feed.about.kept) ||
+      Boolean(feed.about.saved_as) ||
       !["done", "stopped"].includes(feed.state) ||
-      !feed.lived;
-    kept.hidden = !feed.about.kept;
-    if (feed.about.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.about.kept })}`;
+      !feed.generationsDone;
+    openStudy.hidden = !feed.about.saved_as;
+    if (feed.about.saved_as)
+      openStudy.href = `#/results?${new URLSearchParams({ study: feed.about.saved_as })}`;
   };
-  return { elements: [pause, step, stop, change, keep, kept], update };
+  return { elements: [pause, step, stop, change, keep, openStudy], update };
 }
 
 /** A dialog that asks for a study's name until `keep` takes it. */
-function askName(proposed, keep) {
+function saveDialog(initialName, keep) {
   const name = el("input", {
-    value: proposed,
+    value: initialName,
     spellcheck: "false",
     maxlength: 100,
     "data-testid": "keep-name",

@@ -30,8 +30,8 @@ export class Setup {
   constructor(state, navigate, listener, signal) {
     Object.assign(this, { state, navigate, listener, signal });
     this.given = {
-      runs: number(state.runs, 5),
-      seed: number(state.seed, 0),
+      runs: parseNumber(state.runs, 5),
+      seed: parseNumber(state.seed, 0),
       pace: state.pace ?? PACE,
     };
     this.body = el("div", { class: "live-form" });
@@ -72,13 +72,13 @@ export class Setup {
     const { presets, default: usual } = await getJSON("/api/presets", this.signal);
     this.presets = presets;
     const { preset } = this.state;
-    this.preset = el("select", { "data-testid": "preset" }, ...byLearner(presets));
+    this.preset = el("select", { "data-testid": "preset" }, ...groupPresets(presets));
     this.preset.value = presets.some(({ name }) => name === preset) ? preset : usual;
-    this.preset.addEventListener("change", () => this.take());
-    this.reset.addEventListener("click", () => this.take());
-    await this.load(parsed(this.state.set));
+    this.preset.addEventListener("change", () => this.resetToPreset());
+    this.reset.addEventListener("click", () => this.resetToPreset());
+    await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.element());
-    if (this.state.fields && !isServerless()) this.plan(parsed(this.state.fields));
+    if (this.state.fields && !isServerless()) this.plan(parseChanges(this.state.fields));
   }
 
   /** Which fields of the form are to be swept. */
@@ -95,7 +95,7 @@ export class Setup {
   }
 
   /** The form says what a run is, so that it can be changed and run again. */
-  async again({ experiment, runs, seed, seconds }) {
+  async editRun({ experiment, runs, seed, seconds }) {
     const name = this.presets.some((preset) => preset.name === experiment.name)
       ? experiment.name
       : this.preset.value;
@@ -128,8 +128,8 @@ export class Setup {
       el(
         "div",
         { class: "live-numbers" },
-        counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
-        counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
+        numberField("Runs", "runs", given.runs, 1, 50, remember("runs")),
+        numberField("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
         pacePicker(given.pace, remember("pace")),
       ),
       this.note,
@@ -150,7 +150,7 @@ export class Setup {
   }
 
   /** The preset that is chosen, as it is. */
-  take() {
+  resetToPreset() {
     this.navigate({ preset: this.preset.value, set: null });
     return this.load({});
   }
@@ -166,19 +166,23 @@ export class Setup {
    * The form of an experiment, whose fields follow from what it chooses; `changes` lie over what the server makes of it. Where
    * the fields stay the same, so does the form.
    */
-  async build(wanted, changes) {
-    const mine = (this.building = {});
-    const sent = structuredClone(wanted);
-    const { schema, experiment } = await postJSON("/api/schema", { experiment: sent }, this.signal);
-    if (mine !== this.building) return;
+  async build(experimentWanted, changes) {
+    const request = (this.building = {});
+    const submitted = structuredClone(experimentWanted);
+    const { schema, experiment } = await postJSON(
+      "/api/schema",
+      { experiment: submitted },
+      this.signal,
+    );
+    if (request !== this.building) return;
     const shape = JSON.stringify(schema);
     if (changes || shape !== this.shape) {
-      const since = changes ?? changesOf(this.form.value, sent); // what was written while the server was asked
+      const changesNow = changes ?? changesOf(this.form.value, submitted); // what was written while the server was asked
       this.shape = shape;
       this.replace(
         schemaForm(
           schema,
-          applyChanges(experiment, since),
+          applyChanges(experiment, changesNow),
           () => this.changed(),
           (value) => this.build(value),
         ),
@@ -211,11 +215,11 @@ export class Setup {
   /** Ask the server, soon after the last change, what is wrong with what the form says; what was, may be mended. */
   check() {
     clearTimeout(this.waiting);
-    const mine = ++this.turn;
+    const request = ++this.turn;
     this.waiting = setTimeout(async () => {
       const [form, order] = [this.form, structuredClone(this.order())]; // which stays, though more is written meanwhile
       const { errors, note } = await postJSON("/api/validate", order, this.signal);
-      if (mine !== this.turn) return;
+      if (request !== this.turn) return;
       form.show(errors.filter(({ path }) => !(path in this.given)));
       for (const name of ["runs", "seed"])
         this.root.querySelector(`#setup-${name}`)?.setAttribute(
@@ -228,7 +232,7 @@ export class Setup {
       this.note.hidden = !note;
       if (errors.length) return;
       const shown = await postJSON("/api/look", { experiment: order.experiment }, this.signal);
-      if (mine === this.turn) this.listener.valid(shown);
+      if (request === this.turn) this.listener.valid(shown);
     }, CHECK_AFTER);
   }
 
@@ -241,7 +245,7 @@ export class Setup {
   explain(errors) {
     const [first, ...rest] = errors;
     const more = rest.length ? ` Further errors: ${rest.length}.` : "";
-    const way = el(
+    const showButton = el(
       "button",
       {
         type: "button",
@@ -253,7 +257,7 @@ export class Setup {
     );
     this.fault.replaceChildren(
       ...(first ? [`${first.message}.${more} `] : []),
-      ...(first?.path && !(first.path in this.given) ? [way] : []),
+      ...(first?.path && !(first.path in this.given) ? [showButton] : []),
     );
   }
 
@@ -270,7 +274,7 @@ export class Setup {
   }
 }
 
-function counter(title, name, value, min, max, changed) {
+function numberField(title, name, value, min, max, changed) {
   const id = `setup-${name}`;
   const input = el("input", { type: "number", min, max, step: 1, value, id, "data-testid": id });
   input.addEventListener("input", () => changed(input.value === "" ? "" : Number(input.value)));
@@ -290,16 +294,19 @@ function pacePicker(pace, changed) {
   return el("label", { class: "field" }, el("span", {}, "Speed"), picker);
 }
 
-function number(text, otherwise) {
-  return /^\d+$/.test(text ?? "") ? Number(text) : otherwise;
+function parseNumber(text, fallback) {
+  return /^\d+$/.test(text ?? "") ? Number(text) : fallback;
 }
 
-function parsed(text) {
+function parseChanges(text) {
   if (!text) return {};
   try {
     return JSON.parse(text);
   } catch {
-    message("The changes in this address cannot be read. The form shows the unchanged preset.", "error");
+    message(
+      "The changes in this address cannot be read. The form shows the unchanged preset.",
+      "error",
+    );
     return {};
   }
 }
@@ -330,7 +337,7 @@ export function applyChanges(base, changes) {
 }
 
 /** Options for presets, those of a learner under its name. */
-function byLearner(presets) {
+function groupPresets(presets) {
   const groups = new Map();
   for (const { name, learner } of presets)
     groups.set(learner, [...(groups.get(learner) ?? []), el("option", { value: name }, name)]);

@@ -1,4 +1,4 @@
-/** The world of a live run: of its newest generation, as one follows the other, or of one that the reader looks at. */
+/** The world of a live run: of its newest generation, as one followsNewest the other, or of one that the reader looks at. */
 
 import { el, getBinary, message } from "./common.js";
 import { Inspector } from "./inspector.js";
@@ -24,17 +24,20 @@ export class LiveWorld {
     Object.assign(this, {
       id,
       navigate,
-      lived: 0,
+      generationsDone: 0,
       life: null,
-      coming: null,
+      loadingLife: null,
       generation: null,
-      kept: null,
+      savedStudy: null,
       since: 0,
       waiting: 0,
     });
     this.run = Math.min(wholeNumber(state.run) ?? 0, runs - 1);
-    this.asked = { generation: wholeNumber(state.generation), step: wholeNumber(state.step) ?? 0 };
-    this.follows = this.asked.generation === null;
+    this.initial = {
+      generation: wholeNumber(state.generation),
+      step: wholeNumber(state.step) ?? 0,
+    };
+    this.followsNewest = this.initial.generation === null;
     this.player = new Player((time) => this.draw(time));
     this.player.setSpeed(Number(state.speed) || SPEED);
     this.figure = new WorldFigure("World of the generation shown", "live-canvas", {
@@ -42,15 +45,15 @@ export class LiveWorld {
       picked: (agent) => this.picked(agent),
     });
     this.figure.agent = wholeNumber(state.agent);
-    this.bar = new TimeBar(this.player, "live", () => this.hold());
+    this.bar = new TimeBar(this.player, "live", () => this.stopFollowing());
     this.legend = new Legend();
     this.inspector = new Inspector({
       open: (source, agent) => this.openKin(source, agent),
       close: () => this.figure.pick(null),
       seek: (step) => (step === null ? this.player.invalidate() : this.goTo(step)),
-      turned: () => this.remember(),
+      toggled: () => this.remember(),
     });
-    this.inspector.turn(state.inside === "ancestors");
+    this.inspector.showAncestors(state.inside === "ancestors");
     this.element = this.build(runs);
     this.player.changed = () => this.changed();
   }
@@ -66,7 +69,7 @@ export class LiveWorld {
       "button",
       {
         type: "button",
-        "aria-pressed": this.follows,
+        "aria-pressed": this.followsNewest,
         title: newest,
         "data-testid": "live-newest",
         onclick: () => this.follow(),
@@ -84,7 +87,7 @@ export class LiveWorld {
     });
     const { stage, foot } = this.figure;
     stage.classList.add("scrolls");
-    stage.addEventListener("wheel", (event) => this.letScroll(event), { capture: true });
+    stage.addEventListener("wheel", (event) => this.handleWheel(event), { capture: true });
     const element = el(
       "section",
       { class: "card live-world", "aria-label": "World" },
@@ -103,32 +106,41 @@ export class LiveWorld {
       this.inspector.root,
       this.bar.root,
     );
-    element.addEventListener("keydown", (event) => this.key(event));
+    element.addEventListener("keydown", (event) => this.handleKey(event));
     return element;
   }
 
-  /** So many generations have lived. */
-  offer(lived) {
-    this.lived = lived;
-    if (!lived || this.coming) return;
+  /** So many generations have generationsDone. */
+  setGenerationsDone(generationsDone) {
+    this.generationsDone = generationsDone;
+    if (!generationsDone || this.loadingLife) return;
     if (this.generation === null)
-      this.load(Math.min(this.asked.generation ?? lived - 1, lived - 1), this.asked.step);
+      this.load(
+        Math.min(this.initial.generation ?? generationsDone - 1, generationsDone - 1),
+        this.initial.step,
+      );
     else this.next();
   }
 
   /** The newest generation, where that is what the reader wants, and the one before has been seen. */
   next() {
-    if (!this.follows || this.coming || this.waiting || this.lived - 1 <= this.generation) return;
-    const early = this.since + HOLD - performance.now();
-    if (early <= 0) return this.load(this.lived - 1);
+    if (
+      !this.followsNewest ||
+      this.loadingLife ||
+      this.waiting ||
+      this.generationsDone - 1 <= this.generation
+    )
+      return;
+    const remaining = this.since + HOLD - performance.now();
+    if (remaining <= 0) return this.load(this.generationsDone - 1);
     this.waiting = setTimeout(() => {
       this.waiting = 0;
       this.next();
-    }, early);
+    }, remaining);
   }
 
   follow() {
-    this.follows = true;
+    this.followsNewest = true;
     this.figure.pick(null);
     this.remember();
     this.next();
@@ -136,15 +148,15 @@ export class LiveWorld {
   }
 
   /** The reader looks closer: no other generation comes in between. */
-  hold() {
-    if (!this.follows) return;
-    this.follows = false;
+  stopFollowing() {
+    if (!this.followsNewest) return;
+    this.followsNewest = false;
     this.remember();
   }
 
   /** Show a generation for the reader, of the run that is shown or of another. */
   pick(generation, run = this.run) {
-    this.follows = false;
+    this.followsNewest = false;
     this.run = run;
     if (this.picker) this.picker.value = String(run);
     this.load(generation, 0);
@@ -152,21 +164,22 @@ export class LiveWorld {
 
   /** Show a generation, from a step on, once it is there; where none is given, time goes on. */
   load(generation, step = null) {
-    this.coming?.close();
+    this.loadingLife?.close();
     const source = { live: this.id, run: this.run, generation };
     const life = new Lifetime(
       async (part, signal) =>
         new Recording(
           await getBinary(`/api/recording?${new URLSearchParams({ ...source, ...part })}`, signal),
         ),
-      () => (life === this.coming ? this.begin(life, source, step) : this.player.invalidate()),
+      () =>
+        life === this.loadingLife ? this.showLife(life, source, step) : this.player.invalidate(),
       (fault) => message(fault.message, "error"),
     );
-    this.coming = life;
+    this.loadingLife = life;
   }
 
-  begin(life, source, step) {
-    this.coming = null;
+  showLife(life, source, step) {
+    this.loadingLife = null;
     if (!life.length) return;
     const first = this.generation === null;
     this.life?.close();
@@ -178,14 +191,14 @@ export class LiveWorld {
     this.player.last = life.steps - 1;
     this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (first && this.follows && !still) this.player.play();
+    if (first && this.followsNewest && !still) this.player.play();
     this.inspect();
     this.remember();
     this.next();
   }
 
   picked(agent) {
-    if (agent !== null) this.hold();
+    if (agent !== null) this.stopFollowing();
     this.inspect();
     this.remember();
   }
@@ -198,13 +211,13 @@ export class LiveWorld {
 
   /** The life of a parent or a child, in the generation before or after. */
   openKin({ generation }, agent) {
-    this.follows = false;
+    this.followsNewest = false;
     this.figure.agent = agent;
     this.load(generation, 0);
   }
 
   goTo(step) {
-    this.hold();
+    this.stopFollowing();
     this.player.seek(step);
   }
 
@@ -213,7 +226,7 @@ export class LiveWorld {
     const { player } = this;
     this.bar.showTime();
     if (
-      this.follows &&
+      this.followsNewest &&
       this.life &&
       !player.playing &&
       player.last > 0 &&
@@ -225,22 +238,22 @@ export class LiveWorld {
 
   /** The address holds which world is shown, and where time stands in it. */
   remember() {
-    this.newest.setAttribute("aria-pressed", this.follows);
+    this.newest.setAttribute("aria-pressed", this.followsNewest);
     if (this.generation === null) return;
     const { generation, run, player, figure } = this;
-    const place = this.follows
+    const position = this.followsNewest
       ? { generation: null, step: null }
       : { generation, step: Math.floor(player.time) };
     const inside = this.inspector.descent ? "ancestors" : null;
     this.navigate({
-      ...place,
+      ...position,
       run: run || null,
       agent: figure.agent,
       inside,
       speed: player.speed === SPEED ? null : player.speed,
     });
-    this.open.hidden = !this.kept;
-    this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run, generation })}`;
+    this.open.hidden = !this.savedStudy;
+    this.open.href = `#/world?${new URLSearchParams({ ...this.savedStudy, run, generation })}`;
   }
 
   /** What the share menu takes along. */
@@ -252,30 +265,30 @@ export class LiveWorld {
   }
 
   /** The run is kept as a study: from there, the World tab shows more of what is seen here. */
-  keptAs(study, condition) {
-    this.kept = { study, condition };
+  setSaved(study, condition) {
+    this.savedStudy = { study, condition };
     this.remember();
   }
 
   draw(time) {
-    const { there, ready } = this.figure.draw(time);
+    const { isLoaded, ready } = this.figure.draw(time);
     if (!ready) this.player.invalidate();
-    if (!this.life) return there;
+    if (!this.life) return isLoaded;
     const step = Math.floor(time);
     this.bar.draw(step, this.life.steps, [{ life: this.life, chosen: this.figure.agent }]);
     this.inspector.draw(step);
-    if (this.player.playing && !this.follows) this.remember();
-    return there;
+    if (this.player.playing && !this.followsNewest) this.remember();
+    return isLoaded;
   }
 
   /** The keys of the World tab, where the focus is in here. */
-  key(event) {
+  handleKey(event) {
     if (event.key === "Escape" && this.figure.agent !== null) this.figure.pick(null);
-    else if (this.life) this.bar.steer(event);
+    else if (this.life) this.bar.handleKey(event);
   }
 
   /** The wheel scrolls the page; over a map that is larger than its box, or with ctrl, as a trackpad's pinch is told, it zooms. */
-  letScroll(event) {
+  handleWheel(event) {
     if (!event.ctrlKey && this.figure.view.camera.zoom === 1) event.stopPropagation();
   }
 
@@ -285,8 +298,8 @@ export class LiveWorld {
     this.figure.close();
     this.inspector.hide();
     this.player.close();
-    this.coming?.close();
-    this.coming = null; // what has come in the meantime begins nothing any longer
+    this.loadingLife?.close();
+    this.loadingLife = null; // what has come in the meantime begins nothing any longer
     this.life?.close();
   }
 }
@@ -297,11 +310,7 @@ export function runPicker(runs, run, chosen) {
   const options = Array.from({ length: runs }, (_, number) =>
     el("option", { value: number }, `run ${number}`),
   );
-  const picker = el(
-    "select",
-    { "aria-label": "Run shown", "data-testid": "live-run" },
-    ...options,
-  );
+  const picker = el("select", { "aria-label": "Run shown", "data-testid": "live-run" }, ...options);
   picker.value = String(run);
   picker.addEventListener("change", () => chosen(Number(picker.value)));
   return picker;

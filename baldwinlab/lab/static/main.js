@@ -1,6 +1,6 @@
 /** The page: which view is shown follows from the address. */
 
-import { address, asked, follow, followed, navigate } from "./address.js";
+import { address, readAddress, setCurrentView, currentView, navigate } from "./address.js";
 import { message } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
@@ -31,81 +31,82 @@ const VIEWS = {
 
 const root = document.getElementById("view");
 const guide = new Guide(document.getElementById("about"));
-const left = new Map(); // by name, how views were left: {state, top}, the last one at the end
+const savedViews = new Map(); // by name, how views were left: {state, top}, the last one at the end
 let shown = null; // {name, view}
-let returning = null; // watches for the place to scroll back to
+let scrollObserver = null; // watches for the place to scroll back to
 
 async function show() {
-  const place = asked(Object.keys(VIEWS), "world");
-  const now = followed();
-  if (now && now.name !== place.name) {
-    left.delete(now.name);
-    left.set(now.name, { state: now.state, top: root.scrollTop });
+  const target = readAddress(Object.keys(VIEWS), "world");
+  const current = currentView();
+  if (current && current.name !== target.name) {
+    savedViews.delete(current.name);
+    savedViews.set(current.name, { state: current.state, top: root.scrollTop });
   }
-  const bare = !Object.keys(place.state).length; // as a tab's link is: the view as it was
-  if (bare) place.state = now?.name === place.name ? now.state : asLeft(place.name);
-  const { name, state } = place;
+  const isTabLink = !Object.keys(target.state).length; // as a tab's link is: the view as it was
+  if (isTabLink)
+    target.state = current?.name === target.name ? current.state : restoreState(target.name);
+  const { name, state } = target;
   for (const tab of document.querySelectorAll("[data-view]")) {
     tab.dataset.view === name
       ? tab.setAttribute("aria-current", "page")
       : tab.removeAttribute("aria-current");
   }
   if (shown?.name === name) {
-    settle(place, bare);
-    if (!bare) shown.view.update(state);
+    applyAddress(target, isTabLink);
+    if (!isTabLink) shown.view.update(state);
     return;
   }
-  follow(null);
+  setCurrentView(null);
   shown?.view.unmount();
-  returning?.disconnect();
+  scrollObserver?.disconnect();
   document.getElementById("actions").replaceChildren();
-  guide.begin(name, VIEWS[name].about);
+  guide.setView(name, VIEWS[name].about);
   root.replaceChildren();
   root.className = `view-${name}`;
   document.title = `${VIEWS[name].title} · baldwinlab`;
-  settle(place, bare);
-  const here = (shown = { name, view: { update() {}, unmount() {} } });
-  if (VIEWS[name].lives) await engineReady(() => shown === here);
+  applyAddress(target, isTabLink);
+  const instance = (shown = { name, view: { update() {}, unmount() {} } });
+  if (VIEWS[name].lives) await engineReady(() => shown === instance);
   const { mount } = await VIEWS[name].load();
-  if (shown !== here) return; // a faster one has been asked for meanwhile
+  if (shown !== instance) return; // a faster one has been asked for meanwhile
   root.prepend(guide.root);
-  here.view = mount(root, followed().state, navigate, guide);
-  if (state.study === left.get(name)?.state.study) scrollBack(left.get(name)?.top);
+  instance.view = mount(root, currentView().state, navigate, guide);
+  if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
 }
 
 /** What lives waits for the engine. */
-async function engineReady(wanted) {
+async function engineReady(isCurrent) {
   const { waitForEngine } = await import("./waiting_screen.js");
-  await waitForEngine(root, wanted);
+  await waitForEngine(root, isCurrent);
 }
 
 /** The address, and the guide, say what is shown from now on. */
-function settle(place, bare) {
-  follow(place);
-  if (bare) address();
-  guide.follow(place.state);
+function applyAddress(target, isTabLink) {
+  setCurrentView(target);
+  if (isTabLink) address();
+  guide.applyState(target.state);
 }
 
 /** A view as it was left; but where another study has been looked at since, that one. */
-function asLeft(name) {
-  const before = left.get(name)?.state ?? {};
-  const last = [...left.values()].at(-1)?.state.study;
-  return last && last !== PRESETS && last !== before.study && VIEWS[name].ofStudy
+function restoreState(name) {
+  const saved = savedViews.get(name)?.state ?? {};
+  const last = [...savedViews.values()].at(-1)?.state.study;
+  return last && last !== PRESETS && last !== saved.study && VIEWS[name].ofStudy
     ? { study: last }
-    : { ...before };
+    : { ...saved };
 }
 
 /** Down to where the reader was, once the page has become as long again, unless the reader goes elsewhere first. */
-function scrollBack(top) {
+function restoreScroll(top) {
   if (!top) return;
-  const grown = new ResizeObserver(() => {
+  const observer = new ResizeObserver(() => {
     root.scrollTop = top;
-    if (Math.abs(root.scrollTop - top) < 2) grown.disconnect();
+    if (Math.abs(root.scrollTop - top) < 2) observer.disconnect();
   });
-  for (const part of root.children) grown.observe(part);
+  for (const part of root.children) observer.observe(part);
   for (const act of ["wheel", "pointerdown", "keydown"])
-    root.addEventListener(act, () => grown.disconnect(), { once: true });
-  returning = grown;
+    root.addEventListener(act, () => observer.disconnect(), { once: true });
+  scrollObserver = observer;
 }
 
 addEventListener("hashchange", show);

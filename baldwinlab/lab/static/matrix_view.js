@@ -23,20 +23,20 @@ export class MatrixView {
   }
 
   /** @param {{rows: string[], columns: string[], value: string}} header @param {{values: Float32Array}} arrays [row, column] */
-  take({ rows, columns, value }, { values }, title) {
-    const there = [...values].filter((one) => !Number.isNaN(one));
-    const [least, most] = [Math.min(...there), Math.max(...there)];
-    const share = (one) =>
-      Number.isNaN(one) ? 0 : most > least ? (one - least) / (most - least) : 0.5;
-    const digits = there.every(Number.isInteger) || most >= 100 ? 0 : most >= 10 ? 1 : 2; // of all alike, so that columns can be compared
-    const told = (one) => (Number.isNaN(one) ? "–" : one.toFixed(digits));
-    const cell = (one) =>
+  setData({ rows, columns, value }, { values }, title) {
+    const numbers = [...values].filter((number) => !Number.isNaN(number));
+    const [minimum, maximum] = [Math.min(...numbers), Math.max(...numbers)];
+    const share = (number) =>
+      Number.isNaN(number) ? 0 : maximum > minimum ? (number - minimum) / (maximum - minimum) : 0.5;
+    const digits = numbers.every(Number.isInteger) || maximum >= 100 ? 0 : maximum >= 10 ? 1 : 2; // of all alike, so that columns can be compared
+    const formatted = (number) => (Number.isNaN(number) ? "–" : number.toFixed(digits));
+    const cell = (number) =>
       el(
         "td",
         {
-          style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(one))}%, transparent)`,
+          style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(number))}%, transparent)`,
         },
-        told(one),
+        formatted(number),
       );
     const line = (name, row) =>
       el(

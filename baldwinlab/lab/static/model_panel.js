@@ -22,28 +22,28 @@ const ALLELES = "alleles";
 export class ModelPanel extends LifetimeSelector {
   /**
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error) => void, toured: () => void, moved: () => void}} tell
+   * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error) => void, playAllClicked: () => void, moved: () => void}} callbacks
    */
-  constructor(studies, tell) {
-    super("a", studies, tell);
+  constructor(studies, callbacks) {
+    super("a", studies, callbacks);
     Object.assign(this, { header: null, drawer: null, look: null, agent: null });
-    const change = (how) => {
+    const selectView = (how) => {
       this.choose(this.source, {
         look: this.looks.value,
         agent: this.agents.value || null,
         ...how,
       });
-      this.tell.chosen();
+      this.callbacks.chosen();
     };
     this.looks = el("select", {
       "aria-label": "View",
       "data-testid": "look-a",
-      onchange: () => change({}),
+      onchange: () => selectView({}),
     });
     this.agents = el("select", {
       "aria-label": "Agent",
       "data-testid": "agent-a",
-      onchange: () => change({}),
+      onchange: () => selectView({}),
     });
     this.lists.run.closest("label").after(this.looks, this.agents);
     this.body = el("div", { class: "looked-at" });
@@ -53,21 +53,21 @@ export class ModelPanel extends LifetimeSelector {
       this.pickers,
       this.body,
     );
-    this.sized = new ResizeObserver(() => tell.invalidate());
+    this.sized = new ResizeObserver(() => callbacks.invalidate());
     this.sized.observe(this.curve.root);
   }
 
   /** All ways to look at the condition that is chosen. */
-  get ways() {
+  get views() {
     const { alleles, views } = this.condition;
     return [...(alleles.length ? [{ name: ALLELES, of_an_agent: false }] : []), ...views];
   }
 
   /** What of an address is not there, in a sentence; nothing where all is. */
-  lacking({ look, agent }) {
+  missingMessage({ look, agent }) {
     const { name, agents } = this.condition;
     if (look && look !== this.look.name)
-      return `${name} has no view ${look}. Available: ${this.ways.map((way) => way.name).join(", ")}.`;
+      return `${name} has no view ${look}. Available: ${this.views.map((way) => way.name).join(", ")}.`;
     return agent && this.look.of_an_agent && agent !== this.agent
       ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.`
       : "";
@@ -77,64 +77,64 @@ export class ModelPanel extends LifetimeSelector {
   async choose(source, { look, agent } = { look: this.look?.name, agent: this.agent }) {
     super.choose(source);
     const { study, condition, run, generation } = source;
-    this.look = this.ways.find(({ name }) => name === look) ?? this.ways[0];
+    this.look = this.views.find(({ name }) => name === look) ?? this.views[0];
     this.agent =
       this.look.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
         ? agent
         : null;
-    this.showWays();
-    const of = { study, condition, run };
+    this.showViewLists();
+    const runQuery = { study, condition, run };
     const view = {
-      ...of,
+      ...runQuery,
       generation,
       view: this.look.name,
       ...(this.agent !== null && { agent: this.agent }),
     };
-    const asked =
+    const url =
       this.look.name === ALLELES
-        ? `api/alleles?${new URLSearchParams(of)}`
+        ? `api/alleles?${new URLSearchParams(runQuery)}`
         : `api/view?${new URLSearchParams(view)}`;
-    if (asked === this.asked) return this.header && this.show();
+    if (url === this.asked) return this.header && this.show();
     this.stop?.abort();
-    Object.assign(this, { asked, header: null, stop: new AbortController() });
+    Object.assign(this, { asked: url, header: null, stop: new AbortController() });
     delete this.root.dataset.ready;
     try {
-      this.take(await getBinary(asked, this.stop.signal));
+      this.setData(await getBinary(url, this.stop.signal));
     } catch (fault) {
       if (fault.name === "AbortError") return;
       this.asked = null; // it may be there when it is chosen again
       this.drawer?.clear(); // what is named in the pickers is not there, and nothing else must seem to be it
-      this.tell.failed(fault);
+      this.callbacks.failed(fault);
     }
   }
 
-  take({ header, arrays }) {
+  setData({ header, arrays }) {
     const Drawer = DRAWERS[header.kind];
     if (!(this.drawer instanceof Drawer)) {
       this.drawer?.close?.();
-      this.drawer = new Drawer(() => this.tell.moved());
+      this.drawer = new Drawer(() => this.callbacks.moved());
       this.body.replaceChildren(this.drawer.root);
     }
     this.header = header;
-    this.drawer.take(header, arrays, this.title());
+    this.drawer.setData(header, arrays, this.title());
     this.root.dataset.ready = "";
     this.show();
   }
 
   show() {
     this.drawer.show(this.source.generation);
-    this.tell.shown();
+    this.callbacks.shown();
   }
 
   /** What is looked at, and of whom. */
   title() {
     const { agent } = this.header;
-    const of =
+    const runQuery =
       agent === null ? "" : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
-    return `${this.look.name[0].toUpperCase()}${this.look.name.slice(1)}${of}`;
+    return `${this.look.name[0].toUpperCase()}${this.look.name.slice(1)}${runQuery}`;
   }
 
-  showWays() {
+  showViewLists() {
     const options = (list, entries) => {
       if (list.dataset.shown === JSON.stringify(entries)) return;
       list.dataset.shown = JSON.stringify(entries);
@@ -142,7 +142,7 @@ export class ModelPanel extends LifetimeSelector {
     };
     options(
       this.looks,
-      this.ways.map(({ name }) => [name, name]),
+      this.views.map(({ name }) => [name, name]),
     );
     options(this.agents, [
       ["", "fittest agent"],
@@ -151,7 +151,7 @@ export class ModelPanel extends LifetimeSelector {
         `agent ${agent}`,
       ]),
     ]);
-    this.looks.hidden = this.ways.length < 2;
+    this.looks.hidden = this.views.length < 2;
     this.agents.hidden = !this.look.of_an_agent;
     Object.assign(this.looks, { value: this.look.name });
     Object.assign(this.agents, { value: this.agent ?? "" });

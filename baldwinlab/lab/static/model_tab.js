@@ -12,26 +12,31 @@ const EVERY = 200; // ms that a generation is seen while they play
 export class ModelTab {
   /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
   constructor(root, navigate, guide, { studies, worldless }) {
-    Object.assign(this, { root, navigate, guide, studies, worldless, turn: 0, timer: 0 });
+    Object.assign(this, { root, navigate, guide, studies, worldless, latestRequest: 0, timer: 0 });
     this.panel = new ModelPanel(studies, {
       invalidate: () => requestAnimationFrame(() => this.panel.curve.draw()),
-      chosen: () => this.remember(this.tour.on),
+      chosen: () => this.remember(this.generationPlayer.on),
       shown: () => this.shown(),
       failed: (fault) => this.failed(fault),
-      toured: () => this.tour.toggle(),
+      playAllClicked: () => this.generationPlayer.toggle(),
       moved: () => this.remember(),
     });
     const now = () => ({
       generation: this.panel.source.generation,
       last: this.panel.condition.generations - 1,
     });
-    const everyOne = (last) => Array.from({ length: last + 1 }, (_, generation) => generation);
-    this.tour = new GenerationPlayer(
-      { now, visit: (generation) => this.visit(generation), changed: (on) => this.toured(on) },
-      everyOne,
+    const allGenerations = (last) =>
+      Array.from({ length: last + 1 }, (_, generation) => generation);
+    this.generationPlayer = new GenerationPlayer(
+      {
+        now,
+        visit: (generation) => this.showGeneration(generation),
+        changed: (on) => this.setPlaying(on),
+      },
+      allGenerations,
     );
     const { signal } = (this.leaving = new AbortController());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), {
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw(), {
       signal,
     });
     addEventListener("keydown", (event) => this.panel.source && handleGenerationKey(event, this), {
@@ -45,23 +50,23 @@ export class ModelTab {
       el("h1", { class: "visually-hidden" }, "World"),
       el("div", { class: "scene" }, worlds),
     );
-    return this.come(state);
+    return this.show(state);
   }
 
   /** Show what an address says, in the run to look at first where it names none. */
-  async come(state) {
-    const mine = ++this.turn;
-    const whole = await addTypicalRun(this.studies, state);
-    if (mine !== this.turn || this.leaving.signal.aborted) return;
+  async show(state) {
+    const request = ++this.latestRequest;
+    const completeState = await addTypicalRun(this.studies, state);
+    if (request !== this.latestRequest || this.leaving.signal.aborted) return;
     this.startAt = state.step; // undefined: a life plays from its beginning
     try {
-      requireViewable(this, whole);
-      this.panel.choose(nearestLifetime(this.studies, whole, true), {
+      requireViewable(this, completeState);
+      this.panel.choose(nearestLifetime(this.studies, completeState, true), {
         look: state.look,
         agent: state.agent ?? null,
       });
-      const lacking = this.panel.lacking(state);
-      if (lacking) throw new Error(lacking);
+      const missing = this.panel.missingMessage(state);
+      if (missing) throw new Error(missing);
     } catch (fault) {
       message(fault.message, "error");
       if (!this.panel.source)
@@ -74,8 +79,8 @@ export class ModelTab {
 
   /** The address follows what is shown; another generation is a new place in the history, but not while they play. */
   remember(replace = true) {
-    const { curve, source, ways, look, agent, drawer } = this.panel;
-    if (!source || curve.held) return;
+    const { curve, source, views: ways, look, agent, drawer } = this.panel;
+    if (!source || curve.isDragging) return;
     this.navigate(
       {
         ...source,
@@ -90,56 +95,56 @@ export class ModelTab {
   /** What was asked for has come. */
   shown() {
     const { source, header, look, drawer } = this.panel;
-    if (drawer.player) this.begin(drawer.player);
+    if (drawer.player) this.startPlayer(drawer.player);
     this.startAt = undefined;
     const shown = el("div", {}, el("p", {}, lifetimeTitle(source)), el("p", {}, CURVE));
     const named = header.meaning
       ? [{ title: look.name[0].toUpperCase() + look.name.slice(1), text: header.meaning }]
       : [];
-    this.guide.tell([
+    this.guide.setTopics([
       { title: "Shown here", text: shown },
       { title: "The model", text: header.about },
       ...named,
       ...VIEWS[header.kind],
     ]);
-    if (this.tour.on) this.goOnLater();
+    if (this.generationPlayer.on) this.scheduleNext();
   }
 
   /** A life goes to where the address says; the first that comes into sight plays, where it says nothing. */
-  begin(player) {
+  startPlayer(player) {
     if (this.startAt !== undefined) player.seek(Number(this.startAt) || 0);
-    else if (!this.watched) player.begin();
+    else if (!this.watched) player.autoplay();
     this.watched = true;
   }
 
   failed(fault) {
-    this.tour.set(false);
+    this.generationPlayer.set(false);
     message(fault.message, "error");
   }
 
-  recolour() {
-    this.panel.tell.invalidate();
+  redraw() {
+    this.panel.callbacks.invalidate();
     this.panel.drawer?.player?.invalidate();
   }
 
   /** So many generations on or, below 0, back. */
-  goOn(by) {
+  changeGeneration(by) {
     this.panel.goTo(this.panel.source.generation + by);
   }
 
-  visit(generation) {
-    if (generation === this.panel.source.generation) this.goOnLater();
+  showGeneration(generation) {
+    if (generation === this.panel.source.generation) this.scheduleNext();
     else this.panel.goTo(generation);
   }
 
-  goOnLater() {
+  scheduleNext() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.tour.next(), EVERY);
+    this.timer = setTimeout(() => this.generationPlayer.next(), EVERY);
   }
 
-  toured(on) {
+  setPlaying(on) {
     clearTimeout(this.timer);
-    this.panel.tour.setAttribute("aria-pressed", on);
+    this.panel.playButton.setAttribute("aria-pressed", on);
   }
 
   close() {

@@ -17,35 +17,35 @@ export function drawNetwork(pen, box, net) {
     0,
     net.sizes[0],
   );
-  const places = unitPlaces(net.sizes, box, sidesOf(pen, names, net.actions));
-  if (net.weights) drawWeights(pen, places, net);
-  drawMemory(pen, places.flat(), net.memory);
-  drawUnits(pen, places, net);
-  label(pen, places[0], names, "right", -11);
-  label(pen, places.at(-1), net.actions, "left", 11);
+  const positions = unitPlaces(net.sizes, box, labelWidths(pen, names, net.actions));
+  if (net.weights) drawWeights(pen, positions, net);
+  drawMemory(pen, positions.flat(), net.memory);
+  drawUnits(pen, positions, net);
+  label(pen, positions[0], names, "right", -11);
+  label(pen, positions.at(-1), net.actions, "left", 11);
 }
 
 /** The room that the words beside the first and the last layer take. */
-function sidesOf(pen, names, actions) {
+function labelWidths(pen, names, actions) {
   pen.font = WORDS;
   return [names, actions].map(
     (texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)),
   );
 }
 
-function unitPlaces(sizes, { left, top, width, height }, [before, after]) {
-  const [inner, room] = [left + before, width - before - after];
+function unitPlaces(sizes, { left, top, width, height }, [leftWidth, rightWidth]) {
+  const [inner, innerWidth] = [left + leftWidth, width - leftWidth - rightWidth];
   return sizes.map((count, layer) => {
-    const x = inner + (room * layer) / (sizes.length - 1);
-    const apart = Math.min(height / count, count <= 4 ? 30 : 14.5);
+    const x = inner + (innerWidth * layer) / (sizes.length - 1);
+    const spacing = Math.min(height / count, count <= 4 ? 30 : 14.5);
     return Array.from({ length: count }, (_, unit) => [
       x,
-      top + height / 2 + (unit - (count - 1) / 2) * apart,
+      top + height / 2 + (unit - (count - 1) / 2) * spacing,
     ]);
   });
 }
 
-function drawWeights(pen, places, { sizes, biases, weights }) {
+function drawWeights(pen, positions, { sizes, biases, weights }) {
   const mostLines = 800; // of a large network, only the first are drawn
   let [at, lines] = [0, 0];
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
@@ -53,8 +53,8 @@ function drawWeights(pen, places, { sizes, biases, weights }) {
       for (let to = 0; to < sizes[layer + 1] && lines < mostLines; to++, lines++) {
         drawLink(
           pen,
-          places[layer][from],
-          places[layer + 1][to],
+          positions[layer][from],
+          positions[layer + 1][to],
           weights[at + from * sizes[layer + 1] + to],
         );
       }
@@ -75,12 +75,12 @@ function drawLink(pen, from, to, weight) {
 }
 
 /** What a unit was is heard a step later: an arc back, over the layers. */
-function drawMemory(pen, places, memory) {
+function drawMemory(pen, positions, memory) {
   pen.strokeStyle = palette.soft;
   pen.lineWidth = 1;
   pen.setLineDash([3, 3]);
-  for (const [heard, remembers] of memory) {
-    const [[fromX, fromY], [toX, toY]] = [places[heard], places[remembers]];
+  for (const [source, target] of memory) {
+    const [[fromX, fromY], [toX, toY]] = [positions[source], positions[target]];
     pen.beginPath();
     pen.moveTo(fromX, fromY);
     pen.quadraticCurveTo((fromX + toX) / 2, Math.min(fromY, toY) - 26, toX, toY);
@@ -89,18 +89,19 @@ function drawMemory(pen, places, memory) {
   pen.setLineDash([]);
 }
 
-function drawUnits(pen, places, { activations, action }) {
+function drawUnits(pen, positions, { activations, action }) {
   let unit = 0;
-  places.forEach((layer, number) => {
-    const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 4.8;
-    layer.forEach((place, at) => {
+  positions.forEach((layer, number) => {
+    const radius =
+      layer.length > 12 ? 3.5 : number === 0 || number === positions.length - 1 ? 7 : 4.8;
+    layer.forEach((position, at) => {
       drawUnit(
         pen,
-        place,
+        position,
         radius,
         activations[unit++],
         number === 0,
-        number === places.length - 1 && at === action,
+        number === positions.length - 1 && at === action,
       );
     });
   });
@@ -133,28 +134,29 @@ export function drawGraph(pen, box, net) {
   const inputs = [...net.inputs.keys(), -1];
   const columns = byDepth(links, inputs, outputs, net.activations.length);
   const names = [...net.inputs, "bias"];
-  const places = unitPlaces(
+  const positions = unitPlaces(
     columns.map((column) => column.length),
     box,
-    sidesOf(pen, names, net.actions),
+    labelWidths(pen, names, net.actions),
   );
-  const placeOf = new Map(
-    columns.flatMap((column, depth) => column.map((unit, at) => [unit, places[depth][at]])),
+  const positionOf = new Map(
+    columns.flatMap((column, depth) => column.map((unit, at) => [unit, positions[depth][at]])),
   );
-  for (const [from, to, weight] of links) drawLink(pen, placeOf.get(from), placeOf.get(to), weight);
-  for (const [unit, place] of placeOf) {
-    const end = unit < net.inputs.length || unit >= outputs;
+  for (const [from, to, weight] of links)
+    drawLink(pen, positionOf.get(from), positionOf.get(to), weight);
+  for (const [unit, position] of positionOf) {
+    const isEnd = unit < net.inputs.length || unit >= outputs;
     drawUnit(
       pen,
-      place,
-      end ? 7 : 4.8,
+      position,
+      isEnd ? 7 : 4.8,
       unit < 0 ? 1 : net.activations[unit],
       unit < net.inputs.length,
       unit - outputs === net.action,
     );
   }
-  label(pen, places[0], names, "right", -11);
-  label(pen, places.at(-1), net.actions, "left", 11);
+  label(pen, positions[0], names, "right", -11);
+  label(pen, positions.at(-1), net.actions, "left", 11);
 }
 
 /** The units in columns: inputs first, outputs last, each behind all that it hears. */
@@ -186,10 +188,10 @@ export function largestOutput(activations, outputs) {
   return best;
 }
 
-function label(pen, layer, texts, align, aside) {
+function label(pen, layer, texts, align, offset) {
   pen.fillStyle = palette.soft;
   pen.font = WORDS;
   pen.textAlign = align;
   pen.textBaseline = "middle";
-  layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + aside, y));
+  layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + offset, y));
 }

@@ -2,15 +2,15 @@
 
 export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
 
-let known = {};
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (known = {}));
+let colors = {};
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (colors = {}));
 
 /** `palette.text` is what `var(--text)` is now. @type {Object<string, string>} */
 export const palette = new Proxy(
   {},
   {
     get: (_, name) =>
-      (known[name] ??= getComputedStyle(document.documentElement)
+      (colors[name] ??= getComputedStyle(document.documentElement)
         .getPropertyValue(`--${name}`)
         .trim()),
   },

@@ -16,7 +16,7 @@ export class PathView {
   }
 
   /** @param {{names: string[], step: string, value: string}} header @param {{lines: Float32Array}} arrays [line, step] */
-  take({ names, step, value }, { lines }, title) {
+  setData({ names, step, value }, { lines }, title) {
     const length = lines.length / names.length;
     const series = names.map((label, line) => ({
       label,
@@ -24,10 +24,10 @@ export class PathView {
     }));
     this.close();
     this.title = title;
-    if (length === 1) return this.plot.append(...atBirth(names, step, value, lines));
+    if (length === 1) return this.plot.append(...birthValues(names, step, value, lines));
     this.chart = lineChart(this.plot, {
       title: value,
-      x: Array.from({ length }, (_, place) => place),
+      x: Array.from({ length }, (_, index) => index),
       xLabel: step,
       yLabel: "",
       series,
@@ -46,10 +46,14 @@ export class PathView {
   }
 }
 
-function atBirth(names, step, value, lines) {
+function birthValues(names, step, value, lines) {
   const numbers = names.map((name, line) => el("li", {}, `${name}: ${format(lines[line])}`));
   return [
-    el("p", {}, `These lifetimes have no ${step}, so all values stay as they are at birth: ${value}.`),
+    el(
+      "p",
+      {},
+      `These lifetimes have no ${step}, so all values stay as they are at birth: ${value}.`,
+    ),
     el("ul", {}, ...numbers),
   ];
 }

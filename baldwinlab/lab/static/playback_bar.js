@@ -23,10 +23,10 @@ export class PlaybackBar {
   /**
    * @param {import("./player.js").Player} player
    * @param {import("./timeline.js").Timeline} timeline
-   * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void, toggleBeside: () => void, fit: () => void,
-   *   meal: (way: number) => void}} tell
+   * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void, toggleComparison: () => void, fit: () => void,
+   *   meal: (way: number) => void}} callbacks
    */
-  constructor(player, timeline, tell) {
+  constructor(player, timeline, callbacks) {
     this.player = player;
     this.play = button("play", "Play (space)", () => player.toggle(), "primary round");
     const setSpeed = () => player.setSpeed(this.speed.value);
@@ -37,9 +37,11 @@ export class PlaybackBar {
       setSpeed,
     );
     this.clock = el("span", { class: "clock number", "data-testid": "step" });
-    this.trails = list("trails", "Trails", TRAILS, () => tell.set({ trails: this.trails.value }));
-    const setSight = () => tell.set({ sight: this.sight.checked });
-    this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: setSight });
+    this.trails = list("trails", "Trails", TRAILS, () =>
+      callbacks.set({ trails: this.trails.value }),
+    );
+    const toggleSight = () => callbacks.set({ sight: this.sight.checked });
+    this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: toggleSight });
     const compare = {
       type: "button",
       "data-testid": "compare",
@@ -47,33 +49,49 @@ export class PlaybackBar {
     };
     this.beside = el(
       "button",
-      { ...compare, onclick: tell.toggleBeside },
+      { ...compare, onclick: callbacks.toggleComparison },
       icon(PATHS.beside),
       el("span", { class: "wide" }, "Compare"),
     );
     this.agents = button(
       "agents",
       "All agents (a)",
-      () => tell.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }),
+      () => callbacks.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }),
       "quiet square lister",
     );
     this.legend = new Legend();
     this.help = keyboardDialog();
-    this.root = el("div", { class: "transport" }, timeline.root, this.controls(tell), this.help);
+    this.root = el(
+      "div",
+      { class: "transport" },
+      timeline.root,
+      this.controls(callbacks),
+      this.help,
+    );
   }
 
   controls({ fit, meal }) {
     const { player } = this;
     const back = button("back", "One step back (←)", () => player.step(-1), "quiet square stepper");
     const on = button("on", "One step forward (→)", () => player.step(1), "quiet square stepper");
-    const [before, after] = [
+    const [previousMeal, nextMeal] = [
       button("mealBefore", "Previous meal (p)", () => meal(-1)),
       button("mealAfter", "Next meal (n)", () => meal(1)),
     ];
     return el(
       "div",
       { class: "controls" },
-      el("div", { class: "row time" }, before, back, this.play, on, after, this.speed, this.clock),
+      el(
+        "div",
+        { class: "row time" },
+        previousMeal,
+        back,
+        this.play,
+        on,
+        nextMeal,
+        this.speed,
+        this.clock,
+      ),
       this.legend.root,
       el(
         "div",
@@ -109,7 +127,7 @@ export class PlaybackBar {
   }
 }
 
-function button(name, label, act, kind = "quiet square") {
+function button(name, label, action, kind = "quiet square") {
   return el(
     "button",
     {
@@ -118,7 +136,7 @@ function button(name, label, act, kind = "quiet square") {
       "aria-label": label,
       title: label,
       "data-testid": name,
-      onclick: act,
+      onclick: action,
     },
     icon(PATHS[name]),
   );

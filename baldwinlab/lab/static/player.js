@@ -30,12 +30,12 @@ export class Player {
 
   frame(now) {
     this.asked = 0;
-    const passed = this.before ? Math.min(now - this.before, 100) : 0; // a page that was hidden does not leap
+    const elapsed = this.before ? Math.min(now - this.before, 100) : 0; // a page that was hidden does not leap
     this.before = this.playing ? now : 0;
-    const there = this.show(this.time);
+    const isLoaded = this.show(this.time);
     if (!this.playing) return;
-    if (there) {
-      this.time = Math.min(this.time + (passed / 1000) * this.speed * STEPS_A_SECOND, this.last);
+    if (isLoaded) {
+      this.time = Math.min(this.time + (elapsed / 1000) * this.speed * STEPS_A_SECOND, this.last);
       if (this.time >= this.last) {
         this.show(this.time);
         this.pause();
@@ -46,7 +46,7 @@ export class Player {
   }
 
   /** Play by itself, unless the reader wants nothing to move. */
-  begin() {
+  autoplay() {
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
 
@@ -92,7 +92,7 @@ export class Player {
   }
 
   /** The next speed up or down. */
-  shift(by) {
+  changeSpeed(by) {
     const at = SPEEDS.indexOf(this.speed) + by;
     this.setSpeed(SPEEDS[Math.min(Math.max(0, at), SPEEDS.length - 1)]);
   }

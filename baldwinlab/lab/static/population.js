@@ -24,14 +24,14 @@ export class Population {
   /** Show who has eaten how much before the step after this one; while time goes on, not at every frame. */
   draw(recording, step, playing) {
     const now = performance.now();
-    const most = recording.arrays.eaten_in_life.subarray(-recording.agents);
+    const totals = recording.arrays.eaten_in_life.subarray(-recording.agents);
     if (
       !this.root.clientWidth ||
       (recording === this.recording &&
         (step === this.step || (playing && now - this.drawn < EVERY)))
     )
       return;
-    if (recording !== this.recording) this.begin(recording, most);
+    if (recording !== this.recording) this.buildLines(recording, totals);
     Object.assign(this, { recording, step, drawn: now });
     this.lines.forEach(({ agent, bar, number, line }) => {
       const eaten = recording.eatenBefore(step + 1, agent);
@@ -44,27 +44,29 @@ export class Population {
   }
 
   /** Lines for the agents, in their order; of a crowd, for those that eat most in their lives. */
-  begin(recording, whole) {
-    this.best = Math.max(1, ...[...whole]);
+  buildLines(recording, lifetimeTotals) {
+    this.best = Math.max(1, ...[...lifetimeTotals]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
     const shown =
       agents.length <= SHOWN
         ? agents
-        : agents.sort((one, other) => whole[other] - whole[one]).slice(0, SHOWN);
+        : agents
+            .sort((first, second) => lifetimeTotals[second] - lifetimeTotals[first])
+            .slice(0, SHOWN);
     this.facts.textContent =
       agents.length <= SHOWN
         ? "Items eaten so far. Click an agent to inspect it."
         : `The ${SHOWN} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
     this.lines = shown.map((agent) => {
       const [bar, number] = [el("i", {}), el("b", { class: "number" })];
-      const act = {
+      const attributes = {
         "aria-label": agentLabel(agent, 0),
         "data-testid": `agent-${agent}`,
         onclick: () => this.pick(agent),
       };
       const line = el(
         "button",
-        { type: "button", class: "agent-line", ...act },
+        { type: "button", class: "agent-line", ...attributes },
         el("span", { class: "number" }, agent),
         el("span", { class: "gauge" }, bar),
         number,

@@ -8,37 +8,37 @@ const WORDS =
   "Each curve shows the fitness of the last generation when one setting differs from its value during evolution. Parentheses mark the value during evolution. Lines are medians over runs. Bands are 95 % intervals, shown for six runs or more.";
 
 /**
- * @param {Promise<{unit: string, panels: object[]}>} asked the answer of /api/results/reaction
+ * @param {Promise<{unit: string, panels: object[]}>} response the answer of /api/results/reaction
  * @param {string} study its name, for the command
  * @param {{label: string, conditions: string[]}[]} groups that are shown, in the order of their looks
  * @param {string|undefined} field of the address: what is changed
  * @param {(patch: Object<string, any>) => void} choose
  * @returns {{section: HTMLElement, destroy: () => void}}
  */
-export function reactionNorms(asked, study, groups, field, choose) {
+export function reactionNorms(response, study, groups, field, choose) {
   const section = el(
     "section",
     { class: "card", "data-testid": "reaction" },
     el("h2", {}, "Reaction norms"),
   );
-  let [charts, over] = [[], false];
+  let [charts, isDestroyed] = [[], false];
   const fill = (answer) => {
-    if (!over)
+    if (!isDestroyed)
       charts = answer.panels.length
-        ? drawn(section, answer, groups, field, choose)
-        : lacking(section, study);
+        ? showCharts(section, answer, groups, field, choose)
+        : showMissing(section, study);
   };
-  asked.then(fill).catch((fault) => section.append(el("p", { class: "soft" }, fault.message)));
+  response.then(fill).catch((fault) => section.append(el("p", { class: "soft" }, fault.message)));
   return {
     section,
     destroy() {
-      over = true;
+      isDestroyed = true;
       for (const chart of charts) chart.destroy();
     },
   };
 }
 
-function lacking(section, study) {
+function showMissing(section, study) {
   section.append(
     el(
       "p",
@@ -51,23 +51,23 @@ function lacking(section, study) {
   return [];
 }
 
-function drawn(section, { unit, panels }, groups, field, choose) {
+function showCharts(section, { unit, panels }, groups, field, choose) {
   const conditions = new Set(groups.flatMap((group) => group.conditions));
-  const fitting = panels.filter(({ norms }) =>
+  const matching = panels.filter(({ norms }) =>
     Object.keys(norms).some((name) => conditions.has(name)),
   );
-  if (!fitting.length) {
+  if (!matching.length) {
     section.append(
       el("p", { class: "soft" }, "Reaction norms are not measured for the conditions shown."),
     );
     return [];
   }
-  const names = new Map(fitting.map((panel) => [panel.field, panel.name]));
-  const chosen = names.has(field) ? field : fitting[0].field;
+  const names = new Map(matching.map((panel) => [panel.field, panel.name]));
+  const chosen = names.has(field) ? field : matching[0].field;
   const options = [...names].map(([value, name]) =>
     el("option", { value, selected: value === chosen }, name),
   );
-  const places = fitting
+  const containers = matching
     .filter((panel) => panel.field === chosen)
     .map((panel) => [panel, el("div")]);
   section.append(
@@ -84,24 +84,24 @@ function drawn(section, { unit, panels }, groups, field, choose) {
     ),
     el(
       "div",
-      { class: places.length > 1 ? "results-boxes" : "results-boxes wide" },
-      ...places.map(([, place]) => place),
+      { class: containers.length > 1 ? "results-boxes" : "results-boxes wide" },
+      ...containers.map(([, container]) => container),
     ),
   );
-  return places.map(([panel, place]) => norms(place, panel, unit, conditions, groups));
+  return containers.map(([panel, container]) => norms(container, panel, unit, conditions, groups));
 }
 
 /** The curves of one circumstance on one map. */
-function norms(place, { field, name, map, values, evolved, norms }, unit, conditions, groups) {
+function norms(container, { field, name, map, values, evolved, norms }, unit, conditions, groups) {
   const root = el("div");
   const series = Object.entries(norms)
     .filter(([condition]) => conditions.has(condition))
     .map(([label, { median, low, high }]) => ({ label, values: median, low, high }));
-  const own = series.map(({ label }) =>
+  const indices = series.map(({ label }) =>
     groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
   );
-  series.forEach((one, number) =>
-    Object.assign(one, seriesStyle(own.includes(-1) ? number : own[number])),
+  series.forEach((line, number) =>
+    Object.assign(line, seriesStyle(indices.includes(-1) ? number : indices[number])),
   ); // as in the curves above, if each has one there
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
   const chart = lineChart(root, {
@@ -114,16 +114,16 @@ function norms(place, { field, name, map, values, evolved, norms }, unit, condit
     height: 220,
   });
   const rows = () =>
-    series.flatMap((one) =>
+    series.flatMap((line) =>
       values.map((value, at) => ({
-        condition: one.label,
+        condition: line.label,
         value,
-        median: one.values[at],
-        low: one.low[at],
-        high: one.high[at],
+        median: line.values[at],
+        low: line.low[at],
+        high: line.high[at],
       })),
     );
-  place.append(
+  container.append(
     root,
     chartDownloads(
       `reaction-${field}${map && `-${map}`}`,

@@ -1,7 +1,7 @@
 /** A lifetime as it was recorded, and where its parts come from. Needs no page. */
 
-const KEYFRAME_EVERY = 256; // moves of items between two kept places of all items
-const KEPT = 4; // parts of a long life held at once
+const KEYFRAME_EVERY = 256; // moves of items between two kept positions of all items
+const MAX_PARTS = 4; // parts of a long life held at once
 
 /** Steps `first` up to, and without, `last` of a lifetime: the container of /api/recording. */
 export class Recording {
@@ -24,31 +24,31 @@ export class Recording {
     }));
     this.numbers = real.some(Boolean); // float32 inputs, and not bits
     this.inputBytes = Math.ceil(this.inputs.length / 8);
-    this.places = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
-    this.moved = 0; // moves that `places` has made
+    this.positions = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
+    this.movesApplied = 0; // moves that `positions` has made
     this.keyframes = [{ x: arrays.item_x, y: arrays.item_y }];
     this.meals = mealsOf(this);
   }
 
   /** Where the items lie at a step, {x, y}; the same two arrays are filled at every call. */
   itemsAt(step) {
-    const wanted = firstAfter(this.arrays.move_step, step);
-    const key = Math.min(Math.floor(wanted / KEYFRAME_EVERY), this.keyframes.length - 1);
-    if (wanted < this.moved || this.moved < key * KEYFRAME_EVERY) {
-      this.places.x.set(this.keyframes[key].x);
-      this.places.y.set(this.keyframes[key].y);
-      this.moved = key * KEYFRAME_EVERY;
+    const moveCount = countMovesUntil(this.arrays.move_step, step);
+    const keyframe = Math.min(Math.floor(moveCount / KEYFRAME_EVERY), this.keyframes.length - 1);
+    if (moveCount < this.movesApplied || this.movesApplied < keyframe * KEYFRAME_EVERY) {
+      this.positions.x.set(this.keyframes[keyframe].x);
+      this.positions.y.set(this.keyframes[keyframe].y);
+      this.movesApplied = keyframe * KEYFRAME_EVERY;
     }
     const { move_item, move_x, move_y } = this.arrays;
-    while (this.moved < wanted) {
-      this.places.x[move_item[this.moved]] = move_x[this.moved];
-      this.places.y[move_item[this.moved]] = move_y[this.moved];
-      this.moved += 1;
-      if (this.moved === this.keyframes.length * KEYFRAME_EVERY) {
-        this.keyframes.push({ x: this.places.x.slice(), y: this.places.y.slice() });
+    while (this.movesApplied < moveCount) {
+      this.positions.x[move_item[this.movesApplied]] = move_x[this.movesApplied];
+      this.positions.y[move_item[this.movesApplied]] = move_y[this.movesApplied];
+      this.movesApplied += 1;
+      if (this.movesApplied === this.keyframes.length * KEYFRAME_EVERY) {
+        this.keyframes.push({ x: this.positions.x.slice(), y: this.positions.y.slice() });
       }
     }
-    return this.places;
+    return this.positions;
   }
 
   /** What an input of an agent is at a step: 0 or 1, or between them where it is real-valued. */
@@ -72,8 +72,8 @@ export class Recording {
 
   /** The agent from whom another learns in a step, or null. */
   learnsFrom(step, agent) {
-    const from = this.arrays.teacher?.[(step - this.first) * this.agents + agent] ?? agent;
-    return from === agent ? null : from;
+    const teacher = this.arrays.teacher?.[(step - this.first) * this.agents + agent] ?? agent;
+    return teacher === agent ? null : teacher;
   }
 
   /** Whether an agent, or null: any of them, eats in a step. */
@@ -90,18 +90,18 @@ export class Recording {
 
   /** What was eaten before a step, in words: items, and agents that ate. */
   eaten(step) {
-    let [items, fed] = [0, 0];
+    let [items, eaters] = [0, 0];
     for (let agent = 0; agent < this.agents; agent++) {
       const eaten = this.eatenBefore(step, agent);
       items += eaten;
-      if (eaten) fed += 1;
+      if (eaten) eaters += 1;
     }
-    return `${items.toLocaleString("en")} eaten · ${fed} of ${this.agents} ate`;
+    return `${items.toLocaleString("en")} eaten · ${eaters} of ${this.agents} ate`;
   }
 }
 
 /** How many moves happen at or before a step: `move_step` rises. */
-function firstAfter(moveStep, step) {
+function countMovesUntil(moveStep, step) {
   let [low, high] = [0, moveStep.length];
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -114,12 +114,12 @@ function firstAfter(moveStep, step) {
 /** Items that all agents together eat in each step. */
 function mealsOf({ agents, first, arrays: { eaten_in_life: eaten } }) {
   const meals = new Uint16Array(eaten.length / agents);
-  let before = null;
+  let previous = null;
   for (let row = 0; row < meals.length; row++) {
     let sum = 0;
     for (let at = row * agents; at < (row + 1) * agents; at++) sum += eaten[at];
-    meals[row] = sum - (before ?? (first ? sum : 0)); // what was eaten before the first step of a part is not known
-    before = sum;
+    meals[row] = sum - (previous ?? (first ? sum : 0)); // what was eaten before the first step of a part is not known
+    previous = sum;
   }
   return meals;
 }
@@ -135,7 +135,7 @@ export class Lifetime {
     Object.assign(this, { fetchPart, changed, failed });
     this.parts = new Map(); // by number, the part used last at the end
     this.length = 0; // steps in a part; 0 until the first has come
-    this.coming = null;
+    this.loadingPart = null;
     this.stop = new AbortController();
     this.fetch(0);
   }
@@ -158,8 +158,8 @@ export class Lifetime {
   }
 
   /** The nearest step after another (`way` 1) or before it (-1) in which an agent, or null: any of them, eats; null: none that is here. */
-  meal(step, way, agent) {
-    for (let at = step + way; at >= 0 && at < this.steps; at += way) {
+  meal(step, direction, agent) {
+    for (let at = step + direction; at >= 0 && at < this.steps; at += direction) {
       const part = this.parts.get(Math.floor(at / this.length));
       if (!part) return null;
       if (part.eats(at, agent)) return at;
@@ -168,8 +168,8 @@ export class Lifetime {
   }
 
   async fetch(number) {
-    if (this.coming !== null || this.parts.has(number) || this.failedOnce) return;
-    this.coming = number;
+    if (this.loadingPart !== null || this.parts.has(number) || this.failedOnce) return;
+    this.loadingPart = number;
     try {
       const first = number * this.length;
       const part = this.length ? { first, last: Math.min(first + this.length, this.steps) } : null;
@@ -178,13 +178,13 @@ export class Lifetime {
       this.steps = recording.steps;
       this.header = recording.header;
       this.parts.set(number, recording);
-      if (this.parts.size > KEPT) this.parts.delete(this.parts.keys().next().value);
+      if (this.parts.size > MAX_PARTS) this.parts.delete(this.parts.keys().next().value);
     } catch (fault) {
       if (fault.name === "AbortError") return;
       this.failedOnce = true;
       this.failed(fault);
     } finally {
-      this.coming = null;
+      this.loadingPart = null;
     }
     this.changed();
   }

@@ -38,23 +38,25 @@ export async function play(root, replay) {
   );
   const legend = new Legend();
   legend.show(lives.map(({ header }) => header.look));
-  const panels = replay.panels.map((panel, place) => framed(panel, lives[place], figures[place]));
+  const panels = replay.panels.map((panel, index) =>
+    panelFigure(panel, lives[index], figures[index]),
+  );
   const heading = el("h1", { class: "visually-hidden" }, "Replay of a lifetime");
   root.replaceChildren(
     heading,
     el("div", { class: "replay-panels" }, ...panels),
     bar.root,
     legend.root,
-    about(replay),
+    aboutSection(replay),
   );
-  figures.forEach((figure, place) => figure.show(lives[place]));
+  figures.forEach((figure, index) => figure.show(lives[index]));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
-  addEventListener("keydown", (event) => steer(event, bar, figures));
+  addEventListener("keydown", (event) => handleReplayKey(event, bar, figures));
   player.seek(replay.step);
 }
 
-function framed({ title }, { header }, { stage, foot, facts }) {
-  const about = `seed ${header.seed}, ${format(header.agents)} agents, ${items(header)}`;
+function panelFigure({ title }, { header }, { stage, foot, facts }) {
+  const aboutSection = `seed ${header.seed}, ${format(header.agents)} agents, ${items(header)}`;
   const part =
     header.last - header.first < header.steps
       ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}`
@@ -62,7 +64,12 @@ function framed({ title }, { header }, { stage, foot, facts }) {
   return el(
     "figure",
     {},
-    el("figcaption", {}, el("strong", {}, title), el("span", { class: "soft" }, about + part)),
+    el(
+      "figcaption",
+      {},
+      el("strong", {}, title),
+      el("span", { class: "soft" }, aboutSection + part),
+    ),
     stage,
     foot,
     facts,
@@ -74,25 +81,25 @@ function items({ look: { item_kinds } }) {
   return item_kinds.map(({ name, number }) => `${format(number)} items of ${name}`).join(", ");
 }
 
-function about({ version, panels }) {
+function aboutSection({ version, panels }) {
   const parts = panels.flatMap(({ title, experiment, commands }) => [
     el("h2", {}, title),
     experiment && el("p", {}, "Save this text as ", el("code", {}, "experiment.toml"), ":"),
     experiment && el("pre", { "data-testid": "replay-experiment" }, experiment),
     el("pre", { "data-testid": "replay-commands" }, commands.join("\n")),
   ]);
-  const what = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime learning. These commands reproduce exactly the same lifetime.`;
+  const text = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime learning. These commands reproduce exactly the same lifetime.`;
   return el(
     "details",
     { class: "replay-about" },
     el("summary", {}, `About this replay, and how to reproduce it (baldwinlab ${version})`),
-    el("p", {}, what),
+    el("p", {}, text),
     ...parts,
   );
 }
 
 /** Esc looks at all agents again; else as the bar of time says. */
-function steer(event, bar, figures) {
+function handleReplayKey(event, bar, figures) {
   if (event.key === "Escape") figures.forEach((figure) => figure.pick(null));
   else bar.steer(event);
 }

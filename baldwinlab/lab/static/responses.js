@@ -25,7 +25,7 @@ export class Responses {
     if (!responses) return;
     const codes = responses.length / samples.length;
     Object.assign(this, { actions: look.actions, responses, samples, codes, shown: -1 });
-    const sensed = (code) =>
+    const inputNames = (code) =>
       look.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
     this.now = Array.from({ length: codes }, () => el("td", {}));
     this.lines.replaceChildren(
@@ -33,7 +33,7 @@ export class Responses {
         el(
           "tr",
           {},
-          el("th", { scope: "row" }, sensed(code)),
+          el("th", { scope: "row" }, inputNames(code)),
           el("td", {}, look.actions[responses[code]]),
           now,
         ),
@@ -46,8 +46,13 @@ export class Responses {
     if (this.root.hidden) return;
     const after = this.samples.findIndex((sampled) => sampled > step);
     const sample = (after < 0 ? this.samples.length : after) - 1;
-    const own = active.reduce((code, input, place) => code | (Number(input > 0) << place), 0);
-    this.now.forEach((cell, code) => cell.parentElement.classList.toggle("own", code === own));
+    const activeCode = active.reduce(
+      (code, input, index) => code | (Number(input > 0) << index),
+      0,
+    );
+    this.now.forEach((cell, code) =>
+      cell.parentElement.classList.toggle("own", code === activeCode),
+    );
     if (sample === this.shown) return;
     this.shown = sample;
     this.now.forEach((cell, code) => {

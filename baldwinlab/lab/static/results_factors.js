@@ -15,22 +15,22 @@ export function groupConditions({ conditions, factors, swept }, state) {
   const only = Object.fromEntries(
     Object.keys(factors).map((factor) => [factor, state[`only.${factor}`] ?? ""]),
   );
-  const fits = (number) =>
+  const matches = (number) =>
     Object.entries(only).every(
       ([factor, value]) => !value || String(factors[factor][number]) === value,
     );
-  const shown = conditions.map((_, number) => number).filter(fits);
+  const shown = conditions.map((_, number) => number).filter(matches);
   const values = (factor) => [...new Set(shown.map((number) => String(factors[factor][number])))];
-  const telling = Object.keys(factors).filter((factor) => values(factor).length > 1);
-  const usual =
+  const varying = Object.keys(factors).filter((factor) => values(factor).length > 1);
+  const defaultFactor =
     swept || shown.length > MANY
-      ? (telling.find((factor) => values(factor).length <= MANY) ?? telling[0])
+      ? (varying.find((factor) => values(factor).length <= MANY) ?? varying[0])
       : undefined;
-  const by = telling.includes(state.group)
+  const by = varying.includes(state.group)
     ? state.group
     : state.group === EACH
       ? null
-      : (usual ?? null);
+      : (defaultFactor ?? null);
   const groups = by
     ? values(by).map((value) => ({
         label: value,
@@ -45,15 +45,15 @@ export function groupConditions({ conditions, factors, swept }, state) {
 /** One curve of several conditions: the mean of theirs, and from the lowest of them to the highest. */
 export function combineCurves(curves) {
   if (curves.length === 1) return curves[0];
-  const across = (choose) =>
-    curves[0].mean.map((_, place) => {
-      const there = curves.map((curve) => curve.mean[place]).filter((value) => value !== null);
-      return there.length ? choose(there) : null;
+  const combine = (choose) =>
+    curves[0].mean.map((_, index) => {
+      const present = curves.map((curve) => curve.mean[index]).filter((value) => value !== null);
+      return present.length ? choose(present) : null;
     });
   return {
-    mean: across((values) => values.reduce((sum, value) => sum + value, 0) / values.length),
-    low: across((values) => Math.min(...values)),
-    high: across((values) => Math.max(...values)),
+    mean: combine((values) => values.reduce((sum, value) => sum + value, 0) / values.length),
+    low: combine((values) => Math.min(...values)),
+    high: combine((values) => Math.max(...values)),
   };
 }
 
@@ -62,7 +62,7 @@ export function factorChoices({ factors }, { by, only }, choose) {
   const names = Object.keys(factors);
   if (!names.length) return null;
   const filters = names.map((factor) =>
-    list(
+    selectList(
       factor,
       [["", "all"], ...[...new Set(factors[factor].map(String))].map((value) => [value, value])],
       only[factor],
@@ -70,7 +70,7 @@ export function factorChoices({ factors }, { by, only }, choose) {
       `only-${factor}`,
     ),
   );
-  const grouped = list(
+  const grouped = selectList(
     "one curve per",
     [[EACH, "condition"], ...names.map((name) => [name, name])],
     by ?? EACH,
@@ -80,7 +80,7 @@ export function factorChoices({ factors }, { by, only }, choose) {
   return el("div", { class: "row results-factors" }, ...filters, grouped);
 }
 
-function list(name, options, chosen, change, id) {
+function selectList(name, options, chosen, change, id) {
   const entries = options.map(([value, text]) =>
     el("option", { value, selected: value === chosen }, text),
   );

@@ -22,7 +22,7 @@ export function runTable(results, runs, measures, address) {
     })),
   );
   const body = el("tbody");
-  const titled = (column) =>
+  const columnTitle = (column) =>
     column in measures ? `${measures[column].name}, ${measures[column].axis}` : column;
   let order = { column: "mean", rising: false };
   const heads = COLUMNS.map((column) =>
@@ -37,7 +37,7 @@ export function runTable(results, runs, measures, address) {
           "data-testid": `sort-${column}`,
           onclick: () => sort(column),
         },
-        titled(column),
+        columnTitle(column),
       ),
     ),
   );
@@ -51,8 +51,8 @@ export function runTable(results, runs, measures, address) {
   const show = () => {
     const { column, rising } = order;
     const sorted = [...rows].sort(
-      (one, other) =>
-        (one[column] > other[column] ? 1 : one[column] < other[column] ? -1 : 0) *
+      (first, second) =>
+        (first[column] > second[column] ? 1 : first[column] < second[column] ? -1 : 0) *
         (rising ? 1 : -1),
     );
     heads.forEach((head, number) =>
@@ -61,7 +61,7 @@ export function runTable(results, runs, measures, address) {
         COLUMNS[number] === column ? (rising ? "ascending" : "descending") : "none",
       ),
     );
-    body.replaceChildren(...sorted.map((row) => line(row, address(row.condition, row.run))));
+    body.replaceChildren(...sorted.map((row) => runRow(row, address(row.condition, row.run))));
   };
   const table = el(
     "div",
@@ -77,7 +77,7 @@ export function runTable(results, runs, measures, address) {
   );
 }
 
-function line(row, address) {
+function runRow(row, address) {
   const run = address ? el("a", { href: address }, row.run) : row.run;
   return el(
     "tr",

@@ -8,43 +8,44 @@ import { PRESETS } from "./sources.js";
 /** @typedef {{measure: string, best: number[], mean: number[]}} Curve */
 
 export class RunCurve extends ChartSlider {
-  /** @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}} tell `settled` when it is let go */
+  /** @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}} callbacks `settled` when it is let go */
   constructor({ go, settled, invalidate }) {
     super("run-curve plain", { "aria-label": "Generation" });
-    Object.assign(this, { invalidate, held: false, asked: null, curve: null, stop: null });
+    Object.assign(this, { invalidate, isDragging: false, asked: null, curve: null, stop: null });
     this.slider.addEventListener("input", () => {
-      this.held = true; // what is passed on the way is no place to come back to
+      this.isDragging = true; // what is passed on the way is no place to come back to
       go(this.slider.valueAsNumber);
     });
-    const release = () => {
-      if (!this.held) return;
-      this.held = false;
+    const endDrag = () => {
+      if (!this.isDragging) return;
+      this.isDragging = false;
       settled();
     };
     for (const end of ["change", "pointerup", "pointercancel"])
-      this.slider.addEventListener(end, release);
+      this.slider.addEventListener(end, endDrag);
   }
 
   /** Stand at a generation of a run, whose last one that is; of a run that is not stored there is no curve. @param {import("./sources.js").Source} source */
-  async follow({ study, condition, run, generation }, last) {
+  async setSource({ study, condition, run, generation }, last) {
     this.setLast(last);
     this.show(generation);
-    const asked = study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
-    if (asked === this.asked) return this.say();
+    const requested =
+      study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
+    if (requested === this.asked) return this.updateValueText();
     this.close();
-    Object.assign(this, { asked, curve: null }); // what is drawn stays until the other one is there
+    Object.assign(this, { asked: requested, curve: null }); // what is drawn stays until the other one is there
     try {
-      this.take(asked && (await getJSON(`api/run?${asked}`, this.stop.signal)));
+      this.setCurve(requested && (await getJSON(`api/run?${requested}`, this.stop.signal)));
     } catch (fault) {
-      if (fault.name !== "AbortError") this.take(null); // what is wrong with the run is said where its life is asked for
+      if (fault.name !== "AbortError") this.setCurve(null); // what is wrong with the run is said where its life is asked for
     }
   }
 
   /** @param {Curve|null} curve */
-  take(curve) {
+  setCurve(curve) {
     this.curve = curve;
     this.root.classList.toggle("plain", !curve);
-    this.say();
+    this.updateValueText();
     this.invalidate();
   }
 
@@ -53,31 +54,31 @@ export class RunCurve extends ChartSlider {
     this.stop = new AbortController();
   }
 
-  say() {
+  updateValueText() {
     if (this.curve)
-      this.slider.setAttribute("aria-valuetext", this.told(this.slider.valueAsNumber));
+      this.slider.setAttribute("aria-valuetext", this.describe(this.slider.valueAsNumber));
     else this.slider.removeAttribute("aria-valuetext");
   }
 
-  about(share) {
+  describeAt(share) {
     const last = Number(this.slider.max);
-    return this.curve && this.told(Math.round(Math.min(1, Math.max(0, share)) * last));
+    return this.curve && this.describe(Math.round(Math.min(1, Math.max(0, share)) * last));
   }
 
-  told(generation) {
+  describe(generation) {
     const { measure, best, mean } = this.curve;
     return `generation ${format(generation)}, ${measure}: best ${format(best[generation])}, average ${format(mean[generation])}`;
   }
 
   /** The average agent as an area, the best one as a line; nothing is done where nothing has changed. */
   draw() {
-    const sheet = this.curve && this.fresh(this.curve);
+    const sheet = this.curve && this.redrawIfChanged(this.curve);
     if (!sheet) return;
     const { pen, width, height, dots } = sheet;
     const { best, mean } = this.curve;
-    const most = Math.max(...best, 1);
+    const maximum = Math.max(...best, 1);
     const x = (generation) => (best.length > 1 ? generation / (best.length - 1) : 0.5) * width;
-    const y = (value) => (height - dots) * (1 - value / most) + dots / 2;
+    const y = (value) => (height - dots) * (1 - value / maximum) + dots / 2;
     pen.fillStyle = palette.edge;
     pen.globalAlpha = 0.6;
     pen.fillRect(0, height - dots, width, dots);

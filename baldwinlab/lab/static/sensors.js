@@ -10,37 +10,43 @@ const MANY = 60; // agents beyond which only the chosen one's is drawn, unless d
 export function drawSensors(view, recording, step, chosen) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
-  const looking = inputs
+  const visibleSectors = inputs
     .map(({ sector }, input) => ({ ...sector, input }))
     .filter(({ radius }) => radius);
-  if (!looking.length) return;
-  const farthest = Math.max(...looking.map(({ radius }) => radius));
-  const all = agents <= MANY || farthest * scale > 90;
-  const seen = all ? agentsNear(view, farthest) : chosen != null && chosen < agents ? [chosen] : [];
-  const shape = (draw) => {
+  if (!visibleSectors.length) return;
+  const farthest = Math.max(...visibleSectors.map(({ radius }) => radius));
+  const drawsAll = agents <= MANY || farthest * scale > 90;
+  const visible = drawsAll
+    ? agentsNear(view, farthest)
+    : chosen != null && chosen < agents
+      ? [chosen]
+      : [];
+  const drawShape = (draw) => {
     pen.beginPath();
-    for (const agent of seen) copies(view, agent, farthest, (x, y) => draw(agent, x, y));
+    for (const agent of visible) forEachCopy(view, agent, farthest, (x, y) => draw(agent, x, y));
   };
-  shape((agent, x, y) => {
+  drawShape((agent, x, y) => {
     pen.moveTo(x + farthest, y);
     pen.arc(x, y, farthest, 0, 2 * Math.PI);
   });
   pen.fillStyle = pen.strokeStyle = palette.sight;
   pen.globalAlpha = 0.055;
   pen.fill();
-  shape((agent, x, y) => looking.forEach((sector) => wedge(pen, x, y, view.angle[agent], sector)));
+  drawShape((agent, x, y) =>
+    visibleSectors.forEach((sector) => wedge(pen, x, y, view.angle[agent], sector)),
+  );
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
   pen.stroke();
-  for (const colour of new Set(looking.map((sector) => sector.colour))) {
-    const mine = looking.filter((sector) => sector.colour === colour);
+  for (const colour of new Set(visibleSectors.map((sector) => sector.colour))) {
+    const sameColor = visibleSectors.filter((sector) => sector.colour === colour);
     pen.fillStyle = resolveColor(colour);
     for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
-      const bright = (agent, { input }) =>
+      const hasLevel = (agent, { input }) =>
         Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;
-      shape((agent, x, y) =>
-        mine.forEach(
-          (sector) => bright(agent, sector) && wedge(pen, x, y, view.angle[agent], sector),
+      drawShape((agent, x, y) =>
+        sameColor.forEach(
+          (sector) => hasLevel(agent, sector) && wedge(pen, x, y, view.angle[agent], sector),
         ),
       );
       pen.globalAlpha = (0.42 * level) / LEVELS;
@@ -61,7 +67,7 @@ function agentsNear(view, radius) {
   const { width, height } = view.world;
   const [left, top] = view.toWorld(0, 0);
   const [right, bottom] = view.toWorld(view.width, view.height);
-  const found = [];
+  const near = [];
   for (let agent = 0; agent < view.count; agent++) {
     const [x, y] = [view.x[agent], view.y[agent]];
     const wraps = x < radius || y < radius || x > width - radius || y > height - radius;
@@ -69,13 +75,13 @@ function agentsNear(view, radius) {
       wraps ||
       (x > left - radius && x < right + radius && y > top - radius && y < bottom + radius)
     )
-      found.push(agent);
+      near.push(agent);
   }
-  return found;
+  return near;
 }
 
 /** Draws what is round an agent, and again on the other side where it reaches across the edge of the torus. */
-function copies({ x: allX, y: allY, world: { width, height } }, agent, radius, draw) {
+function forEachCopy({ x: allX, y: allY, world: { width, height } }, agent, radius, draw) {
   const [x, y] = [allX[agent], allY[agent]];
   const acrossX = x < radius ? width : x > width - radius ? -width : 0;
   const acrossY = y < radius ? height : y > height - radius ? -height : 0;

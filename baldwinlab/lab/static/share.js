@@ -44,34 +44,34 @@ export function mountShare(root, getState) {
 }
 
 function entries(getState) {
-  const made = (kind, more) => () => fetchFile(kind, { ...sources(getState()), ...more() });
-  const here = [
+  const fetcher = (kind, extra) => () => fetchFile(kind, { ...sources(getState()), ...extra() });
+  const items = [
     linkRow(),
     saver("Picture", ".png of this step", "share-png", () => picture(getState())),
   ];
-  if (isServerless()) return here;
+  if (isServerless()) return items;
   return [
-    here[0],
+    items[0],
     saver(
       "Page that plays anywhere",
       ".html, needs no server",
       "share-html",
-      made("share", () => ({ step: getState().step })),
+      fetcher("share", () => ({ step: getState().step })),
     ),
     saver(
       "Live laboratory",
       ".html, simulates evolution in the browser",
       "share-laboratory",
-      made("laboratory", () => ({})),
+      fetcher("laboratory", () => ({})),
     ),
-    here[1],
+    items[1],
     saver("Movie", ".mp4, the complete lifetime in 20 s", "share-mp4", movie("mp4", getState)),
     saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),
   ];
 }
 
 function sources({ panels }) {
-  return Object.fromEntries(panels.map(({ source }, place) => ["ab"[place], source]));
+  return Object.fromEntries(panels.map(({ source }, index) => ["ab"[index], source]));
 }
 
 function linkRow() {
@@ -107,8 +107,8 @@ function linkRow() {
 }
 
 /** An entry that makes a file and saves it; while it does, it says so. */
-function saver(title, what, testid, make) {
-  const hint = el("span", { class: "soft" }, what);
+function saver(title, note, testid, make) {
+  const hint = el("span", { class: "soft" }, note);
   const save = async () => {
     button.disabled = true;
     hint.textContent = "creating …";
@@ -122,7 +122,7 @@ function saver(title, what, testid, make) {
       message(fault.message, "error");
     }
     button.disabled = false;
-    hint.textContent = what;
+    hint.textContent = note;
   };
   const button = el(
     "button",
@@ -142,19 +142,19 @@ async function fetchFile(kind, query) {
 
 /** A movie takes some seconds: `tell` hears which share of it there is. */
 function movie(format, getState) {
-  return async (tell) => {
+  return async (reportProgress) => {
     const ticket = Math.random().toString(36).slice(2);
     let done = false;
-    const ask = async () => {
-      const { share } = await getJSON(`api/movie/made?${new URLSearchParams({ ticket })}`);
-      if (!done) tell(share);
+    const requestProgress = async () => {
+      const { share } = await getJSON(`api/movie/progress?${new URLSearchParams({ ticket })}`);
+      if (!done) reportProgress(share);
     };
-    const asking = setInterval(ask, HOW_FAR);
+    const timer = setInterval(requestProgress, HOW_FAR);
     try {
       return await fetchFile("movie", { ...sources(getState()), format, ticket });
     } finally {
       done = true;
-      clearInterval(asking);
+      clearInterval(timer);
     }
   };
 }
@@ -191,8 +191,8 @@ async function picture({ panels, step }) {
 /** Such as: evo/A, run 3, generation 90. */
 function titleOf(source) {
   const query = new URLSearchParams(source);
-  const what = query.get("condition") ?? query.get("preset") ?? "live";
-  return `${what}, run ${query.get("run") ?? 0}, generation ${query.get("generation")}`;
+  const note = query.get("condition") ?? query.get("preset") ?? "live";
+  return `${note}, run ${query.get("run") ?? 0}, generation ${query.get("generation")}`;
 }
 
 function download(blob, name) {

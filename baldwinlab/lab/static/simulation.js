@@ -23,51 +23,51 @@ export class Run {
   constructor(program, experiment, seed, run) {
     this.engine = new Engine(program);
     this.engine.prepare(experiment, { seed, run });
-    Object.assign(this, { experiment, seed, run, lived: 0 });
+    Object.assign(this, { experiment, seed, run, generationsDone: 0 });
     this.generations = experiment.evolution.generations;
     this.engine.call("found");
-    this.parents = this.elders = this.engine.array("population.parents").fill(-1).slice();
+    this.parents = this.teachers = this.engine.array("population.parents").fill(-1).slice();
   }
 
   /** Live the next generation, and let it have its children if there is one after it. Raises an Error with a sentence. */
   next() {
-    const genome = this.begin();
+    const genome = this.startNext();
     this.live(0, this.experiment.lifetime.steps);
-    return this.end(genome);
+    return this.finishGeneration(genome);
   }
 
   /** Let the next generation be born. @returns {Float32Array} its genomes */
-  begin() {
+  startNext() {
     const genome = this.engine.array("population.genome").slice();
-    this.bear(this.lived);
+    this.startGeneration(this.generationsDone);
     return genome;
   }
 
   /** What became of the generation that has lived. */
-  end(genome) {
+  finishGeneration(genome) {
     const { engine, parents } = this;
     engine.call("reckon");
     this.check();
     const agents = this.experiment.population.size;
-    const lived = {
+    const result = {
       food_eaten: engine.array("population.eaten_of_kind").slice(0, agents),
       energy: engine.array("population.energy").slice(),
       parents,
       genome,
     };
-    this.lived += 1;
-    if (this.lived < this.generations) {
+    this.generationsDone += 1;
+    if (this.generationsDone < this.generations) {
       engine.call("breed");
       this.check();
       this.requireFinite();
       this.parents = engine.array("population.parents").slice();
-      this.elders = this.eldersOf(this.parents);
+      this.teachers = this.teachersOf(this.parents);
     }
-    return lived;
+    return result;
   }
 
   /** Whose learned weights the teachers of those just bred would be passed on from, as `parents`: see evolution/inheritance.py. */
-  eldersOf(parents) {
+  teachersOf(parents) {
     const { teacher } = this.experiment.learning;
     if (teacher === "fresh") return null;
     if (teacher !== "shuffled") return parents;
@@ -76,7 +76,7 @@ export class Run {
   }
 
   /** Let a generation be born, of the genomes that stand there. */
-  bear(generation) {
+  startGeneration(generation) {
     this.engine.set("population.generation", generation);
     this.engine.call("begin");
   }
@@ -103,7 +103,7 @@ export class Run {
       at % genes,
     ];
     throw new Error(
-      `Gene ${gene} of module ${module} of agent ${agent} in generation ${this.lived} is not a finite number: ` +
+      `Gene ${gene} of module ${module} of agent ${agent} in generation ${this.generationsDone} is not a finite number: ` +
         "choose a smaller learning.rate, evolution.lamarckian_share or evolution.mutation_size.",
     );
   }
@@ -111,20 +111,25 @@ export class Run {
 
 /** A whole run: the variables of `bl.simulate`, generation after generation. */
 export function simulate(program, experiment, seed, run) {
-  const made = new Run(program, experiment, seed, run);
-  const all = Array.from({ length: made.generations }, () => made.next());
+  const simulation = new Run(program, experiment, seed, run);
+  const generations = Array.from({ length: simulation.generations }, () => simulation.next());
   return Object.fromEntries(
-    Object.keys(all[0]).map((name) => [name, concatenate(all.map((one) => one[name]))]),
+    Object.keys(generations[0]).map((name) => [
+      name,
+      concatenate(generations.map((array) => array[name])),
+    ]),
   );
 }
 
 /** Arrays of a kind, one after the other. */
 export function concatenate(arrays) {
-  const whole = new arrays[0].constructor(arrays.reduce((length, one) => length + one.length, 0));
+  const joined = new arrays[0].constructor(
+    arrays.reduce((length, array) => length + array.length, 0),
+  );
   let at = 0;
-  for (const one of arrays) {
-    whole.set(one, at);
-    at += one.length;
+  for (const array of arrays) {
+    joined.set(array, at);
+    at += array.length;
   }
-  return whole;
+  return joined;
 }

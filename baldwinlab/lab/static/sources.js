@@ -32,28 +32,34 @@ export function hasWorld(studies, wanted) {
 
 /** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
 export function nearestLifetime(studies, { study, condition, run, generation }, strict = false) {
-  const found =
+  const match =
     studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
-  if (!found)
+  if (!match)
     throw new Error(
       `There is no study ${study} in this folder. Available: ${studies.map(({ id }) => id).join(", ")}.`,
     );
-  const inside = found.conditions.find(({ name }) => name === condition);
-  if (strict && condition !== undefined && !inside)
-    throw new Error(`The study ${found.id} has no finished runs of ${condition}.`);
-  const one = inside ?? found.conditions.find(({ shown }) => shown) ?? found.conditions[0];
-  const [last, asked] = [one.generations - 1, Number(generation ?? one.generations - 1)];
-  if (strict && !(Number.isInteger(asked) && asked >= 0 && asked <= last))
+  const named = match.conditions.find(({ name }) => name === condition);
+  if (strict && condition !== undefined && !named)
+    throw new Error(`The study ${match.id} has no finished runs of ${condition}.`);
+  const chosen = named ?? match.conditions.find(({ shown }) => shown) ?? match.conditions[0];
+  const [last, generationAsked] = [
+    chosen.generations - 1,
+    Number(generation ?? chosen.generations - 1),
+  ];
+  if (
+    strict &&
+    !(Number.isInteger(generationAsked) && generationAsked >= 0 && generationAsked <= last)
+  )
     throw new Error(
-      `${one.name} has no generation ${generation}: its generations are 0 to ${last}.`,
+      `${chosen.name} has no generation ${generation}: its generations are 0 to ${last}.`,
     );
-  if (strict && run !== undefined && !one.runs.includes(Number(run)))
-    throw new Error(`The study ${found.id} has no run ${run} of ${one.name}.`);
+  if (strict && run !== undefined && !chosen.runs.includes(Number(run)))
+    throw new Error(`The study ${match.id} has no run ${run} of ${chosen.name}.`);
   return {
-    study: found.id,
-    condition: one.name,
-    run: one.runs.includes(Number(run)) ? Number(run) : one.runs[0],
-    generation: Math.min(asked, last),
+    study: match.id,
+    condition: chosen.name,
+    run: chosen.runs.includes(Number(run)) ? Number(run) : chosen.runs[0],
+    generation: Math.min(generationAsked, last),
   };
 }
 
@@ -74,20 +80,23 @@ export async function addTypicalRun(studies, state) {
 
 /** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
 export function comparisonSource({ source, conditions }) {
-  const own = conditions.find(({ name }) => name === source.condition);
-  const there = conditions.filter(
-    ({ map, variant, steps }) => steps && map === own?.map && variant === own?.variant,
+  const current = conditions.find(({ name }) => name === source.condition);
+  const candidates = conditions.filter(
+    ({ map, variant, steps }) => steps && map === current?.map && variant === current?.variant,
   );
   const first = conditions.find(({ shown }) => shown)?.learner;
-  const other = there
+  const alternative = candidates
     .filter(({ learner }) => learner === first)
-    .concat(there)
+    .concat(candidates)
     .find(
-      (one) => one !== own && one.runs.includes(source.run) && one.generations > source.generation,
+      (chosen) =>
+        chosen !== current &&
+        chosen.runs.includes(source.run) &&
+        chosen.generations > source.generation,
     );
-  return other
-    ? { ...source, condition: other.name }
-    : { ...source, generation: source.generation === 0 ? (own?.generations ?? 1) - 1 : 0 };
+  return alternative
+    ? { ...source, condition: alternative.name }
+    : { ...source, generation: source.generation === 0 ? (current?.generations ?? 1) - 1 : 0 };
 }
 
 /**
@@ -99,13 +108,13 @@ export async function loadStudies() {
   const problems = studies.flatMap(({ problem }) => problem ?? []);
   const worldless = studies.flatMap(({ id, conditions }) =>
     conditions
-      .filter((one) => !isViewable(one))
+      .filter((chosen) => !isViewable(chosen))
       .map(({ name }) => ({ study: id, condition: name })),
   );
   const stored = studies
     .map((study) => ({
       ...study,
-      conditions: study.conditions.filter((one) => one.runs.length && isViewable(one)),
+      conditions: study.conditions.filter((chosen) => chosen.runs.length && isViewable(chosen)),
     }))
     .filter(({ conditions }) => conditions.length);
   return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
@@ -113,13 +122,11 @@ export async function loadStudies() {
 
 /** Raises an Error with a sentence where what an address names cannot be shown. */
 export function requireViewable({ studies, worldless }, state) {
-  const found = worldless.find(
+  const match = worldless.find(
     ({ study, condition }) => study === state.study && condition === (state.condition ?? condition),
   );
-  if (found && (state.condition || studies.every(({ id }) => id !== state.study)))
-    throw new Error(
-      `The model of ${found.condition} in ${state.study} has no world to show.`,
-    );
+  if (match && (state.condition || studies.every(({ id }) => id !== state.study)))
+    throw new Error(`The model of ${match.condition} in ${state.study} has no world to show.`);
 }
 
 /** A life by its whole name. @param {Source} source */

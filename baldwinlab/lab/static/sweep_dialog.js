@@ -13,9 +13,9 @@ const FIELDS = 2;
  * @param {(name: string) => void} started as the study of that name
  */
 export function sweepDialog(order, swept, changed, started) {
-  const known = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
+  const fieldValues = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
   const rows = Array.from({ length: FIELDS }, (_, number) =>
-    fieldRow(known, number, Object.entries(swept)[number]),
+    fieldRow(fieldValues, number, Object.entries(swept)[number]),
   );
   const name = el("input", {
     value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`,
@@ -32,9 +32,9 @@ export function sweepDialog(order, swept, changed, started) {
     { type: "submit", class: "primary", "data-testid": "sweep-start" },
     "Start the sweep",
   );
-  let [toml, waiting, turn] = [undefined, 0, 0];
+  let [toml, waiting, latestRequest] = [undefined, 0, 0];
   const save = downloadButton("sweep.toml", () => toml);
-  const elsewhere = el(
+  const commandHint = el(
     "p",
     { class: "soft" },
     "To run this sweep on another machine, save this file and run ",
@@ -46,25 +46,29 @@ export function sweepDialog(order, swept, changed, started) {
     Object.fromEntries(
       rows
         .filter(({ field }) => field.value)
-        .map(({ field, values }) => [field.value, listed(values.value)]),
+        .map(({ field, values }) => [field.value, parseValues(values.value)]),
     );
-  const tell = (plan, sentence) => {
-    [toml, size.textContent, fault.textContent] = [plan?.toml, plan ? inWords(plan) : "", sentence];
+  const showPlan = (plan, sentence) => {
+    [toml, size.textContent, fault.textContent] = [
+      plan?.toml,
+      plan ? describePlan(plan) : "",
+      sentence,
+    ];
     start.disabled = save.disabled = !plan;
   };
   const check = () => {
     clearTimeout(waiting);
     changed(fields());
-    const mine = ++turn;
-    tell(null, "");
+    const request = ++latestRequest;
+    showPlan(null, "");
     if (!Object.keys(fields()).length) return;
     size.textContent = "Estimating …";
     waiting = setTimeout(async () => {
       try {
         const plan = await postJSON("/api/sweep/plan", { ...order, fields: fields() });
-        if (mine === turn) tell(plan.problem ? null : plan, plan.problem ?? "");
+        if (request === latestRequest) showPlan(plan.problem ? null : plan, plan.problem ?? "");
       } catch (refusal) {
-        if (mine === turn) tell(null, refusal.message);
+        if (request === latestRequest) showPlan(null, refusal.message);
       }
     }, CHECK_AFTER);
   };
@@ -85,7 +89,7 @@ export function sweepDialog(order, swept, changed, started) {
       name,
     ),
     size,
-    elsewhere,
+    commandHint,
     fault,
     el(
       "div",
@@ -120,7 +124,7 @@ export function sweepDialog(order, swept, changed, started) {
   });
   dialog.addEventListener("close", () => {
     clearTimeout(waiting);
-    turn++;
+    latestRequest++;
     dialog.remove();
     changed(null);
   });
@@ -131,29 +135,30 @@ export function sweepDialog(order, swept, changed, started) {
 }
 
 /** A field to choose, and its values. */
-function fieldRow(known, number, given) {
+function fieldRow(fieldValues, number, initial) {
   const title = number ? "second field (optional)" : "field";
   const field = el(
     "select",
     { "data-testid": `sweep-field-${number}` },
     el("option", { value: "" }, number ? "none" : "choose a field"),
-    ...[...known.keys()].map((path) => el("option", { value: path }, path)),
+    ...[...fieldValues.keys()].map((path) => el("option", { value: path }, path)),
   );
   const values = el("input", {
     spellcheck: "false",
     autocomplete: "off",
     "data-testid": `sweep-values-${number}`,
   });
-  if (given && known.has(given[0])) [field.value, values.value] = [given[0], written(given[1])];
-  const beside = el(
+  if (initial && fieldValues.has(initial[0]))
+    [field.value, values.value] = [initial[0], formatValues(initial[1])];
+  const valuesField = el(
     "label",
     { class: "field", hidden: !field.value },
     el("span", {}, "values, separated by commas"),
     values,
   );
   field.addEventListener("change", () => {
-    beside.hidden = !field.value;
-    values.value = field.value ? written(around(known.get(field.value))) : "";
+    valuesField.hidden = !field.value;
+    values.value = field.value ? formatValues(proposeValues(fieldValues.get(field.value))) : "";
     field.dispatchEvent(new Event("input", { bubbles: true }));
   });
   return {
@@ -163,7 +168,7 @@ function fieldRow(known, number, given) {
       "div",
       { class: "sweep-field" },
       el("label", { class: "field" }, el("span", {}, title), field),
-      beside,
+      valuesField,
     ),
   };
 }
@@ -173,7 +178,7 @@ function leaves(tree, path = "") {
   const table =
     tree !== null &&
     typeof tree === "object" &&
-    (!Array.isArray(tree) || tree.some((one) => typeof one === "object"));
+    (!Array.isArray(tree) || tree.some((item) => typeof item === "object"));
   if (!table) return tree === null ? [] : [[path, tree]];
   return Object.entries(tree).flatMap(([key, below]) =>
     leaves(below, path ? `${path}.${key}` : key),
@@ -181,42 +186,42 @@ function leaves(tree, path = "") {
 }
 
 /** Some values to begin with. */
-function around(value) {
+function proposeValues(value) {
   if (typeof value === "boolean") return [false, true];
   if (typeof value !== "number") return [value];
   if (value === 0) return [0, 1];
-  const near = Number.isInteger(value)
+  const scaled = Number.isInteger(value)
     ? [Math.ceil(value / 2), value, 2 * value]
-    : [value / 2, value, 2 * value].map((one) => Number(one.toPrecision(6)));
-  return [...new Set(near)];
+    : [value / 2, value, 2 * value].map((item) => Number(item.toPrecision(6)));
+  return [...new Set(scaled)];
 }
 
-function written(values) {
+function formatValues(values) {
   return values
     .map((value) => (typeof value === "string" ? value : JSON.stringify(value)))
     .join(", ");
 }
 
 /** `0, 0.1`, `true, false`, `rank, roulette` and `[10], [5, 5]` as the values that they mean. */
-function listed(text) {
+function parseValues(text) {
   try {
     return JSON.parse(`[${text}]`);
   } catch {
     return text
       .split(",")
-      .map((one) => one.trim())
+      .map((item) => item.trim())
       .filter(Boolean)
-      .map((one) => {
+      .map((item) => {
         try {
-          return JSON.parse(one);
+          return JSON.parse(item);
         } catch {
-          return one;
+          return item;
         }
       });
   }
 }
 
-function inWords({ points, runs, seconds, workers, disk, note }) {
+function describePlan({ points, runs, seconds, workers, disk, note }) {
   const sentence = note ? ` ${note}` : "";
   return `${format(points)} points, ${format(runs)} runs in total: ${formatDuration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB of disk space.${sentence}`;
 }

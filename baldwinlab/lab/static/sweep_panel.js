@@ -4,7 +4,7 @@ import { el, getJSON, message, postJSON } from "./common.js";
 import { formatDuration } from "./sweep_dialog.js";
 
 const EVERY = 500; // ms
-const WORDS = {
+const STATES = {
   preparing: ["Preparing", ""],
   running: ["Running", "good"],
   done: ["Done", "good"],
@@ -15,10 +15,10 @@ const WORDS = {
 /**
  * @param {HTMLElement} root is filled
  * @param {string} name of the study that it makes
- * @param {() => void} over it is not the server's last sweep any longer
+ * @param {() => void} onGone it is not the server's last sweep any longer
  * @returns {{update: () => void, close: () => void}}
  */
-export function sweepPanel(root, name, over) {
+export function sweepPanel(root, name, onGone) {
   const aborted = new AbortController();
   const [title, badge] = [el("h1"), el("span", { "data-testid": "sweep-state" })];
   const stop = el(
@@ -36,7 +36,7 @@ export function sweepPanel(root, name, over) {
     el("span", { class: "number", "data-testid": "sweep-count" }),
   ];
   const fault = el("p", { class: "fault", role: "status" });
-  const words = el(
+  const hint = el(
     "p",
     { class: "soft" },
     "The sweep continues if you leave or close this page. You can open finished runs at any time. If you stop the sweep, finished runs stay stored.",
@@ -57,7 +57,7 @@ export function sweepPanel(root, name, over) {
       ),
       el("div", { class: "row live-progress" }, progress, count),
       fault,
-      words,
+      hint,
     ),
   );
   stop.addEventListener("click", () =>
@@ -65,7 +65,7 @@ export function sweepPanel(root, name, over) {
   );
 
   const show = (sweep) => {
-    const [word, kind] = WORDS[sweep.state];
+    const [word, kind] = STATES[sweep.state];
     [badge.className, badge.textContent, fault.textContent] = [
       `badge ${kind}`,
       word,
@@ -75,16 +75,16 @@ export function sweepPanel(root, name, over) {
     progress.value = sweep.share;
     const left = sweep.seconds_left === null ? "" : `, ${formatDuration(sweep.seconds_left)} left`;
     count.textContent = `${sweep.stored} of ${sweep.runs} runs${left}`;
-    stop.hidden = words.hidden = !["preparing", "running"].includes(sweep.state);
+    stop.hidden = hint.hidden = !["preparing", "running"].includes(sweep.state);
     open.hidden = !sweep.stored;
     open.href = `#/results?${new URLSearchParams({ study: name })}`;
   };
-  const look = async () => {
+  const poll = async () => {
     const { sweep } = await getJSON("/api/sweep", aborted.signal);
-    if (sweep?.name !== name) return over();
+    if (sweep?.name !== name) return onGone();
     show(sweep);
-    if (!stop.hidden) setTimeout(() => aborted.signal.aborted || look(), EVERY);
+    if (!stop.hidden) setTimeout(() => aborted.signal.aborted || poll(), EVERY);
   };
-  look();
+  poll();
   return { update() {}, close: () => aborted.abort() };
 }

@@ -13,15 +13,15 @@ export class TimeBar {
   /**
    * @param {import("./player.js").Player} player
    * @param {string} testid what the names of its parts begin with
-   * @param {() => void} [taken] told before the reader plays, pauses, or goes to another step
+   * @param {() => void} [onUserAction] told before the reader plays, pauses, or goes to another step
    */
-  constructor(player, testid, taken = () => {}) {
-    Object.assign(this, { player, taken });
-    const act = (what) => () => {
-      taken();
-      what();
+  constructor(player, testid, onUserAction = () => {}) {
+    Object.assign(this, { player, taken: onUserAction });
+    const userAction = (action) => () => {
+      onUserAction();
+      action();
     };
-    const button = (name, label, path, what, shape = "square") =>
+    const button = (name, label, path, action, shape = "square") =>
       el(
         "button",
         {
@@ -29,12 +29,12 @@ export class TimeBar {
           class: shape,
           "aria-label": label,
           "data-testid": `${testid}-${name}`,
-          onclick: act(what),
+          onclick: userAction(action),
         },
         icon(path),
       );
     this.toggle = button("play", "Play", PLAY, () => player.toggle(), "primary round");
-    this.timeline = new Timeline((step) => act(() => player.seek(step))());
+    this.timeline = new Timeline((step) => userAction(() => player.seek(step))());
     this.step = el("span", { class: "number", "data-testid": `${testid}-step` });
     const options = SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`));
     this.speed = el(
@@ -47,13 +47,13 @@ export class TimeBar {
       ...options,
     );
     const back = button("back", "One step back", BACK, () => player.step(-1));
-    const on = button("on", "One step forward", ON, () => player.step(1));
+    const forward = button("on", "One step forward", ON, () => player.step(1));
     this.root = el(
       "div",
       { class: "time-bar", role: "group", "aria-label": "Time" },
       this.toggle,
       back,
-      on,
+      forward,
       this.timeline.root,
       this.step,
       this.speed,
@@ -78,11 +78,11 @@ export class TimeBar {
   }
 
   /** Space plays and pauses; the arrows go a step, with shift ten. Controls that have the focus keep their own keys. */
-  steer(event) {
-    const own =
+  handleKey(event) {
+    const isHandled =
       event.target.matches("input, select, textarea") ||
       (event.key === " " && event.target.matches("button, summary, a"));
-    if (own || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (isHandled || event.ctrlKey || event.metaKey || event.altKey) return;
     const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (event.key !== " " && !by) return;
     event.preventDefault();

@@ -22,7 +22,7 @@ export class Timeline extends ChartSlider {
     this.tracks = [];
   }
 
-  about(share) {
+  describeAt(share) {
     const steps = Number(this.slider.max) + 1;
     const first = Math.floor(Math.min(Math.max(0, share * steps), steps - 1));
     const perBar = (BAR * steps) / Math.max(1, this.canvas.clientWidth);
@@ -39,7 +39,7 @@ export class Timeline extends ChartSlider {
   draw(tracks) {
     this.tracks = tracks;
     const steps = Number(this.slider.max) + 1;
-    const sheet = this.fresh(
+    const sheet = this.redrawIfChanged(
       steps,
       ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()]),
     );
@@ -65,28 +65,31 @@ function eatenIn(life, from, to) {
 function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
   const wide = BAR * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
-  const own = new Set();
+  const chosenBars = new Set();
   for (const part of life.parts.values()) {
-    const place = (step) => Math.floor(((step / steps) * width) / wide);
-    part.meals.forEach((count, at) => (bars[place(part.first + at)] += count));
+    const barAt = (step) => Math.floor(((step / steps) * width) / wide);
+    part.meals.forEach((count, at) => (bars[barAt(part.first + at)] += count));
     for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
       if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen))
-        own.add(place(step - 1));
+        chosenBars.add(barAt(step - 1));
     }
   }
-  const most = Math.max(4, ...bars);
-  const room = row - 4 * dots;
+  const maximum = Math.max(4, ...bars);
+  const barHeight = row - 4 * dots;
   pen.fillStyle = palette.edge;
   pen.globalAlpha = 0.6;
   pen.fillRect(0, top + row - dots, width, dots);
   bars.forEach((count, at) => {
     if (!count) return;
-    const high = Math.max(2 * dots, Math.sqrt(count / most) * room * (own.size ? 0.72 : 1));
+    const high = Math.max(
+      2 * dots,
+      Math.sqrt(count / maximum) * barHeight * (chosenBars.size ? 0.72 : 1),
+    );
     pen.globalAlpha = 0.75;
     pen.fillStyle = palette.meal;
     pen.fillRect(at * wide, top + row - dots - high, wide - dots, high);
   });
   pen.globalAlpha = 1;
   pen.fillStyle = palette.chosen;
-  for (const at of own) pen.fillRect(at * wide, top + dots, wide - dots, 5 * dots);
+  for (const at of chosenBars) pen.fillRect(at * wide, top + dots, wide - dots, 5 * dots);
 }

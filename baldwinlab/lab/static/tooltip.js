@@ -15,8 +15,8 @@ export class Tooltip {
     this.element.hidden = text === null;
     if (text === null) return;
     this.element.textContent = text;
-    const most = this.root.clientWidth - this.element.offsetWidth - 4;
-    this.element.style.left = `${Math.max(4, Math.min(x + 12, most))}px`;
+    const maxLeft = this.root.clientWidth - this.element.offsetWidth - 4;
+    this.element.style.left = `${Math.max(4, Math.min(x + 12, maxLeft))}px`;
     this.element.style.top = `${y - 30}px`;
   }
 }

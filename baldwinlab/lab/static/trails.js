@@ -41,7 +41,7 @@ export function drawAgentTrail(pen, recording, step, agent, colour, width) {
 
 /** Adds rows `from` to `to` of an agent's path, every so-many-th; where it leaps over the edge of the torus, or is born anew, the line is broken. */
 function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
-  const [far, high] = [world.width, world.height].map((span) =>
+  const [maxX, maxY] = [world.width, world.height].map((span) =>
     Math.min(span / 2, Math.max(span * LEAP, FAR * every)),
   );
   let at = from * agents + agent;
@@ -50,7 +50,7 @@ function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from
   for (let row = from + every; row <= to; row += every) {
     at += agents * every;
     const [newX, newY] = [x[at], y[at]];
-    if (Math.abs(newX - oldX) > far || Math.abs(newY - oldY) > high) pen.moveTo(newX, newY);
+    if (Math.abs(newX - oldX) > maxX || Math.abs(newY - oldY) > maxY) pen.moveTo(newX, newY);
     else pen.lineTo(newX, newY);
     oldX = newX;
     oldY = newY;

@@ -21,21 +21,21 @@ const NOTHING = {
 export function mount(root, state, navigate, guide) {
   const stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
   const side = el("div", { class: "live-side" });
-  const both = el("div", { class: "live" }, side, stage);
-  root.append(both);
+  const columns = el("div", { class: "live" }, side, stage);
+  root.append(columns);
   const aborted = new AbortController();
   let [feed, panel] = [null, null];
   let shown = null; // the run or the sweep that is shown; "" for none
 
   const leave = () => {
-    if (feed) feed.heard = feed.failed = () => {};
+    if (feed) feed.onUpdate = feed.onError = () => {};
     panel?.close();
     [feed, panel] = [null, null];
   };
-  const hear = () => {
+  const showUpdate = () => {
     if (panel) panel.update();
     else if (feed.about)
-      panel = livePanel(stage, feed, state, navigate, (about) => setup.again(about));
+      panel = livePanel(stage, feed, state, navigate, (about) => setup.editRun(about));
     else if (feed.state === "gone")
       empty(stage, "This live run has ended", feed.message, aborted.signal);
   };
@@ -44,11 +44,16 @@ export function mount(root, state, navigate, guide) {
     const { id = "", sweep = "" } = next;
     if (id + sweep === shown) return;
     shown = id + sweep;
-    both.classList.toggle("shown", shown !== "");
+    columns.classList.toggle("shown", shown !== "");
     leave();
     if (sweep)
       return void (panel = sweepPanel(stage, sweep, () =>
-        empty(stage, "This sweep has ended", "Its runs are stored. Open them in Results.", aborted.signal),
+        empty(
+          stage,
+          "This sweep has ended",
+          "Its runs are stored. Open them in Results.",
+          aborted.signal,
+        ),
       ));
     if (!id)
       return empty(
@@ -58,17 +63,17 @@ export function mount(root, state, navigate, guide) {
         aborted.signal,
       );
     feed = openFeed(id);
-    [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
-    hear();
+    [feed.onUpdate, feed.onError] = [showUpdate, (sentence) => message(sentence, "error")];
+    showUpdate();
   };
-  const begin = (place) => {
+  const showStarted = (patch) => {
     guide.hide(); // what runs takes its place on the first screen
-    navigate({ ...NOTHING, ...place }, false);
+    navigate({ ...NOTHING, ...patch }, false);
     root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
   };
   const listener = {
-    started: (id) => begin({ id }),
-    swept: (sweep) => begin({ sweep }),
+    started: (id) => showStarted({ id }),
+    swept: (sweep) => showStarted({ sweep }),
     paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
     valid: (shown) => preview(stage, shown),
   };
@@ -87,7 +92,7 @@ export function mount(root, state, navigate, guide) {
 
 /** Where no run is shown: why, and which ones live. */
 async function empty(stage, title, sentence, signal) {
-  const others = el("ul", { class: "live-others" });
+  const activeList = el("ul", { class: "live-others" });
   const map = el("canvas", {
     class: "live-preview",
     hidden: true,
@@ -101,14 +106,14 @@ async function empty(stage, title, sentence, signal) {
       el("h1", {}, title),
       el("p", {}, sentence),
       map,
-      others,
+      activeList,
     ),
   );
   const [{ runs }, { sweep }] = await Promise.all([
     getJSON("/api/live", signal),
     getJSON("/api/sweep", signal),
   ]);
-  const swept = sweep
+  const sweepLinks = sweep
     ? [
         el(
           "li",
@@ -121,8 +126,8 @@ async function empty(stage, title, sentence, signal) {
         ),
       ]
     : [];
-  others.replaceChildren(
-    ...swept,
+  activeList.replaceChildren(
+    ...sweepLinks,
     ...runs.map((run) =>
       el(
         "li",
@@ -130,7 +135,7 @@ async function empty(stage, title, sentence, signal) {
         el(
           "a",
           { href: `#/live?id=${run.id}` },
-          `${run.experiment.name}, ${run.lived} of ${run.experiment.evolution.generations} generations, ${run.state}`,
+          `${run.experiment.name}, ${run.generations_done} of ${run.experiment.evolution.generations} generations, ${run.state}`,
         ),
       ),
     ),

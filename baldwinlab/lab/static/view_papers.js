@@ -19,9 +19,9 @@ export function mount(root, state) {
     );
     cards.replaceChildren(...papers.map(card));
     if (problem) message(problem, "error");
-    const found = [...cards.children].find(({ dataset }) => dataset.paper === paper);
-    found?.scrollIntoView({ block: "center" });
-    found?.focus({ preventScroll: true });
+    const target = [...cards.children].find(({ dataset }) => dataset.paper === paper);
+    target?.scrollIntoView({ block: "center" });
+    target?.focus({ preventScroll: true });
   };
   const update = (next) =>
     show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
@@ -56,29 +56,29 @@ function card(paper) {
         : []),
     ),
     el("p", { class: "paper-sentence" }, capital(description), "."),
-    el("p", { class: "soft" }, size(paper)),
-    ...paper.studies.map(made),
-    el("div", { class: "paper-run" }, ...ways(paper)),
+    el("p", { class: "soft" }, describeSize(paper)),
+    ...paper.studies.map(studyRow),
+    el("div", { class: "paper-run" }, ...runLinks(paper)),
   );
 }
 
-function size({ conditions, claims, runs }) {
-  const counted = (count, what) => `${format(count)} ${what}${count === 1 ? "" : "s"}`;
-  return `${counted(conditions, "condition")}, ${counted(runs, "run")} each, ${claims ? counted(claims, "claim") : "no claims"}`;
+function describeSize({ conditions, claims, runs }) {
+  const countOf = (count, what) => `${format(count)} ${what}${count === 1 ? "" : "s"}`;
+  return `${countOf(conditions, "condition")}, ${countOf(runs, "run")} each, ${claims ? countOf(claims, "claim") : "no claims"}`;
 }
 
 /** A study of a paper that is here: what came of its claims, and the ways into it. */
-function made({ study, changes, verdicts, problem, watch }) {
-  const counted = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
-  const badges = counted.map(([verdict, [tone, one, several]]) =>
+function studyRow({ study, changes, verdicts, problem, watch }) {
+  const countOf = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
+  const badges = countOf.map(([verdict, [tone, singular, plural]]) =>
     el(
       "span",
       { class: `badge ${tone}` },
-      `${verdicts[verdict]} ${verdicts[verdict] === 1 ? one : several}`,
+      `${verdicts[verdict]} ${verdicts[verdict] === 1 ? singular : plural}`,
     ),
   );
   const name = study === "." ? "this study" : study;
-  const way = (view, text) =>
+  const link = (view, text) =>
     el(
       "a",
       { href: `#/${view}?${new URLSearchParams({ study })}`, "aria-label": `${text}: ${name}` },
@@ -109,14 +109,14 @@ function made({ study, changes, verdicts, problem, watch }) {
     el(
       "span",
       { class: "spread paper-ways" },
-      watch && way("world", "Watch"),
-      way("results", "Results"),
+      watch && link("world", "Watch"),
+      link("results", "Results"),
     ),
   );
 }
 
 /** How it is run: a condition of it at once, or the whole from the command line. */
-function ways({ name, title, preset }) {
+function runLinks({ name, title, preset }) {
   const command = `baldwinlab reproduce ${name}`;
   const live =
     preset &&

@@ -45,34 +45,34 @@ export function mount(root, state, navigate) {
     return answers.get(path);
   };
 
-  const show = async (wanted) => {
+  const show = async (requested) => {
     listed ??= (await getJSON("/api/studies", aborted.signal)).studies;
-    const whole = listed.filter((study) => !study.problem);
+    const readable = listed.filter((study) => !study.problem);
     if (!listed.length)
-      return nothing(
+      return showEmpty(
         page,
         "This folder contains no study yet",
         "Create one with `baldwinlab reproduce`, or save a live run.",
       );
-    const study = wanted.study
-      ? listed.find((one) => one.id === wanted.study)
-      : (whole[0] ?? listed[0]);
+    const study = requested.study
+      ? listed.find((line) => line.id === requested.study)
+      : (readable[0] ?? listed[0]);
     if (!study)
-      return nothing(
+      return showEmpty(
         page,
         "Study not found",
-        `${wanted.study} is not in this folder.`,
+        `${requested.study} is not in this folder.`,
         picker(listed, null, choose),
       );
-    const measure = wanted.measure in MEASURES ? wanted.measure : "best";
-    const { hidden = "", ...rest } = wanted;
-    const asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden }).toString();
-    if (shown?.asked === asked) return;
+    const measure = requested.measure in MEASURES ? requested.measure : "best";
+    const { hidden = "", ...rest } = requested;
+    const stateKey = new URLSearchParams({ ...rest, study: study.id, measure, hidden }).toString();
+    if (shown?.asked === stateKey) return;
     if (shown?.study !== study.id) answers.clear();
     const results =
       shown?.study === study.id
         ? shown.results
-        : await fetched(study, page, listed, choose, aborted.signal);
+        : await fetchResults(study, page, listed, choose, aborted.signal);
     if (!results || aborted.signal.aborted) return;
     shown?.free();
     const given = {
@@ -84,11 +84,11 @@ export function mount(root, state, navigate) {
       choose,
       listed,
       ask,
-      norm: wanted.norm,
-      ...groupConditions(results, wanted),
+      norm: requested.norm,
+      ...groupConditions(results, requested),
     };
     given.alone = given.groups.every(({ conditions }) => conditions.length === 1); // each curve is that of one condition
-    given.lines = given.alone && given.groups.length <= FEW && wanted.runs === "each";
+    given.lines = given.alone && given.groups.length <= FEW && requested.runs === "each";
     const focused = page.contains(document.activeElement)
       ? document.activeElement.dataset.testid
       : undefined;
@@ -99,7 +99,7 @@ export function mount(root, state, navigate) {
         measure,
         hidden: labels,
       }).toString());
-    shown = { study: study.id, results, asked, free: draw(page, given, remember) };
+    shown = { study: study.id, results, asked: stateKey, free: draw(page, given, remember) };
     if (focused)
       page.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   };
@@ -118,9 +118,9 @@ export function mount(root, state, navigate) {
 }
 
 /** The results of a study; where there are none, the page says why. */
-async function fetched(study, page, listed, choose, signal) {
+async function fetchResults(study, page, listed, choose, signal) {
   const pick = picker(listed, study.id, choose);
-  if (study.problem) return nothing(page, "This study cannot be read", study.problem, pick);
+  if (study.problem) return showEmpty(page, "This study cannot be read", study.problem, pick);
   page.replaceChildren(
     el("div", { class: "row" }, pick),
     el(
@@ -133,12 +133,12 @@ async function fetched(study, page, listed, choose, signal) {
   try {
     return await getJSON(`/api/results?${new URLSearchParams({ study: study.id })}`, signal);
   } catch (fault) {
-    if (!signal.aborted) nothing(page, "This study has no results to show", fault.message, pick);
+    if (!signal.aborted) showEmpty(page, "This study has no results to show", fault.message, pick);
     return null;
   }
 }
 
-function nothing(page, title, sentence, ...more) {
+function showEmpty(page, title, sentence, ...more) {
   page.replaceChildren(
     el(
       "div",
@@ -158,7 +158,7 @@ function draw(page, given, remember) {
     const sentence = results.conditions.length
       ? "Change one of the filters."
       : "The first run is not finished yet.";
-    nothing(
+    showEmpty(
       page,
       "No condition to show",
       sentence,
@@ -182,9 +182,9 @@ function draw(page, given, remember) {
   const runs = Object.fromEntries(
     groups.flatMap(({ conditions }) => conditions).map((name) => [name, runsOf(study, name)]),
   );
-  const tellable = given.alone && groups.length <= FEW;
+  const canShowRuns = given.alone && groups.length <= FEW;
   const eachRun =
-    tellable && runSwitch(given.lines, (each) => choose({ runs: each ? "each" : null }));
+    canShowRuns && runSwitch(given.lines, (each) => choose({ runs: each ? "each" : null }));
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     heading(given),
@@ -194,13 +194,13 @@ function draw(page, given, remember) {
       { class: "row" },
       measureSwitch(results, measure, choose),
       eachRun,
-      el("span", { class: "soft" }, explained(given)),
+      el("span", { class: "soft" }, explanation(given)),
     ),
     comparisonTable(results.comparison),
     curves,
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     runTable(results, runs, measures(results), (name, run) =>
-      watched(given, name)
+      hasWorldView(given, name)
         ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) })
         : null,
     ),
@@ -215,16 +215,16 @@ function draw(page, given, remember) {
   );
   const drawn = [
     drawCurves(curves, given, remember),
-    ...["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind)),
+    ...["best", "mean"].map((kind, index) => drawBoxes(boxes[index], given, kind)),
     norms,
   ];
   return () => drawn.forEach((chart) => chart.destroy());
 }
 
-function explained(given) {
+function explanation(given) {
   if (!given.alone)
     return `Each curve is the mean of the conditions with one value of ${given.by}. Its band goes from the lowest to the highest condition. Click a curve to see its conditions.`;
-  const click = !watched(given)
+  const click = !hasWorldView(given)
     ? ""
     : given.lines
       ? "Click a line to see that generation of its run. "
@@ -239,12 +239,12 @@ function runsOf(study, name) {
 /** The curves as they are drawn, a row a generation. */
 function meanRows(generations, series) {
   return series.flatMap(({ label, values, low, high }) =>
-    generations.map((generation, place) => ({
+    generations.map((generation, index) => ({
       curve: label,
       generation,
-      mean: values[place],
-      low: low[place],
-      high: high[place],
+      mean: values[index],
+      low: low[index],
+      high: high[index],
     })),
   );
 }
@@ -253,14 +253,14 @@ function runRows(generations, series) {
   return series.flatMap(({ label, runs = [] }) =>
     runs.flatMap(({ run, values }) =>
       generations
-        .map((generation, place) => ({ curve: label, run, generation, value: values[place] }))
+        .map((generation, index) => ({ curve: label, run, generation, value: values[index] }))
         .filter(({ value }) => value !== null),
     ),
   );
 }
 
 /** Whether lives of a condition, or of any, lead to the World tab. */
-function watched({ study }, label) {
+function hasWorldView({ study }, label) {
   return study.conditions.some(
     (condition) => isViewable(condition) && (label === undefined || condition.name === label),
   );
@@ -269,11 +269,11 @@ function watched({ study }, label) {
 function heading({ study, listed, choose }) {
   const seed = el("span", { class: "badge" }, `seed ${study.seed}`);
   const runs = study.conditions.map((condition) => condition.runs.length);
-  const [least, most] = [Math.min(...runs), Math.max(...runs)];
-  const counted = el(
+  const [minRuns, maxRuns] = [Math.min(...runs), Math.max(...runs)];
+  const runsBadge = el(
     "span",
     { class: "badge" },
-    `${least === most ? most : `${least} to ${most}`} runs per condition`,
+    `${minRuns === maxRuns ? maxRuns : `${minRuns} to ${maxRuns}`} runs per condition`,
   );
   const report =
     study.report &&
@@ -288,7 +288,7 @@ function heading({ study, listed, choose }) {
       },
       "Full report",
     );
-  return el("div", { class: "row" }, picker(listed, study.id, choose), seed, counted, report);
+  return el("div", { class: "row" }, picker(listed, study.id, choose), seed, runsBadge, report);
 }
 
 function picker(listed, id, choose) {
@@ -332,7 +332,9 @@ function drawCurves(
 ) {
   const plot = el("div");
   let series = groups.map(({ label, conditions }, number) => {
-    const { mean, low, high } = combineCurves(conditions.map((name) => results.curves[name][measure]));
+    const { mean, low, high } = combineCurves(
+      conditions.map((name) => results.curves[name][measure]),
+    );
     return { label, values: mean, low, high, ...seriesStyle(number) };
   });
   const chart = lineChart(plot, {
@@ -351,7 +353,7 @@ function drawCurves(
       const { conditions } = groups.find((group) => group.label === label);
       if (conditions.length > 1)
         return choose({ [`only.${by}`]: label, group: null, hidden: null });
-      if (!watched({ study }, conditions[0]))
+      if (!hasWorldView({ study }, conditions[0]))
         return message("This model has no world to show.");
       location.hash = lifeAddress({
         study: study.id,
@@ -368,34 +370,34 @@ function drawCurves(
     chart.svg,
   );
   root.append(plot, saves);
-  let over = false;
-  const reading = el("span", { class: "soft" }, "Reading the runs …");
+  let isDestroyed = false;
+  const status = el("span", { class: "soft" }, "Reading the runs …");
   const withRuns = async () => {
-    saves.append(reading);
+    saves.append(status);
     const runs = await Promise.all(
       groups.map(({ conditions: [condition] }) =>
         ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`),
       ),
     );
-    if (over) return;
-    series = series.map((one, number) => ({
-      ...one,
+    if (isDestroyed) return;
+    series = series.map((line, number) => ({
+      ...line,
       runs: Object.entries(runs[number]).map(([run, values]) => ({
         run: Number(run),
-        values: results.generation.map((_, place) => values[place] ?? null),
+        values: results.generation.map((_, index) => values[index] ?? null),
       })),
     }));
     chart.update(results.generation, series);
-    reading.replaceWith(
+    status.replaceWith(
       downloadButton("run-curves.csv", () =>
         csv(["curve", "run", "generation", "value"], runRows(results.generation, series)),
       ),
     );
   };
-  if (lines) withRuns().catch((fault) => over || (reading.textContent = fault.message));
+  if (lines) withRuns().catch((fault) => isDestroyed || (status.textContent = fault.message));
   return {
     destroy() {
-      over = true;
+      isDestroyed = true;
       chart.destroy();
     },
   };
@@ -411,7 +413,7 @@ function drawBoxes(root, { study, results, groups }, kind) {
         value: results.final[name][kind][index],
       })),
     );
-    const seen = watched({ study }, conditions[0]);
+    const isLinked = hasWorldView({ study }, conditions[0]);
     return {
       label,
       points,
@@ -419,7 +421,7 @@ function drawBoxes(root, { study, results, groups }, kind) {
       color: seriesStyle(number).color,
       describe: (index) =>
         `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
-      ...(seen && {
+      ...(isLinked && {
         leads: "Open the last generation.",
         href: (index) =>
           lifeAddress({

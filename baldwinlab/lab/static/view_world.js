@@ -6,19 +6,19 @@ import { ModelTab } from "./model_tab.js";
 import { WorldTab } from "./world_tab.js";
 
 export function mount(root, state, navigate, guide) {
-  let [asked, there, shown, closed] = [state, null, null, false];
+  let [requested, available, tab, closed] = [state, null, null, false];
   const update = (state) => {
-    asked = state;
-    if (!there) return;
-    const Tab = hasWorld(there.studies, state) ? WorldTab : ModelTab;
-    if (shown instanceof Tab) return shown.come(state);
-    if (shown) leave();
-    shown = new Tab(root, navigate, guide, there);
-    shown.start(state);
+    requested = state;
+    if (!available) return;
+    const Tab = hasWorld(available.studies, state) ? WorldTab : ModelTab;
+    if (tab instanceof Tab) return tab.show(state);
+    if (tab) closeTab();
+    tab = new Tab(root, navigate, guide, available);
+    tab.start(state);
   };
-  const leave = () => {
-    shown.close();
-    guide.tell([]);
+  const closeTab = () => {
+    tab.close();
+    guide.setTopics([]);
     root.className = "view-world";
     root.replaceChildren(guide.root);
   };
@@ -29,17 +29,16 @@ export function mount(root, state, navigate, guide) {
     const why = worldless.length
       ? "The models of the stored studies have no world to show."
       : "This folder contains no study yet.";
-    if (studies[0].id === PRESETS)
-      message(`${why} The lab simulates built-in presets instead.`);
-    there = { studies, worldless };
-    update(asked);
+    if (studies[0].id === PRESETS) message(`${why} The lab simulates built-in presets instead.`);
+    available = { studies, worldless };
+    update(requested);
   };
   begin();
   return {
     update,
     unmount() {
       closed = true;
-      shown?.close();
+      tab?.close();
     },
   };
 }

@@ -18,12 +18,12 @@ export async function waitForEngine(root, wanted) {
   engine = await getJSON("api/engine");
   const first = engine.ready || !wanted() ? null : new WaitingScreen(root);
   while (!engine.ready && wanted()) {
-    first.tell(engine);
+    first.showElapsed(engine);
     await new Promise((resolve) => setTimeout(resolve, LOOK));
     engine = await getJSON("api/engine");
   }
   first?.close();
-  if (first && wanted()) first.leave();
+  if (first && wanted()) first.restore();
 }
 
 class WaitingScreen {
@@ -67,7 +67,7 @@ class WaitingScreen {
       this.legend.root,
       this.what,
     );
-    element.addEventListener("keydown", (event) => this.bar.steer(event));
+    element.addEventListener("keydown", (event) => this.bar.handleKey(event));
     root.replaceChildren(element);
     root.className = "view-first";
     this.load().catch((fault) => message(fault.message, "error"));
@@ -86,13 +86,13 @@ class WaitingScreen {
 
   draw(time) {
     const { life, agent } = this.figure;
-    const { there, ready } = this.figure.draw(time);
+    const { isLoaded, ready } = this.figure.draw(time);
     if (!ready) this.player.invalidate();
     if (life) this.bar.draw(Math.floor(time), this.player.last + 1, [{ life, chosen: agent }]);
-    return there;
+    return isLoaded;
   }
 
-  tell({ seconds }) {
+  showElapsed({ seconds }) {
     this.seconds.textContent = `Elapsed: ${Math.round(seconds)} s.`;
   }
 
@@ -102,7 +102,7 @@ class WaitingScreen {
   }
 
   /** The place is as it was; where something else is wanted, that has taken it already. */
-  leave() {
+  restore() {
     this.root.className = this.before;
     this.root.replaceChildren();
   }

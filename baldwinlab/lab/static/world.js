@@ -93,12 +93,12 @@ export class WorldView {
   /** The agent drawn nearest to a place on the canvas, in CSS pixels, or null. */
   agentAt(px, py, reach = 18) {
     const [x, y] = this.toWorld(px, py);
-    let [found, nearest] = [null, Math.max(reach / this.scale, 6) ** 2];
+    let [value, nearest] = [null, Math.max(reach / this.scale, 6) ** 2];
     for (let agent = 0; agent < this.count; agent++) {
       const distance = (this.x[agent] - x) ** 2 + (this.y[agent] - y) ** 2;
-      if (distance < nearest) [found, nearest] = [agent, distance];
+      if (distance < nearest) [value, nearest] = [agent, distance];
     }
-    return found;
+    return value;
   }
 
   /**
@@ -172,10 +172,10 @@ export class WorldView {
     const at = (step - first) * agents;
     const then = step + 1 < last ? at + agents : at;
     for (let agent = 0; agent < agents; agent++) {
-      const [here, there] = [at + agent, then + agent];
-      this.x[agent] = along(x[here], x[there], share, width);
-      this.y[agent] = along(y[here], y[there], share, height);
-      this.angle[agent] = along(heading[here], heading[there], share, look.headings) * turn;
+      const [now, next] = [at + agent, then + agent];
+      this.x[agent] = along(x[now], x[next], share, width);
+      this.y[agent] = along(y[now], y[next], share, height);
+      this.angle[agent] = along(heading[now], heading[next], share, look.headings) * turn;
     }
   }
 
@@ -245,6 +245,6 @@ function rounded(value) {
 
 /** From one number to another the shorter way round a circle of that size. */
 function along(from, to, share, size) {
-  const found = from + shortestDistance(to - from, size) * share;
-  return found < 0 ? found + size : found >= size ? found - size : found;
+  const value = from + shortestDistance(to - from, size) * share;
+  return value < 0 ? value + size : value >= size ? value - size : value;
 }

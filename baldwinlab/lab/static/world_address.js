@@ -14,14 +14,14 @@ export function secondLifetime(state, first) {
   return Object.fromEntries(LIFE.map((key) => [key, state[`b.${key}`] ?? first[key]]));
 }
 
-/** Everything but the lives; what an address leaves out is as at the beginning. `usual` is the speed that is not written. */
-export function readOptions(state, usual) {
+/** Everything but the lives; what an address leaves out is as at the beginning. `defaultSpeed` is the speed that is not written. */
+export function readOptions(state, defaultSpeed) {
   const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
   return {
     trails: TRAILS.includes(state.trails) ? state.trails : "recent",
     sight: state.sight !== "off",
     listing: state.agents === "listed",
-    speed: SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : usual,
+    speed: SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : defaultSpeed,
     camera: zoom ? { x, y, zoom } : WHOLE_MAP,
     step: state.step === undefined ? undefined : Math.max(0, Number(state.step) || 0),
     agent: state.agent === undefined || !(Number(state.agent) >= 0) ? null : Number(state.agent),
@@ -36,7 +36,7 @@ export function writeOptions({ panels: [a, b], player, inspector, ...tab }) {
     ...a.source,
     ...Object.fromEntries(LIFE.map((key) => [`b.${key}`, b ? b.source[key] : null])),
     step: tab.startAt ?? Math.floor(player.time),
-    speed: player.speed === tab.usual ? null : player.speed,
+    speed: player.speed === tab.defaultSpeed ? null : player.speed,
     agent: tab.agent,
     inside: inspector.descent ? "ancestors" : null,
     side: tab.side === "b" ? "b" : null,

@@ -1,4 +1,4 @@
-/** A world to watch where there is no World tab: it can be zoomed and moved, says what was eaten, and follows an agent. */
+/** A world to watch where there is no World tab: it can be zoomed and onCameraChange, says what was eaten, and follows an agent. */
 
 import { el, icon } from "./common.js";
 import { bindGestures } from "./gestures.js";
@@ -50,13 +50,13 @@ export class WorldFigure {
         "span",
         { class: "figure-tools" },
         this.picker,
-        press("closer", zoom(CLOSER)),
-        press("farther", zoom(1 / CLOSER)),
-        press("whole", () => this.fit()),
+        toolButton("closer", zoom(CLOSER)),
+        toolButton("farther", zoom(1 / CLOSER)),
+        toolButton("whole", () => this.fit()),
       ),
     );
     bindGestures(this.canvas, this.view, {
-      changed: () => this.moved(),
+      changed: () => this.onCameraChange(),
       picked: (agent) => this.pick(agent),
       fitted: () => this.fit(),
     });
@@ -82,40 +82,40 @@ export class WorldFigure {
 
   /** Look at one agent, or at none. */
   pick(agent) {
-    const other = agent !== this.agent;
+    const isOther = agent !== this.agent;
     this.agent = agent;
     this.picker.value = agent ?? "";
     this.facts.hidden = agent === null;
     this.invalidate();
-    if (other) this.picked(agent);
+    if (isOther) this.picked(agent);
   }
 
   zoom(factor) {
     this.view.zoomAt(factor, this.view.width / 2, this.view.height / 2);
-    this.moved();
+    this.onCameraChange();
   }
 
   fit() {
     this.view.look(0.5, 0.5, 1);
-    this.moved();
+    this.onCameraChange();
   }
 
-  moved() {
+  onCameraChange() {
     this.stage.classList.toggle("zoomed", this.view.camera.zoom > 1);
     this.invalidate();
   }
 
-  /** @returns {{there: boolean, ready: boolean}} whether the moment has come from where it comes from, and whether all of it is drawn */
+  /** @returns {{isLoaded: boolean, ready: boolean}} whether the moment has come from where it comes from, and whether all of it is drawn */
   draw(time) {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = Math.max(time, recording?.first ?? 0);
     const ready = this.view.draw(recording, moment, { chosen: this.agent });
-    if (recording) this.tell(recording, Math.min(Math.floor(moment), recording.last - 1));
-    return { there: recording !== null || !this.life, ready };
+    if (recording) this.showFacts(recording, Math.min(Math.floor(moment), recording.last - 1));
+    return { isLoaded: recording !== null || !this.life, ready };
   }
 
-  tell(recording, step) {
-    write(this.count, recording.eaten(step + 1));
+  showFacts(recording, step) {
+    setText(this.count, recording.eaten(step + 1));
     if (this.agent === null) return;
     const { agent } = this;
     const senses = recording.senses(step, agent);
@@ -124,7 +124,7 @@ export class WorldFigure {
         recording.arrays.action[(step - recording.first) * recording.agents + agent]
       ];
     const eaten = recording.eatenBefore(step + 1, agent);
-    write(
+    setText(
       this.facts,
       `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · action: ${action}`,
     );
@@ -135,7 +135,7 @@ export class WorldFigure {
   }
 }
 
-function press(name, act) {
+function toolButton(name, action) {
   const [label, path] = BUTTONS[name];
   return el(
     "button",
@@ -145,12 +145,12 @@ function press(name, act) {
       "aria-label": label,
       title: label,
       "data-testid": `zoom-${name}`,
-      onclick: act,
+      onclick: action,
     },
     icon(path),
   );
 }
 
-function write(element, text) {
+function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }

@@ -16,10 +16,10 @@ export class WorldPanel extends LifetimeSelector {
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
    * @param {{invalidate: () => void, chosen: () => void, loaded: () => void, failed: (fault: Error) => void,
-   *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void, toured: () => void}} tell
+   *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void, playAllClicked: () => void}} callbacks
    */
-  constructor(name, studies, tell) {
-    super(name, studies, tell);
+  constructor(name, studies, callbacks) {
+    super(name, studies, callbacks);
     this.life = null;
     this.canvas = el("canvas", {
       tabindex: 0,
@@ -42,14 +42,14 @@ export class WorldPanel extends LifetimeSelector {
     const hovered = (agent, x, y) =>
       this.tip.show(agent === null || !this.seen ? null : this.seen(agent), x, y);
     bindGestures(this.canvas, this.view, {
-      changed: tell.moved,
-      picked: tell.picked,
-      fitted: tell.fitted,
+      changed: callbacks.moved,
+      picked: callbacks.picked,
+      fitted: callbacks.fitted,
       hovered,
     });
     this.sized = new ResizeObserver(() => {
       this.view.resize();
-      tell.invalidate();
+      callbacks.invalidate();
     });
     this.sized.observe(this.stage);
   }
@@ -57,53 +57,53 @@ export class WorldPanel extends LifetimeSelector {
   /** Show a life; the one before stays in sight until it is there. @param {import("./sources.js").Source} source */
   choose(source) {
     if (!super.choose(source)) return;
-    this.coming?.close();
+    this.loadingLife?.close();
     const agents = this.condition?.agents;
     const started = performance.now();
-    this.coming = new Lifetime(
+    this.loadingLife = new Lifetime(
       (part, signal) => this.fetchPart(source, part, agents, signal),
       () => {
-        if (this.coming?.parts.size) {
+        if (this.loadingLife?.parts.size) {
           this.life?.close();
-          [this.life, this.coming] = [this.coming, null];
+          [this.life, this.loadingLife] = [this.loadingLife, null];
           this.root.dataset.ready = String(Math.round(performance.now() - started)); // ms, for tests and benchmarks
-          this.tell.loaded();
+          this.callbacks.loaded();
         }
-        this.busy.hidden = !this.coming;
-        this.tell.invalidate();
+        this.busy.hidden = !this.loadingLife;
+        this.callbacks.invalidate();
       },
       (fault) => {
         this.life?.close(); // what is named in the pickers is not there, and nothing else must seem to be it
-        this.life = this.coming = null;
+        this.life = this.loadingLife = null;
         this.note.textContent = "";
         delete this.root.dataset.ready;
         this.busy.hidden = true;
-        this.tell.failed(fault);
+        this.callbacks.failed(fault);
       },
     );
-    setTimeout(() => (this.busy.hidden = !this.coming), 150);
+    setTimeout(() => (this.busy.hidden = !this.loadingLife), 150);
   }
 
   async fetchPart(source, part, agents, signal) {
-    const asked = query(source);
+    const requested = query(source);
     const steps = this.condition?.steps;
     const span =
       part ??
       (agents && steps
         ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART / agents))) }
         : null);
-    if (span) for (const [key, value] of Object.entries(span)) asked.set(key, value);
-    return new Recording(await getBinary(`api/recording?${asked}`, signal));
+    if (span) for (const [key, value] of Object.entries(span)) requested.set(key, value);
+    return new Recording(await getBinary(`api/recording?${requested}`, signal));
   }
 
-  /** @returns {{there: boolean, ready: boolean}} whether the moment has come from the server, and whether all of it is drawn */
+  /** @returns {{isLoaded: boolean, ready: boolean}} whether the moment has come from the server, and whether all of it is drawn */
   draw(time, look) {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;
     const ready = this.view.draw(recording, moment, look);
     this.curve.draw();
     if (recording) this.showCount(recording, Math.floor(moment));
-    return { there: recording !== null || !this.life, ready };
+    return { isLoaded: recording !== null || !this.life, ready };
   }
 
   showCount(recording, step) {
@@ -116,7 +116,7 @@ export class WorldPanel extends LifetimeSelector {
     this.sized.disconnect();
     this.curve.close();
     this.life?.close();
-    this.coming?.close();
+    this.loadingLife?.close();
     this.root.remove();
   }
 }

@@ -8,7 +8,15 @@ import { WorldPanel } from "./world_panel.js";
 import { Player, defaultSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
-import { PRESETS, nearestLifetime, query, requireViewable, comparisonSource, lifetimeTitle, addTypicalRun } from "./sources.js";
+import {
+  PRESETS,
+  nearestLifetime,
+  query,
+  requireViewable,
+  comparisonSource,
+  lifetimeTitle,
+  addTypicalRun,
+} from "./sources.js";
 import { Timeline } from "./timeline.js";
 import { CURVE } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
@@ -27,21 +35,21 @@ export class WorldTab {
       panels: [],
       agent: null,
       side: "a",
-      turn: 0,
+      latestRequest: 0,
       closed: false,
     });
     Object.assign(this, { trails: "recent", sight: true, listing: false });
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.showTime();
-    this.tour = new GenerationPlayer({
+    this.generationPlayer = new GenerationPlayer({
       now: () => ({
         generation: this.panels[0].source.generation,
         last: this.panels[0].condition.generations - 1,
       }),
-      visit: (generation) => this.visit(generation),
-      changed: (on) => this.toured(on),
+      visit: (generation) => this.showGeneration(generation),
+      changed: (on) => this.setPlaying(on),
     });
-    this.player.ended = () => this.tour.next();
+    this.player.ended = () => this.generationPlayer.next();
     const { signal } = (this.leaving = new AbortController());
     matchMedia("(prefers-color-scheme: dark)").addEventListener(
       "change",
@@ -55,37 +63,37 @@ export class WorldTab {
       open: (source, agent) => this.openKin(source, agent),
       close: () => this.pick(this.side, null),
       seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
-      turned: () => this.remember(),
+      toggled: () => this.remember(),
     });
   }
 
   async start(state) {
     this.build();
-    await this.come(state);
-    if (state.step === undefined && !this.closed) this.player.begin();
+    await this.show(state);
+    if (state.step === undefined && !this.closed) this.player.autoplay();
   }
 
   /** Show what an address says, in the run to look at first where it names none. */
-  async come(state) {
-    const mine = ++this.turn;
-    const whole = await addTypicalRun(this.studies, state);
-    if (mine === this.turn && !this.closed) this.apply(whole);
+  async show(state) {
+    const request = ++this.latestRequest;
+    const completeState = await addTypicalRun(this.studies, state);
+    if (request === this.latestRequest && !this.closed) this.applyState(completeState);
   }
 
   build() {
     this.worlds = el("div", { class: "worlds" });
-    const tell = {
+    const callbacks = {
       set: (change) => this.set(change),
-      toggleBeside: () => this.toggleBeside(),
+      toggleComparison: () => this.toggleComparison(),
       fit: () => this.fit(),
-      meal: (way) => this.toMeal(way),
+      meal: (way) => this.goToMeal(way),
     };
-    this.transport = new PlaybackBar(this.player, this.timeline, tell);
+    this.playbackBar = new PlaybackBar(this.player, this.timeline, callbacks);
     const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
     this.root.append(
       el("h1", { class: "visually-hidden" }, "World"),
       el("div", { class: "scene" }, this.worlds, side),
-      this.transport.root,
+      this.playbackBar.root,
     );
     this.share = mountShare(document.getElementById("actions"), () => ({
       panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })),
@@ -94,46 +102,46 @@ export class WorldTab {
   }
 
   /** Show what an address says; what it leaves out is as at the beginning. */
-  apply(state) {
+  applyState(state) {
     try {
       requireViewable(this, state);
       const first = nearestLifetime(this.studies, state, true);
-      this.ensurePanel(0).choose(first);
+      this.requirePanel(0).choose(first);
       const second = secondLifetime(state, first);
-      if (second) this.ensurePanel(1).choose(nearestLifetime(this.studies, second, true));
-      else this.dropBeside();
+      if (second) this.requirePanel(1).choose(nearestLifetime(this.studies, second, true));
+      else this.removeSecond();
     } catch (fault) {
       message(fault.message, "error");
       if (!this.panels[0]?.source)
-        this.ensurePanel(0).choose(
+        this.requirePanel(0).choose(
           nearestLifetime(this.studies, { study: state.study, condition: state.condition }),
         );
     }
-    this.usual = defaultSpeed(this.panels[0].condition.steps);
-    const { speed, camera, step, descent, ...options } = readOptions(state, this.usual);
+    this.defaultSpeed = defaultSpeed(this.panels[0].condition.steps);
+    const { speed, camera, step, descent, ...options } = readOptions(state, this.defaultSpeed);
     Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
     this.player.speed = speed;
-    this.inspector.turn(descent);
+    this.inspector.showAncestors(descent);
     if (step !== undefined) this.startAt = step;
-    if (this.panels.every(({ coming }) => !coming)) this.loaded();
+    if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
     this.look(camera);
     this.showOptions();
     this.showTime();
     this.inspect();
   }
 
-  ensurePanel(number) {
+  requirePanel(number) {
     if (this.panels[number]) return this.panels[number];
     const name = "ab"[number];
     const panel = new WorldPanel(name, this.studies, {
       invalidate: () => this.player.invalidate(),
-      chosen: () => this.sourceChosen(),
+      chosen: () => this.onSourceChosen(),
       loaded: () => this.loaded(),
       failed: (fault) => message(fault.message, "error"),
       picked: (agent) => this.pick(name, agent),
       moved: () => this.look(panel.view.camera),
       fitted: () => this.fit(),
-      toured: () => this.tour.toggle(),
+      playAllClicked: () => this.generationPlayer.toggle(),
     });
     this.panels[number] = panel;
     this.worlds.append(panel.root);
@@ -141,20 +149,20 @@ export class WorldTab {
     return panel;
   }
 
-  dropBeside() {
+  removeSecond() {
     this.panels.splice(1).forEach((panel) => panel.close());
     this.root.classList.remove("beside");
     if (this.side === "b") Object.assign(this, { side: "a", agent: null });
   }
 
-  toggleBeside() {
-    if (this.panels.length > 1) this.dropBeside();
-    else this.ensurePanel(1).choose(comparisonSource(this.panels[0]));
+  toggleComparison() {
+    if (this.panels.length > 1) this.removeSecond();
+    else this.requirePanel(1).choose(comparisonSource(this.panels[0]));
     this.loaded();
-    this.sourceChosen();
+    this.onSourceChosen();
   }
 
-  sourceChosen() {
+  onSourceChosen() {
     this.inspect();
     this.showOptions();
     this.remember(false);
@@ -164,33 +172,34 @@ export class WorldTab {
   loaded() {
     const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
     if (!lengths.length) return;
-    this.explain();
+    this.showGuide();
     this.player.last = Math.max(...lengths) - 1;
-    const usual = defaultSpeed(this.player.last + 1);
-    if (this.player.speed === this.usual) this.player.speed = usual; // the reader has chosen none
-    this.usual = usual;
+    const speed = defaultSpeed(this.player.last + 1);
+    if (this.player.speed === this.defaultSpeed) this.player.speed = speed; // the reader has chosen none
+    this.defaultSpeed = speed;
     this.timeline.setLast(this.player.last);
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
     else if (this.player.time > this.player.last) this.player.seek(this.player.last);
     this.startAt = undefined;
-    if (this.tour.on && this.panels.every(({ coming }) => !coming)) this.player.play();
+    if (this.generationPlayer.on && this.panels.every(({ loadingLife }) => !loadingLife))
+      this.player.play();
     this.showTime();
   }
 
   /** A generation's life from its beginning. */
-  visit(generation) {
+  showGeneration(generation) {
     this.startAt = 0;
     this.panels.forEach((panel) => panel.goTo(generation));
-    if (this.panels.every(({ coming }) => !coming)) this.loaded();
+    if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
   }
 
-  toured(on) {
+  setPlaying(on) {
     if (!on) this.player.pause();
-    for (const { tour } of this.panels) tour.setAttribute("aria-pressed", on);
+    for (const { playButton } of this.panels) playButton.setAttribute("aria-pressed", on);
   }
 
   /** To the nearest meal of the open agent or, where none is open, of anybody. */
-  toMeal(way) {
+  goToMeal(way) {
     const { life } = this.panels.find(({ name }) => name === this.side);
     const step = life?.meal(Math.floor(this.player.time), way, this.agent);
     if (step == null)
@@ -202,24 +211,25 @@ export class WorldTab {
   }
 
   /** What is seen, in words: those of the first world's recording. */
-  explain() {
+  showGuide() {
     const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
     const names = this.panels.map(({ source }) => el("p", {}, lifetimeTitle(source)));
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
-    for (const each of [legend, this.transport.legend]) each.show(headers.map(({ look }) => look));
-    this.guide.tell([
+    for (const legendView of [legend, this.playbackBar.legend])
+      legendView.show(headers.map(({ look }) => look));
+    this.guide.setTopics([
       { title: "Shown here", text: el("div", {}, names, legend.root) },
       ...headers[0].about,
     ]);
   }
 
   draw(time) {
-    let there = true;
+    let isLoaded = true;
     for (const panel of this.panels) {
       const chosen = panel.name === this.side ? this.agent : null;
       const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, chosen });
-      there &&= drawn.there;
+      isLoaded &&= drawn.there;
       if (!drawn.ready) this.player.invalidate();
     }
     const step = Math.floor(time);
@@ -228,24 +238,24 @@ export class WorldTab {
       .map(({ life, name }) => ({ life, chosen: name === this.side ? this.agent : null }));
     if (tracks.length) this.timeline.draw(tracks);
     this.timeline.show(step);
-    this.transport.showStep(step);
+    this.playbackBar.showStep(step);
     const recording = this.panels[0]?.life?.at(step);
     if (recording && this.agent === null)
       this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
     this.inspector.draw(step);
     if (this.player.playing) this.remember();
-    return there && tracks.length > 0;
+    return isLoaded && tracks.length > 0;
   }
 
   showTime() {
-    if (!this.transport) return;
-    this.transport.showTime();
+    if (!this.playbackBar) return;
+    this.playbackBar.showTime();
     this.remember();
   }
 
   showOptions() {
     const { trails, sight, listing } = this;
-    this.transport.showOptions({ trails, sight, listing, beside: this.panels.length > 1 });
+    this.playbackBar.showOptions({ trails, sight, listing, beside: this.panels.length > 1 });
     this.root.classList.toggle("listing", listing);
   }
 
@@ -258,7 +268,7 @@ export class WorldTab {
 
   /** The address follows what is shown; another life is a new place in the history. */
   remember(replace = true) {
-    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.held))
+    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.isDragging))
       this.navigate(writeOptions(this), replace);
   }
 
@@ -298,11 +308,11 @@ export class WorldTab {
     this.inspector.root.focus(); // the link to it will be gone
     this.panels.find(({ name }) => name === this.side).choose(source);
     this.player.seek(0);
-    this.sourceChosen();
+    this.onSourceChosen();
   }
 
   /** So many generations on or, below 0, back. */
-  goOn(by) {
+  changeGeneration(by) {
     this.panels.forEach((panel) => panel.goTo(panel.source.generation + by));
   }
 
