@@ -24,6 +24,15 @@ NETWORKS: Final = ("action", "reinforcement")  # modules of a genome that are ne
 class AgentNetwork:
     """The network of one agent at birth, before it learned. Call it with inputs to get its outputs.
 
+    Parameters
+    ----------
+    experiment
+        The experiment of the agent.
+    part
+        The compiled values of the kind of network.
+    weights
+        The weights, layer by layer.
+
     Attributes
     ----------
     inputs, outputs
@@ -33,7 +42,7 @@ class AgentNetwork:
     """
 
     def __init__(self, experiment: Experiment, part: Any, weights: npt.NDArray[np.float32]) -> None:
-        """Make a network of compiled values of its kind (`part`) and its weights."""
+        """Make a network. The class documents the arguments."""
         self.inputs = experiment.inputs
         self.outputs = experiment.actions
         self.weights = xr.DataArray(weights, dims="weight")
@@ -101,7 +110,31 @@ class AgentNetwork:
 def read_genomes(
     study: StudyStore, condition: str, run: int, generation: int, agent: int | Sequence[int] | None
 ) -> xr.DataArray:
-    """Return the genomes of a generation, as `baldwinlab.api.study.Study.genomes` does."""
+    """Return the genomes of a generation, for `baldwinlab.api.study.Study.genomes`.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    condition
+        Name of a condition.
+    run, generation
+        Numbers, from 0.
+    agent
+        Number of an agent, or several numbers; None for all agents.
+
+    Returns
+    -------
+    xarray.DataArray
+        The weights at birth, with the dimensions `agent`, `module` and `weight`.
+
+    Raises
+    ------
+    StudyError
+        The study has no such condition or run.
+    ArgumentError
+        The experiment has no such generation or agent.
+    """
     experiment = study.experiment(condition)
     _require_index("generation", generation, experiment.evolution.generations)
     for number in _list_agents(agent):
@@ -127,7 +160,33 @@ def _list_agents(agent: int | Sequence[int] | None) -> Sequence[int]:
 def make_network(
     study: StudyStore, condition: str, run: int, generation: int, agent: int, module: str
 ) -> AgentNetwork:
-    """Return the network of an agent, as `baldwinlab.api.study.Study.network` does."""
+    """Return the network of an agent at birth, for `baldwinlab.api.study.Study.network`.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    condition
+        Name of a condition.
+    run, generation, agent
+        Numbers, from 0.
+    module
+        "action" or "reinforcement".
+
+    Returns
+    -------
+    AgentNetwork
+        The network.
+
+    Raises
+    ------
+    StudyError
+        The study has no such condition or run.
+    ArgumentError
+        The experiment has no such generation or agent.
+    RefusedError
+        The agents have no such module, or are not foragers.
+    """
     experiment = _require_forager(study.experiment(condition))
     _require_index("generation", generation, experiment.evolution.generations)
     _require_index("agent", agent, experiment.population.size)
@@ -170,6 +229,18 @@ def _require_index(name: str, value: int, count: int) -> None:
 
 def only_condition(study: StudyStore, condition: str | None) -> str:
     """Return `condition`, or the only condition of the study if it is None.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    condition
+        Name of a condition, or None.
+
+    Returns
+    -------
+    str
+        Name of a condition.
 
     Raises
     ------

@@ -50,7 +50,18 @@ class Record(NamedTuple):
 
 
 def cases(backend: str = "auto") -> list[str]:
-    """Return the cases in the order of measurement. A GPU cannot hold a world of 10,000 agents."""
+    """Return the cases in the order of measurement.
+
+    Parameters
+    ----------
+    backend
+        "auto", "cpu" or "cuda". A GPU cannot hold a world of 10,000 agents.
+
+    Returns
+    -------
+    list of str
+        Names of cases.
+    """
     sizes = WORLD_SIZES[:-1] if backend == "cuda" else WORLD_SIZES
     return [
         "study",
@@ -101,7 +112,22 @@ def measure_cases(
 
 
 def measure(case: str, quick: bool, backend: str = "auto") -> Record:
-    """Measure one case in this process."""
+    """Measure one case in this process.
+
+    Parameters
+    ----------
+    case
+        Name of a case.
+    quick
+        Measure less, which is less exact.
+    backend
+        "auto", "cpu" or "cuda".
+
+    Returns
+    -------
+    Record
+        The measurements.
+    """
     agents = int(case.removeprefix("world-")) if case.startswith("world-") else WORLD_SIZES[0]
     chosen = choose(backend, GPU_PAYS if agents == WORLD_SIZES[0] else 1, agents)
     compile_seconds = compile_experiments(_experiments(case), chosen)
@@ -120,7 +146,22 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
 
 
 def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
-    """Measure the parts in a file in this process, in the worlds of `baldwinlab check`."""
+    """Measure the parts in a file in this process, in the worlds of `baldwinlab check`.
+
+    Parameters
+    ----------
+    file
+        Python file with parts.
+    quick
+        Measure less, which is less exact.
+    backend
+        "auto", "cpu" or "cuda".
+
+    Returns
+    -------
+    Record
+        The measurements.
+    """
     chosen = choose(backend, GPU_PAYS, WORLD_SIZES[0])
     length = {
         "population": {"size": WORLD_SIZES[0]},
@@ -196,7 +237,17 @@ def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
 def many_agent_experiment(agents: int, steps: int) -> Experiment:
     """Return evo+self-taught/A with more agents, on a map and with food in proportion.
 
-    All agents are born among the food.
+    Parameters
+    ----------
+    agents
+        Number of agents. All are born among the food.
+    steps
+        Number of steps of a life.
+
+    Returns
+    -------
+    Experiment
+        The settings.
     """
     scale = math.sqrt(agents / 20)
     start = {"x": 480 * scale, "y": 160 * scale, "radius": 80 * scale}

@@ -27,7 +27,18 @@ class CustomClaims:
     study: StudyStore
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures of the model of a condition; None if its model is not loaded."""
+        """Return the measures of the model of a condition.
+
+        Parameters
+        ----------
+        name
+            Name of a condition.
+
+        Returns
+        -------
+        mapping or None
+            The measures by name; None if the model is not loaded.
+        """
         experiment = self.study.experiments[name]
         if isinstance(experiment, Experiment):
             return {}

@@ -29,7 +29,18 @@ class Finding(NamedTuple):
 
 
 def examine(folder: Path) -> Iterator[Finding]:
-    """Yield the findings on this machine. `folder` is where studies would be written."""
+    """Yield the findings on this machine.
+
+    Parameters
+    ----------
+    folder
+        Where studies would be written. It may not exist.
+
+    Yields
+    ------
+    Finding
+        The result of one check.
+    """
     yield _check_python()
     yield from _check_packages()
     yield _check_cores()
@@ -151,5 +162,16 @@ def _check_gpu() -> Finding:
 
 
 def has_problem(findings: Sequence[Finding]) -> bool:
-    """Return whether one of the findings is a problem."""
+    """Return whether one of the findings is a problem.
+
+    Parameters
+    ----------
+    findings
+        The results of `examine`.
+
+    Returns
+    -------
+    bool
+        True if a finding has the state "problem".
+    """
     return any(finding.state == "problem" for finding in findings)

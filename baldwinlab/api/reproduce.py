@@ -178,7 +178,27 @@ def reproduce(
 def assignments_of_lengths(
     paper: papers.Paper, generations: int | None, steps: int | None
 ) -> list[str]:
-    """Return the assignments of these lengths. Raise RefusedError for steps without foragers."""
+    """Return the assignments of these lengths.
+
+    Parameters
+    ----------
+    paper
+        The paper.
+    generations
+        Number of generations of a run; None for that of the paper.
+    steps
+        Number of steps of a forager's life; None for that of the paper.
+
+    Returns
+    -------
+    list of str
+        Assignments, such as "lifetime.steps=100".
+
+    Raises
+    ------
+    RefusedError
+        `steps` is given, and the paper has no foragers.
+    """
     if steps is not None and not are_foragers(paper.experiments()):
         raise RefusedError(
             f"--steps {steps} applies to foragers; {paper.name} has none, and its model sets the "
@@ -189,7 +209,33 @@ def assignments_of_lengths(
 
 
 def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
-    """Reproduce a paper, whose model may be changed. `reproduce` and its command call this."""
+    """Reproduce a paper, whose model may be changed. `reproduce` and its command call this.
+
+    Parameters
+    ----------
+    request
+        The paper and the changes.
+    options
+        Workers, backend, executor and force.
+
+    Returns
+    -------
+    Study
+        The study, on disk.
+
+    Raises
+    ------
+    ExperimentError
+        The variant or a setting does not exist, or a setting has no effect.
+    ArgumentError
+        A number is out of range.
+    StudyError
+        The directory holds another study.
+    RefusedError
+        The backend cannot be used on this machine, or too little memory or disk is free.
+    InterruptedStudyError
+        A worker or a disk failed.
+    """
     paper = request.paper
     originals = paper.experiments(request.variant)
     experiments = [assign(original, request.assignments) for original in originals]
@@ -210,6 +256,7 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
     study = run_missing(study_request, options)
 
     def run_assays() -> None:
+        """Run the missing assays, after the first report."""
         console.info("The report lacks the assays. They run now; then it is written again.")
         run_missing_assays(study, paper.about.assays, options)
 
@@ -225,14 +272,40 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
 
 
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
-    """Return whether all experiments are of the model whose lives have a settable length."""
+    """Return whether all experiments are of the model whose lives have a settable length.
+
+    Parameters
+    ----------
+    experiments
+        The conditions of a paper.
+
+    Returns
+    -------
+    bool
+        True if all are of the model "miniworld".
+    """
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
 def describe_too_few_runs(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int
 ) -> Iterator[str]:
-    """Yield which verdicts so few runs cannot give: on the claims, and on the Baldwin effect."""
+    """Yield which verdicts so few runs cannot give.
+
+    Parameters
+    ----------
+    experiments
+        The conditions.
+    paper
+        The paper.
+    runs
+        Number of runs of each condition.
+
+    Yields
+    ------
+    str
+        A sentence on the claims, and one on the Baldwin effect.
+    """
     names = [experiment.name for experiment in experiments]
     if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
         yield f"Claims: {claims}"

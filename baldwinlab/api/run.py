@@ -105,8 +105,43 @@ def run_loaded(
 ) -> Study:
     """Run experiments, changed by assignments, as one study. `run` and its command call this.
 
-    Before the runs it prints whether they are too few for a comparison of the conditions with each
-    other, or with `baseline`.
+    Before the runs it prints whether they are too few for a comparison of the conditions.
+
+    Parameters
+    ----------
+    loaded
+        The experiments and their origins.
+    assignments
+        Settings to change, such as "lifetime.steps=100".
+    options
+        Workers, backend, executor and force.
+    runs
+        Number of independent runs of each experiment.
+    seed
+        Seed of all random numbers.
+    out
+        Directory of the study; a folder of results/ if None.
+    baseline
+        Condition with which all others will be compared; "" for the default.
+
+    Returns
+    -------
+    Study
+        The study, on disk.
+
+    Raises
+    ------
+    RefusedError
+        `baseline` is not a condition, the backend cannot be used on this machine, or too little memory
+        or disk is free.
+    ExperimentError
+        A setting does not exist or has no effect.
+    ArgumentError
+        A number is out of range.
+    StudyError
+        The directory holds another study.
+    InterruptedStudyError
+        A worker or a disk failed.
     """
     experiments = [assign(item.experiment, assignments) for item in loaded]
     require_effect(experiments, [item.origin for item in loaded])
@@ -135,7 +170,15 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
 def assignments_of(tables: Mapping[str, Any]) -> list[str]:
     """Return the assignments of nested tables.
 
-    `{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` both become lifetime.steps=5.
+    Parameters
+    ----------
+    tables
+        Settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are the same.
+
+    Returns
+    -------
+    list of str
+        Assignments, such as "lifetime.steps=5".
     """
     return list(_assignments(tables))
 

@@ -291,6 +291,7 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     console.info(f"{study.directory}: {count} assays to do ({steps:,} agent-steps)")
 
     def count_stored_assays() -> str:
+        """Return how far the assays are, in words."""
         done = count - sum(map(len, missing_assays(study, names).values()))
         return f"{done} of {count} assays are stored in {study.directory}"
 

@@ -47,6 +47,11 @@ class Study:
 
     `run`, `sweep` and `reproduce` create a study, and `open_study` opens one. A method that takes a
     condition raises StudyError for a name that is not in `conditions`.
+
+    Parameters
+    ----------
+    store
+        The directory of the study.
     """
 
     def __init__(self, store: StudyStore) -> None:

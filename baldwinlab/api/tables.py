@@ -23,7 +23,18 @@ MEASURES = {"mean": "average agent", "best": "best agent"}
 
 
 def contrasts_table(contrasts: Contrasts) -> Table:
-    """Return the comparisons of the conditions with their verdicts, at most `MAX_SHOWN`."""
+    """Return the comparisons of the conditions with their verdicts, at most `MAX_SHOWN`.
+
+    Parameters
+    ----------
+    contrasts
+        The comparisons.
+
+    Returns
+    -------
+    rich.table.Table
+        The table.
+    """
     hidden = len(contrasts.rows) - MAX_SHOWN
     more = (
         f" {hidden} more comparisons are in statistics.csv and in the report." if hidden > 0 else ""
@@ -50,7 +61,13 @@ def contrasts_table(contrasts: Contrasts) -> Table:
 
 
 def show_contrasts(contrasts: Contrasts) -> None:
-    """Print the comparisons of the conditions, and whether the runs are too few for a verdict."""
+    """Print the comparisons of the conditions, and whether the runs are too few for a verdict.
+
+    Parameters
+    ----------
+    contrasts
+        The comparisons.
+    """
     if contrasts.rows:
         console.console.print(contrasts_table(contrasts))
         console.info_if_any(contrasts.too_few)
@@ -131,7 +148,15 @@ def _measured(record: dict[str, Any]) -> str:
 def variants_table(multiverse: Multiverse) -> Table:
     """Return the verdict of each claim under each variant that changes at most one choice.
 
-    The last column is the distance of the variant from the figures of the paper.
+    Parameters
+    ----------
+    multiverse
+        The results of a multiverse.
+
+    Returns
+    -------
+    rich.table.Table
+        The table. Its last column is the distance of a variant from the figures of the paper.
     """
     table = Table(
         title="Every variant of the paper",

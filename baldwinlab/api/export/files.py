@@ -25,36 +25,55 @@ CSVW: Final = "-metadata.json"
 
 
 def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
-    """Units and meanings stand in each field's metadata (`units`, `long_name`) and, for pandas, in the table's `attrs`.
+    """Write a table as Parquet, one run at a time.
 
-    Raises RefusedError where `path` would be written over what this has not written, unless forced; StudyError as `Table`.
+    The metadata of a field has its `units` and `long_name`. For pandas, `attrs` of the table has them
+    too.
+
+    Parameters
+    ----------
+    table
+        The table of a study.
+    path
+        The file to write.
+    force
+        Overwrite a file that this function did not write.
+
+    Raises
+    ------
+    RefusedError
+        `path` is a file of another program or of a study, or a library is missing.
+    StudyError
+        A record is damaged.
     """
     with require_extra("a Parquet file"):
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-    def kind(column: Column) -> pa.DataType:
+    def _kind(column: Column) -> pa.DataType:
+        """Return the Arrow type of a column."""
         return (
             pa.dictionary(pa.int32(), pa.string())
             if column.values
             else pa.from_numpy_dtype(column.dtype)
         )
 
-    def array(column: Column, block: Block) -> pa.Array:
+    def _array(column: Column, block: Block) -> pa.Array:
+        """Return the values of a column in the rows of one run."""
         if column.values:
             code = column.values.index(str(block.labels[column.name]))
             return pa.DictionaryArray.from_arrays(
                 np.full(block.rows, code, np.int32), list(column.values)
             )
         if column.name in block.arrays:
-            return pa.array(block.arrays[column.name], kind(column))
-        return pa.repeat(pa.scalar(block.labels.get(column.name), kind(column)), block.rows)
+            return pa.array(block.arrays[column.name], _kind(column))
+        return pa.repeat(pa.scalar(block.labels.get(column.name), _kind(column)), block.rows)
 
     require_writable("--out", path, MARK.encode(), force=force)
     # The unit of text, and of a variable whose unit differs between conditions, is empty.
     fields = [
         pa.field(
-            column.name, kind(column), metadata={"units": column.unit, "long_name": column.meaning}
+            column.name, _kind(column), metadata={"units": column.unit, "long_name": column.meaning}
         )
         for column in table.columns
     ]
@@ -62,7 +81,7 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
     with atomic_path(path) as partial, pq.ParquetWriter(partial, schema) as writer:
         for blocks in _groups(table):
             batches = [
-                pa.record_batch([array(column, block) for column in table.columns], schema=schema)
+                pa.record_batch([_array(column, block) for column in table.columns], schema=schema)
                 for block in blocks
             ]
             writer.write_table(pa.Table.from_batches(batches))
@@ -83,10 +102,28 @@ def _groups(table: Table) -> Iterator[list[Block]]:
 def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     """Write a table as CSV, with a header.
 
-    A cell is empty if the model of a condition does not record the variable. The file PATH-metadata.json contains
-    the types, units and meanings of the columns. Raises as `write_parquet` does.
+    A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has the
+    types, units and meanings of the columns.
 
-    Source: "Metadata Vocabulary for Tabular Data", W3C Recommendation, 17 December 2015.
+    Parameters
+    ----------
+    table
+        The table of a study.
+    path
+        The file to write.
+    force
+        Overwrite a file that this function did not write.
+
+    Raises
+    ------
+    RefusedError
+        `path` is a file of another program or of a study.
+    StudyError
+        A record is damaged.
+
+    References
+    ----------
+    Metadata Vocabulary for Tabular Data, W3C Recommendation, 17 December 2015.
     """
     metadata_path = path.with_name(f"{path.name}{CSVW}")
     require_writable("--out", path, f",{','.join(KEY[1:])},".encode(), force=force)

@@ -40,7 +40,20 @@ def to_pandas(table: Table) -> pd.DataFrame:
 
 
 def frame_of(table: Table, block: Block) -> pd.DataFrame:
-    """Return the rows of one run."""
+    """Return the rows of one run.
+
+    Parameters
+    ----------
+    table
+        The table of a study.
+    block
+        One run of the table.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per agent and generation.
+    """
     return _fill_frame(table, [block], block.rows)
 
 
@@ -101,7 +114,8 @@ def to_polars(table: Table) -> pl.DataFrame:
     with require_extra("a table of polars"):
         import polars as pl
 
-    def series(column: Column, block: Block) -> pl.Series:
+    def _series(column: Column, block: Block) -> pl.Series:
+        """Return the values of a column in the rows of one run."""
         if column.values:
             return pl.repeat(
                 block.labels[column.name], block.rows, dtype=pl.Enum(column.values), eager=True
@@ -112,7 +126,7 @@ def to_polars(table: Table) -> pl.DataFrame:
         return pl.repeat(block.labels.get(column.name), block.rows, dtype=dtype, eager=True)
 
     frames = [
-        pl.DataFrame({column.name: series(column, block) for column in table.columns})
+        pl.DataFrame({column.name: _series(column, block) for column in table.columns})
         for block in table.blocks()
     ]
     return pl.concat(frames, rechunk=True)

@@ -57,11 +57,31 @@ LIBRARIES: Final = {  # by what records call them
 def write_crate(
     study: StudyStore, authors: Sequence[str] = (), license: str = "", *, force: bool = False
 ) -> Path:
-    """Write ro-crate-metadata.json into the study's folder; gives its path.
+    """Write ro-crate-metadata.json into the directory of a study.
 
-    An author is a name, which the address of an ORCID may follow; a license is an address or a name of SPDX, such as CC-BY-4.0.
-    Neither is made up where it is not given. Raises RefusedError for what is no license, and, unless forced, where there is a
-    crate that this has not written; StudyError where no run is stored, and for a damaged record.
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    authors
+        Names, each optionally followed by the address of an ORCID.
+    license
+        An address, or an SPDX name such as "CC-BY-4.0"; none, unless given.
+    force
+        Overwrite a file that this function did not write.
+
+    Returns
+    -------
+    pathlib.Path
+        The path of the file.
+
+    Raises
+    ------
+    RefusedError
+        An author or the license is not valid, a library is missing, or the file was written by another
+        program.
+    StudyError
+        No run is stored, or a record is damaged.
     """
     with require_extra("an RO-Crate"):
         from rocrate.rocrate import ROCrate

@@ -71,7 +71,13 @@ class Block(NamedTuple):
 
 
 class Table:
-    """The table of the conditions of a study that have runs. Its columns are read before its rows."""
+    """The table of the conditions of a study that have runs. Its columns are read before its rows.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    """
 
     def __init__(self, study: StudyStore) -> None:
         """Read the columns. Raise StudyError if no run is stored or a record is damaged."""

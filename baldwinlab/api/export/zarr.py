@@ -48,7 +48,22 @@ class Layout(NamedTuple):
 
 
 def write_zarr(study: StudyStore, path: Path) -> None:
-    """Version 3 of the format. Raises RefusedError where anything is there already, and StudyError as `Study.data`."""
+    """Write the runs of a study as a Zarr store of version 3, chunk by chunk.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    path
+        The folder to create.
+
+    Raises
+    ------
+    RefusedError
+        `path` exists, or is inside a study, or a library is missing.
+    StudyError
+        No run is stored, or a record is damaged.
+    """
     with require_extra("a Zarr store"):
         import zarr
         from zarr.storage import LocalStore

@@ -1,0 +1,1 @@
+"""Use experiments with external optimizers and reinforcement learning libraries."""

@@ -91,12 +91,19 @@ class _Worlds:
 
 
 class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  # ParallelEnv has no types
-    """The agents of one world, each with its own policy. See `parallel_env`."""
+    """The agents of one world, each with its own policy. See `parallel_env`.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    """
 
     metadata = {"name": "baldwinlab_v0", "render_modes": []}  # noqa: RUF012 (as PettingZoo declares it)
     render_mode = None
 
     def __init__(self, experiment: BaseExperiment) -> None:
+        """Make the environment."""
         self._worlds = _Worlds(experiment, 1)
         self.possible_agents = [f"agent_{number}" for number in range(self._worlds.shape[1])]
         self.agents: list[str] = []
@@ -106,20 +113,75 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
         self.action_spaces = {agent: self._worlds.action_space() for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> Any:
+        """Return the space of the inputs of an agent.
+
+        Parameters
+        ----------
+        agent
+            Name of an agent.
+
+        Returns
+        -------
+        gymnasium.spaces.Box
+            Each input is 0 to 1.
+        """
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Any:
+        """Return the space of the actions of an agent.
+
+        Parameters
+        ----------
+        agent
+            Name of an agent.
+
+        Returns
+        -------
+        gymnasium.spaces.Space
+            Discrete; a Box for a body with continuous actions.
+        """
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Numbers], dict[str, dict[str, Any]]]:
+        """Start the next life, or the first life of a seed.
+
+        Parameters
+        ----------
+        seed
+            Seed of the simulations.
+        options
+            Not used.
+
+        Returns
+        -------
+        tuple of dict
+            The inputs and an empty dict of each agent.
+        """
         sensed = self._worlds.reset(seed)
         self.agents = list(self.possible_agents)
         return self._by_agent(sensed[0]), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
-        """Simulate one step. Raise RefusedError if an agent has no action."""
+        """Simulate one step.
+
+        Parameters
+        ----------
+        actions
+            The action of each agent.
+
+        Returns
+        -------
+        tuple of dict
+            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty dict of
+            each agent.
+
+        Raises
+        ------
+        RefusedError
+            An agent has no action, or the life is over.
+        """
         if missing := [agent for agent in self.agents if agent not in actions]:
             raise RefusedError(
                 f"{missing[0]} has no action; give one for each of the {len(self.agents)} agents"
@@ -150,11 +212,18 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
 
 
 class ForagerAlone(gymnasium.Env[Numbers, Any]):
-    """One agent that is alone in its world. See `single_env`."""
+    """One agent that is alone in its world. See `single_env`.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    """
 
     metadata = {"render_modes": []}  # noqa: RUF012 (as Gymnasium declares it)
 
     def __init__(self, experiment: BaseExperiment) -> None:
+        """Make the environment."""
         if experiment.population.size != 1:
             size = experiment.population.size
             raise RefusedError(
@@ -169,20 +238,55 @@ class ForagerAlone(gymnasium.Env[Numbers, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
+        """Start the next life, or the first life of a seed.
+
+        Parameters
+        ----------
+        seed
+            Seed of the simulations.
+        options
+            Not used.
+
+        Returns
+        -------
+        tuple
+            The inputs and an empty dict.
+        """
         super().reset(seed=seed)
         return self._worlds.reset(seed)[0, 0], {}
 
     def step(self, action: Any) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
+        """Simulate one step.
+
+        Parameters
+        ----------
+        action
+            The action of the agent.
+
+        Returns
+        -------
+        tuple
+            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty dict.
+        """
         sensed, gained = self._worlds.act(np.array([action]))
         return sensed[0, 0], float(gained[0, 0]), False, self._worlds.is_over, {}
 
 
 class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
-    """The agents of many worlds as environments of one policy. See `vector_env`."""
+    """The agents of many worlds as environments of one policy. See `vector_env`.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    worlds
+        Number of worlds.
+    """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (as Gymnasium declares it)
 
     def __init__(self, experiment: BaseExperiment, worlds: int) -> None:
+        """Make the environments."""
         self._worlds = _Worlds(experiment, worlds)
         self.num_envs = worlds * experiment.population.size
         self.single_observation_space, self.single_action_space = (
@@ -199,7 +303,25 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Start a life in all worlds. World 0 is run 0 of the seed, world 1 is run 1."""
+        """Start the next life in all worlds, or the first life of a seed.
+
+        Parameters
+        ----------
+        seed
+            One seed. World 0 is run 0 of the seed, world 1 is run 1.
+        options
+            Not used.
+
+        Returns
+        -------
+        tuple
+            The inputs of all agents and an empty dict.
+
+        Raises
+        ------
+        RefusedError
+            `seed` is a list.
+        """
         if isinstance(seed, list):
             raise RefusedError(
                 "seed must be one number; the worlds share it and differ by their run"
@@ -208,6 +330,18 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         return self._rows(self._worlds.reset(seed)), {}
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
+        """Simulate one step of all agents. The step after the end of life starts the next life.
+
+        Parameters
+        ----------
+        actions
+            The action of each agent.
+
+        Returns
+        -------
+        tuple
+            Inputs, energy eaten, terminations (never), truncations (the end of life) and an empty dict.
+        """
         none = np.zeros(self.num_envs, bool)
         if self._worlds.is_over:
             # Gymnasium wants the step after the last one to start the next life.

@@ -51,6 +51,15 @@ class Evaluation(NamedTuple):
 class Problem:
     """An experiment as an objective function. Its selection and variation are not used.
 
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    seed
+        Seed of the simulations.
+    workers
+        Number of threads.
+
     Attributes
     ----------
     experiment
@@ -62,7 +71,7 @@ class Problem:
     def __init__(
         self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None
     ) -> None:
-        """Compile the experiment. The arguments and errors are those of `make_problem`."""
+        """Compile the experiment. `make_problem` documents the errors."""
         check_seed(seed)
         require_positive("workers", workers)
         _require_numeric_genomes(experiment)
@@ -150,11 +159,11 @@ class Problem:
         worlds = range(len(by_world))
         chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
 
-        def simulate(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
+        def _simulate_chunk(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
             return self._evaluate_worlds(runs, generation, by_world[runs[0] : runs[-1] + 1])
 
         with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:
-            results = list(pool.map(simulate, chunks))
+            results = list(pool.map(_simulate_chunk, chunks))
         fitness, behavior = zip(*results, strict=True)
         return Evaluation(np.concatenate(fitness), np.concatenate(behavior))
 

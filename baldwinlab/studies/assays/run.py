@@ -121,10 +121,26 @@ def is_stored(name: str, study: StudyStore, condition: str) -> bool:
 
 
 def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
-    """What an assay measured of a condition: the variables of `baldwinlab.core.variables.ASSAYS[assay]`.
+    """Return the stored results of an assay of one condition.
 
-    Raises StudyError for an assay or a condition that there is not, for one that has not been measured yet, and for a file
-    that cannot be read.
+    Parameters
+    ----------
+    directory
+        The directory of a study, or a URL that fsspec can open.
+    assay
+        "innate", "neutral", "within-life", "modules", "reaction" or "descent".
+    condition
+        Name of a condition.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.ASSAYS[assay]`.
+
+    Raises
+    ------
+    StudyError
+        There is no such study, assay or condition, the assay has not been run, or its file is damaged.
     """
     study = StudyStore(parse_location(directory))
     _require_known([assay])
@@ -177,28 +193,7 @@ def _agent_steps_of_run(study: StudyStore, condition: str, names: Sequence[str])
 def _ways_of_living(
     study: StudyStore, missing: Mapping[str, Sequence[str]]
 ) -> Iterator[BaseExperiment]:
-    """Return the stored results of an assay of one condition.
-
-    Parameters
-    ----------
-    directory
-        The directory of a study, or a URL that fsspec can open.
-    assay
-        "innate", "neutral", "within-life", "modules", "reaction" or "descent".
-    condition
-        Name of a condition.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.ASSAYS[assay]`.
-
-    Raises
-    ------
-    StudyError
-        There is no such study, assay or condition, the assay has not been run, or its file is
-        damaged.
-    """
+    """Yield the experiments that the engine must compile for these assays."""
     for experiment in (
         study.experiments[condition] for condition, names in missing.items() if names
     ):

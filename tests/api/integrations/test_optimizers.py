@@ -78,7 +78,7 @@ def test_behavior_is_where_a_forager_ends_and_what_other_models_record() -> None
     ("genomes", "said"),
     [
         (np.zeros((5, 7)), "must be \\[genome, "),
-        (np.zeros((0, 1)), "one at least"),
+        (np.zeros((0, 1)), "with at least one genome"),
         (np.zeros(3), "must be \\[genome, "),
         (np.zeros((6, 1)), "do not fill worlds of 5 agents"),
         (np.full((5, 1), np.nan), "genome 0 has a number that is not finite"),
