@@ -1,9 +1,9 @@
-"""Phases: functions that every part of a kind has, chosen by the part's type when the step is compiled.
+"""Hooks: functions that every part of a kind has, selected by the type of the part at compile time.
 
-In compiled code a part is a NamedTuple whose class has the attribute `part`: the class that holds its hooks as static methods.
-A hook is called with the part first, as `learn(rule, model, state, step, lane)`; Numba compiles the part's own function in its
-place, so that a step has neither branch nor indirection. In plain Python, and in the simulator of a GPU, the same call looks
-the function up.
+In compiled code a part is a NamedTuple. The attribute `part` of its class is the class that holds
+the hooks as static methods. The first argument of a hook is the part: `learn(rule, model, state,
+step, lane)`. Numba compiles the function of the part at the place of the call, without branch or
+indirection. Plain Python and the GPU simulator look the function up instead.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def part_class(kind: Any) -> Any:
 
 
 def hook(default: Callable[..., Any]) -> Any:
-    """A hook, named and documented by the function, which is also what parts do that have none of their own."""
+    """Return a hook with the name and docstring of `default`, which parts inherit."""
 
     @wraps(default)
     def generic(part: Any, *others: Any) -> Any:
@@ -38,7 +38,17 @@ def hook(default: Callable[..., Any]) -> Any:
 def for_each(
     of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]
 ) -> Callable[..., Any]:
-    """A hook of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` if there are none."""
+    """Return a function that calls a hook for each part of a tuple and joins the results.
+
+    Parameters
+    ----------
+    of_one : Callable
+        The hook.
+    nothing : Any
+        Result for an empty tuple.
+    join : Callable
+        Function that joins two results.
+    """
 
     def generic(parts: Any, *others: Any) -> Any:
         found = nothing
@@ -62,7 +72,7 @@ def _nothing(one: None, other: None) -> None:
 
 
 def for_each_part(of_one: Callable[..., None]) -> Callable[..., None]:
-    """A hook of several parts in a tuple that gives nothing."""
+    """Return a function that calls a hook without result for each part of a tuple."""
     return for_each(of_one, None, _nothing)
 
 
@@ -71,7 +81,10 @@ def select_by_type(
     none: Callable[..., Any],
     that: Callable[[Any], bool] = lambda holder: True,
 ) -> Callable[..., Any]:
-    """One function where there are parts in a tuple, or such of whose class `that` holds, and another where there are none."""
+    """Return a function that calls `some` or `none`, by the types of the parts in a tuple.
+
+    It calls `some` if `that` is true for the class of any part.
+    """
 
     def generic(parts: Any, *others: Any) -> Any:
         return (some if any(that(type(part).part) for part in parts) else none)(parts, *others)
@@ -84,7 +97,7 @@ def select_by_type(
 
 
 def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
-    """The static methods of a class and of those it derives from: the hooks of a part."""
+    """Return the static methods of a class and its bases: the hooks of a part."""
     names = {
         name: None
         for each in holder.__mro__
@@ -95,13 +108,18 @@ def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
 
 
 class Array(NamedTuple):
-    """An array of a part, or of the step itself, declared with its owner, from which every venue derives where it lies.
+    """Declaration of an array of a part or of the step, from which backends derive its layout.
 
-    owner: "agent", [*rows, lane]; "lane", [lane, *rows], an agent's too; "world", [world, *rows]; "batch", [*rows], the same for
-    all worlds.
-    Rows are numbers, or names of dimensions.
-    fill: the content when the array is allocated, once for all generations; None: undefined, so that the owner must write a
-    value before it reads one, in every lifetime.
+    Attributes
+    ----------
+    owner : str
+        "agent": [*rows, lane]. "lane": [lane, *rows]. "world": [world, *rows]. "batch": [*rows].
+    rows : tuple of int or str
+        Sizes: numbers, or names of dimensions.
+    dtype : str
+        Type of the entries.
+    fill : float or None
+        Initial value, set once for all generations. None: undefined.
     """
 
     owner: str
@@ -111,18 +129,30 @@ class Array(NamedTuple):
 
 
 def per_agent(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """An array [row, lane] that belongs to agents: a per-agent hook reaches only the column of its own."""
+    """Declare an array [row, lane] with a column for each agent.
+
+    Parameters
+    ----------
+    *rows : int or str
+        Sizes of the other dimensions: numbers, or "weights", "units", "inputs", "actions".
+        One row by default.
+    dtype : str
+        Type of the entries. SIMD blocks need "float32".
+    fill : float or None
+        Initial value, set once. None: undefined, so that each lifetime must write an entry
+        before it reads it.
+    """
     return Array("agent", rows or (1,), dtype, fill)
 
 
 def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """An array [lane, row] that belongs to agents, for what is looked up agent by agent: an agent's rows lie side by side.
+    """Declare an array [lane, row], in which the rows of an agent are contiguous in memory.
 
-    As columns they would be a cache miss each, where there are many agents.
+    It is faster than `per_agent` for lookups by agent. The parameters are those of `per_agent`.
     """
     return Array("lane", rows or (1,), dtype, fill)
 
 
 def per_world(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """An array [world, *rows] that belongs to worlds."""
+    """Declare an array [world, *rows]. The parameters are those of `per_agent`."""
     return Array("world", rows or (1,), dtype, fill)

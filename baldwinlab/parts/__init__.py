@@ -1,10 +1,10 @@
-"""Parts of one's own: everything that a file with a part needs, and how such a file is loaded.
+"""Everything that a file with a custom part needs, and the functions that load such a file.
 
     from baldwinlab.parts import Field, LearningRule, get, put
 
-A part is a class derived from its kind, with a name; `kinds`, `evolution` and `models` say which hooks each kind has, and
-docs/how-to/write-a-part.md lists them, each with its example. Importing a file with a part makes the part known; so does
-`load_file`, and so does an entry point of the group `baldwinlab.parts`.
+A part is a class that derives from its kind and has a name. `docs/how-to/write-a-part.md` shows an
+example of each kind. Parts are registered by an import, by `load_file`, or by the entry-point group
+`baldwinlab.parts`.
 """
 
 from typing import Any

@@ -706,7 +706,7 @@ class LearningRule(Part):
 
 
 class ItemRegion(Fields):
-    """Rectangle with uniformly placed items of a kind. An eaten item reappears in its region at once.
+    """Rectangle with uniformly placed items. An eaten item reappears in its region at once.
 
     Attributes
     ----------

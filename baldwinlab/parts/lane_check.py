@@ -1,9 +1,12 @@
-"""A per-agent hook looks at no other agent: what can be said of that from its source, before anything runs.
+"""Static check that a per-agent hook does not read or write other agents.
 
-An agent's arrays are [row, lane]. A per-agent hook may reach the column of its own, by `get` and `put` or by an index that ends
-with its lane; in hooks that take (world, agent) the lane is `world * model.agents + agent`. What belongs to the world may be
-read, by an index that begins with `world`. Functions of the same file that a hook calls are followed. What the source leaves
-open, `baldwinlab check` tries.
+The arrays of agents are [row, lane]. A per-agent hook may reach its own column: by `get` and
+`put`, or by an index that ends with its lane. In hooks that take (world, agent) the lane is
+`world * model.agents + agent`. It may read arrays of its world by an index that begins with
+`world`.
+
+The check follows calls of functions in the same file. `baldwinlab check` tests at run time what the
+source does not show.
 """
 
 from __future__ import annotations
@@ -29,13 +32,15 @@ PER_AGENT: Final = (
     "init_agent",
     "learn",
 )
+# Arguments that are arrays of agents.
 OWN: Final = (
     "weights",
     "activations",
     "errors",
     "targets",
     "genes",
-)  # arguments that are agents' arrays
+)
+# Fields of `state` that are not arrays of agents.
 OF_ALL: Final = (
     "generation",
     "rule",
@@ -44,17 +49,33 @@ OF_ALL: Final = (
     "recall",
     "senses",
     "features",
-)  # no agent's
+)
 HARMLESS: Final = ("shape", "dtype", "ndim")
 LANE: Final = ("world * model.agents + agent", "agent + world * model.agents")
 FIXED: Final = ("lane", "world", "agent")
 
 Roles = Mapping[str, str]
-"""What names stand for: "state", "part", "array", "lane", "world", "agent"; and `part.NAME` for the part's own arrays."""
+"""Role of each name: "state", "part", "array", "lane", "world" or "agent".
+
+`part.NAME` is the name of an array of the part.
+"""
 
 
 def require_own_column(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
-    """Raises PartError where one of a part's own hooks, by name, certainly looks at another agent. `arrays` are the part's."""
+    """Check the source of the hooks of a part.
+
+    Parameters
+    ----------
+    hooks : Mapping[str, Callable]
+        Hooks by name.
+    arrays : iterable of str
+        Names of the arrays of the part.
+
+    Raises
+    ------
+    PartError
+        If a per-agent hook certainly reads or writes another agent.
+    """
     for name, function in hooks.items():
         found = definition(function) if name in PER_AGENT else None
         if found is None:
@@ -70,7 +91,7 @@ def require_own_column(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable
 
 
 def definition(function: Callable[..., Any]) -> ast.FunctionDef | None:
-    """The source of a function, if it can be had."""
+    """Return the syntax tree of a function, or None without source."""
     line = function.__code__.co_firstlineno
     for node in ast.walk(_tree(function)):
         if isinstance(node, ast.FunctionDef) and node.name == function.__name__:
@@ -105,7 +126,7 @@ def _looks(
     beside: Mapping[str, ast.FunctionDef],
     seen: frozenset[str],
 ) -> Iterator[Any]:
-    """The expressions in a function by which it looks at others."""
+    """Yield the expressions in a function that reach other agents."""
     roles = dict(given)
     for name, value, node in _bindings(function):
         what = _what(value, roles)
@@ -147,7 +168,7 @@ def _in_call(
 
 
 def _bindings(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr | None, ast.AST]]:
-    """Names that a function gives values to, each with the value where it is an expression of its own."""
+    """Yield each name that a function assigns, with the assigned expression if there is one."""
     for node in ast.walk(function):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
         for target in targets:
@@ -158,7 +179,7 @@ def _bindings(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr | None,
 
 
 def _what(value: ast.expr | None, roles: Roles) -> str:
-    """What an expression stands for; "" for anything else."""
+    """Return the role of an expression, or ""."""
     if isinstance(value, ast.Name):
         return roles.get(value.id, "")
     if isinstance(value, ast.Attribute):

@@ -1,8 +1,8 @@
-"""Foreign parts: loaded from a file that somebody gives, known by their source and its SHA-256.
+"""Load custom parts from files and packages, and identify them by source and SHA-256.
 
-A file is executed because its owner gives it, by `--part`, by an import or by installing a package; nothing that is found in a
-study ever is. Its module has a name that carries the hash, so that compiled code which names its types is never taken for
-another's.
+A file is executed only if the user names it by `--part`, imports it, or installs its package. The
+source that a study stores is never executed. The name of the loaded module contains the hash, so
+compiled code of one version of a part is never used for another.
 """
 
 from __future__ import annotations
@@ -39,7 +39,13 @@ class Source(NamedTuple):
 
 
 def load_file(path: str | Path) -> ModuleType:
-    """Execute a file with parts and make them known, in the place of those of the same names. Raises PartError."""
+    """Execute a file with parts and register them, in place of parts with the same names.
+
+    Raises
+    ------
+    PartError
+        If the file cannot be read or executed, or has no part.
+    """
     place = Path(path)
     try:
         text = read_bytes(place, PART_FILE).decode()
@@ -52,7 +58,7 @@ def load_file(path: str | Path) -> ModuleType:
 
 
 def load_text(text: str, place: Path) -> ModuleType:
-    """As `load_file`, of its text: for workers elsewhere, to whom the text is sent by whoever gave the file."""
+    """Load a part from the text of its file, as remote workers do. See `load_file`."""
     name = f"{PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     before = registry.foreign()
     if name in sys.modules:
@@ -83,7 +89,7 @@ def load_text(text: str, place: Path) -> ModuleType:
 
 
 def parts_in(module: ModuleType) -> list[Any]:
-    """The parts that a module declares."""
+    """Return the parts that a module defines."""
     from baldwinlab.parts.agent_parts import Part
 
     return [
@@ -97,7 +103,7 @@ def parts_in(module: ModuleType) -> list[Any]:
 
 
 def _make_known(module: ModuleType) -> bool:
-    """Whether there is any part in a module that has been executed. Makes each known again."""
+    """Register the parts of a module. Return False if it has none."""
     found = parts_in(module)
     for part in found:
         registry.add(part.kind, part.name, part)
@@ -113,9 +119,14 @@ def _restore(before: dict[tuple[str, str], type]) -> None:
 
 
 def load_entry_points() -> None:
-    """Import the modules that installed packages name in the group `baldwinlab.parts`. Raises PartError for one that fails.
+    """Import the modules of the entry-point group `baldwinlab.parts` of installed packages.
 
-    A part that is there already, because somebody gave its file, keeps its place.
+    A part that was loaded from a file is not replaced.
+
+    Raises
+    ------
+    PartError
+        If a module cannot be imported.
     """
     before = registry.foreign()
     for entry in entry_points(group=GROUP):
@@ -130,7 +141,7 @@ def load_entry_points() -> None:
 
 
 def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
-    """The foreign parts that experiments choose, in an order of their own: kind and name."""
+    """Return the custom parts that experiments choose, sorted by kind and name."""
     from baldwinlab.experiment.base import foreign_choices
 
     chosen = {each for experiment in experiments for each in foreign_choices(experiment)}
@@ -138,7 +149,13 @@ def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
 
 
 def source_of(kind: str, name: str) -> Source:
-    """Raises PartError for a part that is not here, or whose source cannot be had."""
+    """Return the source of a custom part.
+
+    Raises
+    ------
+    PartError
+        If the part is not loaded, or has no source file.
+    """
     part = registry.foreign().get((kind, name))
     if part is None:
         raise PartError(f"{name!r} is a {kind} that is not here: give it by --part FILE")

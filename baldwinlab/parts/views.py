@@ -1,7 +1,7 @@
-"""How a generation of a model can be looked at, where its lives have no world: what the lab's World tab draws of it.
+"""Views of a generation of a model without a world, drawn in the World tab of the lab.
 
-A model declares views by name (`Model.views`). Each is a pure function of what a generation was born with, so that any
-generation of any stored run can be looked at: the lab breeds its genomes again and asks. It gives one of three kinds of data.
+A model declares views by name in `Model.views`. A view is a pure function of the genomes at birth,
+so the lab can draw any generation of a stored run. It returns one of three kinds of data.
 """
 
 from __future__ import annotations
@@ -14,57 +14,104 @@ import numpy.typing as npt
 
 
 class MatrixView(NamedTuple):
-    """A number for each row and column, such as what one strategy gets against another."""
+    """A number for each row and column, such as payoffs between strategies.
+
+    Attributes
+    ----------
+    rows, columns : sequence of str
+        Names of the rows and columns.
+    values : array [row, column]
+        The numbers. NaN: no value.
+    value : str
+        Description of a number, with its unit.
+    """
 
     rows: Sequence[str]
     columns: Sequence[str]
-    values: npt.NDArray[Any]  # [row, column]; NaN where there is none
-    value: str  # what a number is, with its unit
+    values: npt.NDArray[Any]
+    value: str
 
 
 class PathView(NamedTuple):
-    """Numbers that follow each other in a life, such as fitness trial by trial: a line each, from birth on."""
+    """Lines from birth to death, such as the fitness after each trial.
 
-    lines: Mapping[
-        str, npt.NDArray[Any]
-    ]  # by name, [step]; all as long, and of a single number where nothing follows birth
-    step: str  # what lies between two numbers: "trial"
-    value: str  # what a number is, with its unit
+    Attributes
+    ----------
+    lines : Mapping[str, array]
+        Values of each line [step], by its name. All lines have the same length.
+    step : str
+        Name of a step, such as "trial".
+    value : str
+        Description of a number, with its unit.
+    """
+
+    lines: Mapping[str, npt.NDArray[Any]]
+    step: str
+    value: str
 
 
 class GridView(NamedTuple):
-    """A life on a grid, step by step: where the agent stands, and what lies where. It may be made of several visits."""
+    """A lifetime on a grid, in one or several visits.
 
-    marks: Mapping[
-        str, str
-    ]  # what may lie in a cell, with its colour ("green", "#rrggbb"); the first has number 1
-    ground: npt.NDArray[Any]  # [step, row, column], the number of what lies there; 0 for nothing
-    place: npt.NDArray[Any]  # [step, (row, column)] of the agent
-    heading: npt.NDArray[
-        Any
-    ]  # [step], quarter turns clockwise from the right; -1 where it has none
-    gained: npt.NDArray[Any]  # [step], payoff in this visit until then
-    visit: npt.NDArray[Any]  # [step], the number of the visit, never falling
-    visits: str  # what a visit is called: "environment", "trial"
+    Attributes
+    ----------
+    marks : Mapping[str, str]
+        Color of each kind of cell, a name of the palette or "#rrggbb". The first kind has number 1.
+    ground : array, int [step, row, column]
+        Number of the kind of each cell. 0: empty.
+    place : array, int [step, 2]
+        Row and column of the agent.
+    heading : array, int [step]
+        Quarter turns clockwise from the right. -1: no heading.
+    gained : array [step]
+        Payoff of the current visit so far.
+    visit : array, int [step]
+        Number of the visit. It never decreases.
+    visits : str
+        Name of a visit, such as "environment" or "trial".
+    """
+
+    marks: Mapping[str, str]
+    ground: npt.NDArray[Any]
+    place: npt.NDArray[Any]
+    heading: npt.NDArray[Any]
+    gained: npt.NDArray[Any]
+    visit: npt.NDArray[Any]
+    visits: str
 
 
 ViewData = MatrixView | PathView | GridView
 
 
 class View(NamedTuple):
-    """A way to look at a generation: `of(model, key, genomes, agent)`, with genomes [agent, module, weight] at birth.
+    """A view of a generation.
 
-    `key` has seed, run, generation and `uniforms`, so that what is seen is what was lived. What is seen should fit into some
-    megabytes; of long lives, give the beginning.
+    The data should take a few MB at most. For long lifetimes, return the first steps.
+
+    Attributes
+    ----------
+    meaning : str
+        Description for the reader, in one or two sentences.
+    of : Callable
+        Function `of(model, key, genomes, agent)` that returns the data. `key` has `seed`, `run`,
+        `generation` and `uniforms`. `genomes` are those at birth, float32 [agent, module, weight].
+    of_an_agent : bool
+        True if the reader chooses the agent. False: `agent` is the fittest.
     """
 
-    meaning: str  # what one sees, in a sentence or two
+    meaning: str
     of: Callable[[Any, Any, npt.NDArray[np.float32], int], ViewData]
-    of_an_agent: bool = True  # whether the reader chooses one; if not, `of` is given the fittest
+    of_an_agent: bool = True
 
 
 def arrays_of(seen: ViewData) -> dict[str, npt.NDArray[Any]]:
-    """The arrays of what is seen, by name, in the types of a page. Raises ValueError where they do not fit together."""
+    """Return the arrays of a view by name, in the types of the page.
+
+    Raises
+    ------
+    ValueError
+        If shapes or values do not match.
+    """
     if isinstance(seen, MatrixView):
         wanted = (len(seen.rows), len(seen.columns))
         return {"values": _of_shape("values", seen.values, wanted, np.float32)}
