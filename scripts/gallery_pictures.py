@@ -20,7 +20,7 @@ from PIL import Image
 import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.claims import compared
+from baldwinlab.analysis.claims import Samples
 from baldwinlab.analysis.report import content
 from baldwinlab.papers.paper import CARD
 
@@ -36,7 +36,7 @@ MAX_SIZE: Final = 30_000
 
 def _shares(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     conditions = {experiment.name: experiment for experiment in experiments}
-    return figures.draw_shares(content.shares(dataset, conditions))
+    return figures.draw_shares(content.compute_shares(dataset, conditions))
 
 
 def _curves(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
@@ -46,7 +46,8 @@ def _curves(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
 def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     paper = papers.load(name)
     return lambda study, experiments: figures.draw_measures(
-        study, [figures.MeasureValues(*measure) for measure in compared(study, paper)]
+        study,
+        [figures.MeasureValues(*measure) for measure in Samples(study, 1, paper).model_measures()],
     )
 
 

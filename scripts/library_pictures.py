@@ -13,7 +13,7 @@ from typing import Final
 import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.claims import evaluate
+from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.models.miniworld.appearance import look
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
@@ -37,7 +37,7 @@ def main() -> None:
     )
     study = bl.open_runs(parser.parse_args().study)
     cells = figures.overview_cells(
-        study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST
+        study, evaluate_claims(study, LAST, papers.load("worlds-and-minds")), LAST
     )
     presets = {name: bl.load(f"evo/{name}") for name in WORLDS}
     worlds = {f"Map {name}": experiment.world for name, experiment in presets.items()}

@@ -1,6 +1,7 @@
-"""A paper's claims held against a study: which hold, which do not, and by how much.
+"""Comparison of a paper's claims with a study: which claims hold, and how large the effects are.
 
-The claims are data of the paper. All p-values of all claims are one family, corrected by Holm's method.
+The claims are data of the paper. All p-values of all claims are one family, corrected by Holm's
+method.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -42,28 +43,30 @@ from baldwinlab.core.files import write_atomically
 from baldwinlab.papers import load
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
 
+STATISTICS_COLUMNS = ("claim", *COLUMNS)
+
 
 @dataclass(frozen=True)
 class Finding:
-    """One comparison, decided. Numbers that do not exist are NaN."""
+    """A comparison with its verdict. Numbers that do not exist are NaN."""
 
     comparison: Comparison
     numbers: statistics.Comparison
     p_holm: float
     verdict: Verdict
-    meaning: str = ""  # of a model's own measure, in words
-    smallest_p_holm: float = nan  # the smallest corrected p-value that the numbers of runs allow
+    # Meaning of a measure that a model defines.
+    meaning: str = ""
+    # The smallest corrected p-value that the numbers of runs allow.
+    smallest_p_holm: float = nan
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether it is undecided because no data of so few runs could decide it."""
-        by_p = self.comparison.rule in BY_P_VALUE
-        impossible = (
-            self.smallest_p_holm >= SIGNIFICANT
-            if by_p
-            else 1 in self.numbers[:2] and math.isnan(self.numbers.low)
-        )
-        return self.verdict == UNDECIDED and impossible
+        """Whether the comparison is undecided because so few runs cannot decide it."""
+        if self.verdict != UNDECIDED:
+            return False
+        if self.comparison.rule in BY_P_VALUE:
+            return self.smallest_p_holm >= SIGNIFICANT
+        return 1 in (self.numbers.n_a, self.numbers.n_b) and math.isnan(self.numbers.low)
 
     @property
     def label(self) -> str:
@@ -71,40 +74,42 @@ class Finding:
         return TOO_FEW if self.has_too_few_runs else self.verdict
 
     def record(self) -> dict[str, Any]:
-        """For JSON: null where a number does not exist."""
+        """Return the finding for JSON, with null for numbers that do not exist."""
         numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
-        low, high = numbers.pop("low"), numbers.pop("high")
-        where = {
+        low = numbers.pop("low")
+        high = numbers.pop("high")
+        return {
             "condition": self.comparison.a,
             "comparison": self.comparison.other,
             "measure": self.comparison.measure,
-        }
-        tested = {
+            **numbers,
             "interval": None if low is None else [low, high],
             "p_holm": finite_or_none(self.p_holm),
             "verdict": self.verdict,
-        }
-        tested |= {
             "smallest_p_holm": finite_or_none(self.smallest_p_holm),
             "too_few_runs": self.has_too_few_runs,
         }
-        return where | numbers | tested
 
 
 @dataclass(frozen=True)
 class ClaimResult:
+    """A claim with its verdict and its findings."""
+
     claim: Claim
     findings: tuple[Finding, ...]
-    missing: tuple[str, ...]  # conditions that the study has no run of
-    unmeasured: tuple[str, ...] = ()  # measures of models that are not loaded
+    # Conditions without a run.
+    missing: tuple[str, ...]
+    # Measures of models that are not loaded.
+    unmeasured: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
+        """The verdict over all comparisons of the claim."""
         return conjunction([finding.verdict for finding in self.findings])
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether it is undecided and more runs are needed for a verdict."""
+        """Whether the claim is undecided because so few runs cannot decide it."""
         return self.verdict == UNDECIDED and any(
             finding.has_too_few_runs for finding in self.findings
         )
@@ -116,16 +121,17 @@ class ClaimResult:
 
     @property
     def why_not(self) -> str:
-        """Why it is not evaluated, in words; "" where it is."""
+        """The reason why the claim is not evaluated, or "" if it is evaluated."""
         if self.missing:
             return f"no run of {', '.join(self.missing)}"
         if self.unmeasured:
-            return f"{', '.join(map(repr, self.unmeasured))} needs a model that is not loaded: give it by --part FILE"
+            names = ", ".join(map(repr, self.unmeasured))
+            return f"{names} needs a model that is not loaded: pass its file with --part FILE"
         return ""
 
     @property
     def deciding(self) -> Finding | None:
-        """The weakest finding: the worst verdict, and of equals the largest corrected p."""
+        """The weakest finding: the worst verdict, and among equal verdicts the largest p."""
         weakness = [
             (VERDICTS.index(finding.verdict), finite_or_none(finding.p_holm) or 0.0)
             for finding in self.findings
@@ -134,17 +140,14 @@ class ClaimResult:
 
     @property
     def from_paper(self) -> float | None:
-        """How far the deciding effect lies above the paper's figure, where there are both."""
-        if (
-            self.deciding is None
-            or self.claim.figure is None
-            or math.isnan(self.deciding.numbers.effect)
-        ):
+        """The deciding effect minus the value of the paper, if both exist."""
+        if self.deciding is None or self.claim.figure is None:
             return None
-        return self.deciding.numbers.effect - self.claim.figure
+        effect = self.deciding.numbers.effect
+        return None if math.isnan(effect) else effect - self.claim.figure
 
     def record(self) -> dict[str, Any]:
-        """For JSON: the numbers are those of the deciding comparison, and null where there are none."""
+        """Return the claim for JSON, with the numbers of the deciding comparison."""
         deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
         names = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
         claim = self.claim
@@ -164,56 +167,206 @@ class ClaimResult:
         }
 
 
-class Claiming(Protocol):
-    """A paper, or whoever else makes claims."""
+class ClaimSource(Protocol):
+    """A paper, or another source of claims."""
 
     @property
-    def claims(self) -> tuple[Claim, ...]: ...
+    def claims(self) -> tuple[Claim, ...]:
+        """All claims."""
 
     def measures(self, name: str, /) -> Mapping[str, Any] | None:
-        """The models' own measures that a condition of that name has, by name; None where its model is not loaded."""
+        """Return the measures of a condition's model, or None if its model is not loaded."""
         ...
 
 
-def evaluate(
-    dataset: xr.Dataset, last: int = 10, paper: Claiming | None = None
-) -> list[ClaimResult]:
-    """Every claim of a paper (the default unless given), decided on averages over the last `last` generations of each run.
+class ModelMeasure(NamedTuple):
+    """A measure that a model defines, with one value per run."""
 
-    `dataset` has the dimensions (condition, run, generation, agent). A claim is not evaluated, and says why, where the dataset has
-    no run of a condition, or where the model of a measure is not loaded. Raises ValueError unless `last` is at least 1.
+    name: str
+    meaning: str
+    # Values by condition.
+    values: dict[str, npt.NDArray[np.float64]]
+
+
+class Samples:
+    """The value of each run in the measures that claims compare.
+
+    A measure is an average over the last or the first generations of a run, or defined by a model.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    last : int
+        Number of final generations to average in each run, at least 1.
+    source : ClaimSource or None
+        The claims. Defaults to the default paper.
+
+    Raises
+    ------
+    ValueError
+        `last` is less than 1.
     """
-    paper = paper or load()
-    claims, samples = paper.claims, _Samples(dataset, last, paper)
+
+    def __init__(self, data: xr.Dataset, last: int = 10, source: ClaimSource | None = None) -> None:
+        data = fitness.with_curves(data)
+        self.source = source or load()
+        self._data = data
+        self._last = {measure: fitness.final(data, measure, last) for measure in fitness.MEASURES}
+        self._last["most"] = fitness.largest_gain(data)
+        self._first = {
+            measure: fitness.initial(data, measure, last) for measure in fitness.MEASURES
+        }
+        # Values of the models' measures, by condition and measure.
+        self._of_models: dict[tuple[str, str], xr.DataArray] = {}
+        has_runs = self._last["best"].notnull().any("run")
+        self.present = {str(name) for name in data["condition"].values[has_runs.values]}
+
+    def unmeasured(self, claim: Claim) -> set[str]:
+        """Return the measures of a claim whose model is not loaded."""
+        return {
+            comparison.measure
+            for comparison in claim.comparisons
+            if comparison.measure not in OF_ALL
+            and any(self.source.measures(name) is None for name in comparison.conditions)
+        }
+
+    def meaning(self, comparison: Comparison) -> str:
+        """Return the meaning of a measure that a model defines, or ""."""
+        if comparison.measure in OF_ALL:
+            return ""
+        measures = self.source.measures(comparison.a) or {}
+        return measures[comparison.measure].meaning if comparison.measure in measures else ""
+
+    def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
+        """Return the values by run, without runs if the model of the measure is not loaded."""
+        if measure in OF_ALL:
+            table = self._first if first else self._last
+            return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
+        key = (condition, measure)
+        if key not in self._of_models:
+            self._of_models[key] = self._measure_model(condition, measure)
+        return self._of_models[key]
+
+    def survival(self, condition: str, measure: str) -> Survival:
+        """Return the survival times by run, and which of them are censored."""
+        measures = self.source.measures(condition) or {}
+        times = self.get(condition, measure)
+        runs = self._data.sel(condition=condition, run=times["run"].values)
+        return Survival(times.values, measures[measure].censored(_without_gaps(runs)).values)
+
+    def model_measures(self) -> list[ModelMeasure]:
+        """Return the measures of the models in which claims compare conditions."""
+        comparisons = {
+            comparison.measure: comparison
+            for claim in self.source.claims
+            for comparison in claim.comparisons
+            if comparison.b and self.meaning(comparison)
+        }
+        conditions = [str(name) for name in self._data["condition"].values]
+        return [
+            ModelMeasure(
+                measure,
+                self.meaning(comparison),
+                {condition: self.get(condition, measure).values for condition in conditions},
+            )
+            for measure, comparison in comparisons.items()
+        ]
+
+    def _measure_model(self, condition: str, measure: str) -> xr.DataArray:
+        measures = self.source.measures(condition) or {}
+        if measure not in measures:
+            return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
+        runs = _without_gaps(self._data.sel(condition=condition))
+        values: xr.DataArray = measures[measure].of(runs)
+        return values.dropna("run").astype(np.float64)
+
+
+def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
+    """Drop runs, generations and agents without data. Nothing is copied if none is missing."""
+    for dim in ("run", "generation", "agent"):
+        others = [name for name in runs["energy"].dims if name != dim]
+        has_data = runs["energy"].notnull().any(others)
+        if not bool(has_data.all()):
+            runs = runs.isel({dim: has_data.values})
+    return runs
+
+
+def evaluate_claims(
+    data: xr.Dataset, last: int = 10, source: ClaimSource | None = None
+) -> list[ClaimResult]:
+    """Evaluate all claims of a paper.
+
+    A claim is not evaluated if the study has no run of a condition, or if the model of a measure
+    is not loaded.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    last : int
+        Number of final generations to average in each run, at least 1.
+    source : ClaimSource or None
+        The claims. Defaults to the default paper.
+
+    Returns
+    -------
+    list of ClaimResult
+        One result per claim, in the order of the claims.
+
+    Raises
+    ------
+    ValueError
+        `last` is less than 1.
+    """
+    return evaluate_samples(Samples(data, last, source))
+
+
+def evaluate_samples(samples: Samples) -> list[ClaimResult]:
+    """Evaluate all claims, as `evaluate_claims` does, on values that are already computed."""
+    claims = samples.source.claims
     missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
     unmeasured = {claim: sorted(samples.unmeasured(claim)) for claim in claims}
     decided = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
-    numbers = {
-        comparison: _measure(comparison, samples)
-        for claim in decided
-        for comparison in claim.comparisons
-    }
-    tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
-    corrected = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
-    smallest = smallest_corrected(
-        [_design(comparison, *numbers[comparison][:2]) for comparison in tested]
-    ).tolist()
-    family = dict(zip(tested, zip(corrected, smallest, strict=True), strict=True))
-
-    def decide(comparison: Comparison) -> Finding:
-        found, (p_holm, smallest_p) = numbers[comparison], family.get(comparison, (nan, nan))
-        verdict = RULES[comparison.rule](found, p_holm, comparison.bound)
-        return Finding(comparison, found, p_holm, verdict, samples.meaning(comparison), smallest_p)
-
+    findings = _decide(decided, samples)
     return [
         ClaimResult(
             claim,
-            tuple(map(decide, claim.comparisons)) if claim in decided else (),
+            tuple(findings[comparison] for comparison in claim.comparisons)
+            if claim in decided
+            else (),
             tuple(missing[claim]),
             tuple(unmeasured[claim]),
         )
         for claim in claims
     ]
+
+
+def _decide(claims: Sequence[Claim], samples: Samples) -> dict[Comparison, Finding]:
+    """Return the findings of all comparisons. Their tests are one family."""
+    comparisons = dict.fromkeys(comparison for claim in claims for comparison in claim.comparisons)
+    numbers = {comparison: _measure(comparison, samples) for comparison in comparisons}
+    tested = [comparison for comparison in comparisons if not math.isnan(numbers[comparison].p)]
+    p_values = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
+    designs = [
+        _design(comparison, numbers[comparison].n_a, numbers[comparison].n_b)
+        for comparison in tested
+    ]
+    p_holm = dict(zip(tested, p_values, strict=True))
+    smallest = dict(zip(tested, smallest_corrected(designs).tolist(), strict=True))
+    findings = {}
+    for comparison in comparisons:
+        p = p_holm.get(comparison, nan)
+        verdict = RULES[comparison.rule](numbers[comparison], p, comparison.bound)
+        findings[comparison] = Finding(
+            comparison,
+            numbers[comparison],
+            p,
+            verdict,
+            samples.meaning(comparison),
+            smallest.get(comparison, nan),
+        )
+    return findings
 
 
 def _design(comparison: Comparison, n_a: int, n_b: int) -> Design:
@@ -224,174 +377,142 @@ def _design(comparison: Comparison, n_a: int, n_b: int) -> Design:
 
 
 def describe_claims_too_few(results: Sequence[ClaimResult]) -> str:
-    """Say in a sentence whether the runs are too few for the tests of the claims; "" where they are not."""
+    """Return a sentence if the runs are too few for the tests of the claims, else ""."""
     findings = {finding.comparison: finding for result in results for finding in result.findings}
     tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
     return describe_too_few(
-        [_design(finding.comparison, *finding.numbers[:2]) for finding in tested]
+        [
+            _design(finding.comparison, finding.numbers.n_a, finding.numbers.n_b)
+            for finding in tested
+        ]
     )
 
 
 def planned_claim_designs(
     claims: Sequence[Claim], conditions: Collection[str], runs: int
 ) -> list[Design]:
-    """Return the tests that these claims will make of a study with so many runs of each of these conditions."""
+    """Return the tests that the claims require.
+
+    Parameters
+    ----------
+    claims : sequence of Claim
+        The claims.
+    conditions : collection of str
+        The conditions of the planned study.
+    runs : int
+        Number of runs of each condition.
+
+    Returns
+    -------
+    list of Design
+        One design per comparison of two conditions.
+    """
     decided = [claim for claim in claims if claim.conditions <= {*conditions}]
     tested = {comparison for claim in decided for comparison in claim.comparisons if comparison.b}
     return [_design(comparison, runs, runs) for comparison in tested]
 
 
-def compared(
-    dataset: xr.Dataset, paper: Claiming
-) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
-    """The models' own measures in which claims compare conditions: name, meaning, and by condition a value a run."""
-    samples = _Samples(dataset, 1, paper)
-    held = {
-        one.measure: one
-        for claim in paper.claims
-        for one in claim.comparisons
-        if one.b and samples.meaning(one)
-    }
-    names = [str(name) for name in dataset["condition"].values]
-    return [
-        (
-            name,
-            samples.meaning(one),
-            {condition: samples.get(condition, name).values for condition in names},
-        )
-        for name, one in held.items()
-    ]
+def _measure(comparison: Comparison, samples: Samples) -> statistics.Comparison:
+    if comparison.b:
+        return _compare(comparison, samples)
+    values = samples.get(comparison.a, comparison.measure)
+    # A measure that a model defines may have no value.
+    if not values.size:
+        return statistics.Comparison(0, 0, *[nan] * 8)
+    median = float(np.median(values))
+    if comparison.measure == "most" or comparison.rule in OVER_RUNS:
+        level = float(OVER_RUNS.get(comparison.rule, np.max)(values))
+        return statistics.Comparison(values.size, 0, median, nan, level, nan, nan, nan, nan, nan)
+    low, high = statistics.median_interval(values.values)
+    return statistics.Comparison(values.size, 0, median, nan, median, low, high, nan, nan, nan)
 
 
-class _Samples:
-    """One value a run: what a measure comes to in a condition's last generations, or its first; or a model's own measure."""
-
-    def __init__(self, dataset: xr.Dataset, last: int, paper: Claiming) -> None:
-        dataset = fitness.with_curves(dataset)
-        self._study, self._paper = dataset, paper
-        self._last = {
-            measure: fitness.final(dataset, measure, last) for measure in fitness.MEASURES
-        }
-        self._last["most"] = fitness.largest_gain(dataset)
-        self._first = {
-            measure: fitness.initial(dataset, measure, last) for measure in fitness.MEASURES
-        }
-        self._own: dict[tuple[str, str], xr.DataArray] = {}  # of the models, by condition and name
-        runs = self._last["best"].notnull().any("run")
-        self.present = {str(name) for name in dataset["condition"].values[runs.values]}
-
-    def unmeasured(self, claim: Claim) -> set[str]:
-        """The measures of a claim whose model is not loaded."""
-        return {
-            comparison.measure
-            for comparison in claim.comparisons
-            if comparison.measure not in OF_ALL
-            and any(self._paper.measures(name) is None for name in comparison.conditions)
-        }
-
-    def meaning(self, comparison: Comparison) -> str:
-        own = {} if comparison.measure in OF_ALL else self._paper.measures(comparison.a) or {}
-        return own[comparison.measure].meaning if comparison.measure in own else ""
-
-    def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
-        """By run; of none where the measure is that of a model which is not loaded."""
-        if measure not in OF_ALL:
-            if (condition, measure) not in self._own:
-                self._own[condition, measure] = self._ask(condition, measure)
-            return self._own[condition, measure]
-        table = self._first if first else self._last
-        return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
-
-    def survival(self, condition: str, measure: str) -> Survival:
-        """By run; which are censored says the measure."""
-        own = self._paper.measures(condition) or {}
-        times, tells = self.get(condition, measure), own[measure].censored
-        runs = self._study.sel(condition=condition, run=times["run"].values)
-        return Survival(times.values, tells(_without_gaps(runs)).values)
-
-    def _ask(self, condition: str, measure: str) -> xr.DataArray:
-        own = self._paper.measures(condition) or {}
-        if measure not in own:
-            return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
-        found: xr.DataArray = own[measure].of(_without_gaps(self._study.sel(condition=condition)))
-        return found.dropna("run").astype(np.float64)
-
-
-def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
-    """Without the runs, generations and agents that others have and these have not; nothing is copied where none is missing."""
-    for dim in ("run", "generation", "agent"):
-        lived = (
-            runs["energy"].notnull().any([other for other in runs["energy"].dims if other != dim])
-        )
-        runs = runs if bool(lived.all()) else runs.isel({dim: lived.values})
-    return runs
-
-
-def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison:
+def _compare(comparison: Comparison, samples: Samples) -> statistics.Comparison:
+    """Compare two conditions, or the last generations of a condition with its first ones."""
+    is_first = comparison.b == FIRST
+    condition_b = comparison.a if is_first else comparison.b
     a = samples.get(comparison.a, comparison.measure)
-    other = comparison.a if comparison.b == FIRST else comparison.b
-    b = samples.get(other, comparison.measure, first=comparison.b == FIRST) if comparison.b else a
+    b = samples.get(condition_b, comparison.measure, first=is_first)
     if comparison.paired:
         a, b = xr.align(a, b)
-    if not (a.size and b.size):  # a model's own measure may be of no run
-        return statistics.Comparison(a.size, b.size if comparison.b else 0, *[nan] * 8)
+    # A measure that a model defines may have no value.
+    if not (a.size and b.size):
+        return statistics.Comparison(a.size, b.size, *[nan] * 8)
     if comparison.rule == "survives_longer":
         return compare_survival(
-            *(samples.survival(name, comparison.measure) for name in (comparison.a, comparison.b))
+            samples.survival(comparison.a, comparison.measure),
+            samples.survival(comparison.b, comparison.measure),
         )
-    if comparison.b:
-        return (statistics.compare_paired if comparison.paired else statistics.compare)(
-            a.values, b.values
-        )
-    median = float(np.median(a))
-    if comparison.measure == "most" or comparison.rule in OVER_RUNS:
-        found = float(OVER_RUNS.get(comparison.rule, np.max)(a))
-        return statistics.Comparison(a.size, 0, median, nan, found, nan, nan, nan, nan, nan)
-    return statistics.Comparison(
-        a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan
-    )
+    compare = statistics.compare_paired if comparison.paired else statistics.compare
+    return compare(a.values, b.values)
 
 
 def claim_records(
     results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
-    """Return the claims for JSON, each with the name of the paper that made the study, and the changes of its model."""
-    belongs: dict[str, Any] = {"publication": paper} if paper else {}
-    belongs |= {"changes": list(changes)} if changes else {}
-    return [result.record() | belongs for result in results]
+    """Return the claims for JSON.
+
+    Parameters
+    ----------
+    results : sequence of ClaimResult
+        The claims with their verdicts.
+    paper : str
+        Name of the paper that defines the study.
+    changes : sequence of str
+        Changes of the paper's model.
+
+    Returns
+    -------
+    list of dict
+        One record per claim.
+    """
+    origin: dict[str, Any] = {"publication": paper} if paper else {}
+    if changes:
+        origin["changes"] = list(changes)
+    return [result.record() | origin for result in results]
 
 
-STATISTICS_COLUMNS = ("claim", *COLUMNS)
-
-
-def write(
+def write_statistics(
     results: Sequence[ClaimResult],
-    dataset: xr.Dataset,
+    data: xr.Dataset,
     directory: Path,
     last: int = 10,
     contrasts: Sequence[Contrast] = (),
 ) -> None:
-    """Write `statistics.csv` (a row per comparison) and `summary.csv` (a row per condition and measure).
+    """Write `statistics.csv` and `summary.csv`, each atomically.
 
-    `statistics.csv` has the comparisons of conditions first, without a claim, and then those of the
-    claims. Each file appears whole or not at all. Raises OSError.
+    Parameters
+    ----------
+    results : sequence of ClaimResult
+        The claims with their verdicts.
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    directory : Path
+        Folder for the files.
+    last : int
+        Number of final generations to average in each run.
+    contrasts : sequence of Contrast
+        Comparisons of conditions. They are the first rows of `statistics.csv`, without a claim.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
     """
     rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
     rows += [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
     write_atomically(
-        directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(dataset, last))
+        directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(data, last))
     )
 
 
 def _row(claim: str, finding: Finding) -> dict[str, Any]:
-    where = {
+    return {
         "claim": claim,
         "condition_a": finding.comparison.a,
         "condition_b": finding.comparison.other,
+        "measure": finding.comparison.measure,
+        "p_holm": finding.p_holm,
+        **finding.numbers._asdict(),
     }
-    return (
-        where
-        | {"measure": finding.comparison.measure, "p_holm": finding.p_holm}
-        | finding.numbers._asdict()
-    )

@@ -7,7 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from baldwinlab.analysis.claims import Claiming, ClaimResult, describe_claims_too_few, evaluate
+from baldwinlab.analysis.claims import (
+    ClaimResult,
+    ClaimSource,
+    Samples,
+    describe_claims_too_few,
+    evaluate_samples,
+)
 from baldwinlab.api.tables import claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
@@ -83,16 +89,17 @@ def evaluate_claims(
     """
     require_positive("last", last)
     study.require_runs()
-    title, claiming = _select_claims(study, file, paper)
-    named = set().union(*(claim.conditions for claim in claiming.claims))
+    title, source = _select_claims(study, file, paper)
+    named = set().union(*(claim.conditions for claim in source.claims))
     conditions = sorted(named & set(study.experiments)) or list(study.experiments)
-    results = evaluate(open_conditions(study, conditions), last, claiming)
+    samples = Samples(open_conditions(study, conditions), last, source)
+    results = evaluate_samples(samples)
     console.console.print(claims_table(results, title, study.changed_model))
     console.info_if_any(describe_claims_too_few(results))
     return results
 
 
-def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[str, Claiming]:
+def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[str, ClaimSource]:
     """Return the claims of the file, of the paper or of the study's paper, and their title."""
     if file and paper:
         raise RefusedError(

@@ -7,7 +7,12 @@ from typing import Any, Final
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed
-from baldwinlab.api.publish.gallery import PAGE, lead, left_out, publish
+from baldwinlab.api.publish.gallery import (
+    PAGE,
+    explain_omissions,
+    publish_gallery,
+    summarize,
+)
 from baldwinlab.api.reproduce import are_foragers, reproduce
 from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
@@ -56,8 +61,8 @@ def compare_papers(
     page = Path(folder) / PAGE if out is None else Path(out)
     if out is not None:
         require_writable("--out", page, REPORT.encode(), force=force)
-    gallery = publish(Path(folder), page, last, console.info)
-    for sentence in (*lead(gallery), *left_out(gallery)):
+    gallery = publish_gallery(Path(folder), page, last, console.info)
+    for sentence in (*summarize(gallery), *explain_omissions(gallery)):
         console.info(sentence)
     console.info(f"gallery: {page}")
     return page

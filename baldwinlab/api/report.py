@@ -6,10 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from baldwinlab.analysis.claims import describe_claims_too_few
-from baldwinlab.analysis.multiverse.section import combinations, verdict
+from baldwinlab.analysis.multiverse.section import compose_sentences, describe_combinations
 from baldwinlab.api.publish import lab_results
-from baldwinlab.api.publish.multiverse import publish as publish_multiverse
-from baldwinlab.api.publish.study import Published, need, publish
+from baldwinlab.api.publish.multiverse import publish_multiverse
+from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory
+from baldwinlab.api.publish.study import Published, publish
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, show_contrasts, variants_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
@@ -77,11 +78,12 @@ def report(
     # Each path stands for all files of its folder.
     for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)
-    require(f"the report of {study.directory}", need(study), force=force)
+    plan = plan_report(study, page, last, baseline, paper)
+    require(f"the report of {study.directory}", required_memory(plan), force=force)
     if study.kind == MULTIVERSE:
-        _report_multiverse(study, page, last)
+        _report_multiverse(plan)
         return page
-    published = publish(study, page, last, console.info, baseline, paper)
+    published = publish(plan, console.info)
     _show_results(study, published, page)
     if add_results:
         add_results()
@@ -105,14 +107,15 @@ def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> Non
         )
 
 
-def _report_multiverse(study: StudyStore, page: Path, last: int) -> None:
+def _report_multiverse(plan: ReportPlan) -> None:
     """Write and print the results of a multiverse."""
-    multiverse = publish_multiverse(study, page, last, console.progress, console.info)
-    lab_results.keep(study)
+    multiverse = publish_multiverse(plan, console.progress, console.info)
+    lab_results.cache_results(plan.study)
     console.console.print(variants_table(multiverse))
-    for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
+    sentences = compose_sentences(multiverse.singles)
+    for sentence in (*sentences, *describe_combinations(multiverse)):
         console.info(f"- {sentence}")
-    console.info(f"report: {page}")
+    console.info(f"report: {plan.out}")
 
 
 def _show_results(study: StudyStore, published: Published, page: Path) -> None:

@@ -13,7 +13,7 @@ from baldwinlab.analysis.assays.analysis import planned_designs
 from baldwinlab.analysis.claims import planned_claim_designs
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.load import load_installed
-from baldwinlab.api.publish.study import of_emergence
+from baldwinlab.api.publish.plan import replay_memory
 from baldwinlab.api.report import report
 from baldwinlab.api.run import assignments_of
 from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing, run_missing_assays
@@ -330,4 +330,4 @@ def _need_after_runs(
     need = plan.need(runs, workers or available_cores(), paper.about.assays)
     tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
     shown = by_name.get(paper.about.emergence, experiments[0])
-    return need.then(tables).then(of_emergence(shown))
+    return need.then(tables).then(replay_memory(shown))

@@ -274,7 +274,7 @@ class Study:
         from baldwinlab.api.publish import lab_results
 
         require_positive("last", last)
-        contrasts = lab_results.compare(self._store, last, baseline or "")
+        contrasts = lab_results.compare_study(self._store, last, baseline or "")
         rows = [
             {
                 **contrast.row(),

@@ -66,5 +66,5 @@ def run(
     study = run_loaded(
         loaded, assignments or [], options, runs=runs, seed=seed, out=out, baseline=baseline
     )
-    show_contrasts(lab_results.compare(StudyStore(study.directory), baseline=baseline))
+    show_contrasts(lab_results.compare_study(StudyStore(study.directory), baseline=baseline))
     console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")

@@ -43,7 +43,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
 def run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
     """Return the curve of each run of a condition, as JSON.
 
-    Raise MissingError, and StudyError and ValueError as `lab_results.of_runs`.
+    Raise MissingError, and StudyError and ValueError as `lab_results.read_run_curves`.
     """
     # This import takes a second, and the first page comes before.
     from baldwinlab.api.publish import lab_results
@@ -53,7 +53,7 @@ def run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
     versions = _file_versions(lab, [study.path(condition, run) for run in study.runs(condition)])
     return lab.cache.get(
         ("runs", study.directory, condition, measure, versions),
-        lambda: json.dumps(lab_results.of_runs(study, condition, measure)).encode(),
+        lambda: json.dumps(lab_results.read_run_curves(study, condition, measure)).encode(),
     )
 
 
@@ -70,7 +70,7 @@ def reaction_norms(lab: Lab, name: str) -> bytes:
     versions = _file_versions(lab, [folder, *sorted(folder.rglob("*.nc"))])
     return lab.cache.get(
         ("reaction", study.directory, versions),
-        lambda: json.dumps(lab_results.reaction_norms(study)).encode(),
+        lambda: json.dumps(lab_results.read_reaction_norms(study)).encode(),
     )
 
 

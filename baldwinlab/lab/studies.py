@@ -333,7 +333,7 @@ def results_of(lab: Lab, name: str) -> bytes:
     versions = tuple((path, path.stat().st_mtime_ns) for path in files if path.exists())
 
     def make() -> bytes:
-        results = lab_results.kept(study) or lab_results.of_study(study)
+        results = lab_results.load_cached_results(study) or lab_results.compute_results(study)
         return json.dumps(results | _claims_of(study)).encode()
 
     return lab.cache.get(("results", study.directory, versions), make)

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.analysis.claims import ClaimResult, claim_records, evaluate, write
+from baldwinlab.analysis.claims import ClaimResult, claim_records, evaluate_claims, write_statistics
 from baldwinlab.analysis.statistics.rules import RULES, Verdict, conjunction
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
@@ -28,12 +28,14 @@ Eaten = Mapping[str, Sequence[float]]
 
 
 def verdicts(eaten: Eaten, **how: Any) -> dict[str, Verdict]:
-    return {result.claim.id: result.verdict for result in evaluate(study(eaten, **how), last=5)}
+    return {
+        result.claim.id: result.verdict for result in evaluate_claims(study(eaten, **how), last=5)
+    }
 
 
 def one(name: str, eaten: Eaten, **how: Any) -> ClaimResult:
     return next(
-        result for result in evaluate(study(eaten, **how), last=5) if result.claim.id == name
+        result for result in evaluate_claims(study(eaten, **how), last=5) if result.claim.id == name
     )
 
 
@@ -79,7 +81,7 @@ def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
     few = study(AS_THE_PAPER)
     late = {"condition": "evo+self-taught/B", "agent": slice(0, 2), "generation": slice(6, None)}
     few["food_eaten"].loc[late] = 0
-    emergence = evaluate(few, last=5)[8]
+    emergence = evaluate_claims(few, last=5)[8]
     assert [finding.verdict for finding in emergence.findings] == ["holds", "does not hold"]
     assert emergence.verdict == "does not hold"
     assert emergence.record()["effect"] == 0.7
@@ -90,7 +92,7 @@ def test_emergence_fails_where_the_share_falls() -> None:
     falling["food_eaten"].loc[
         {"condition": "evo+self-taught/B", "agent": 0, "generation": slice(6, None)}
     ] = 0
-    assert [finding.verdict for finding in evaluate(falling, last=5)[8].findings] == [
+    assert [finding.verdict for finding in evaluate_claims(falling, last=5)[8].findings] == [
         "does not hold",
         "holds",
     ]
@@ -99,7 +101,7 @@ def test_emergence_fails_where_the_share_falls() -> None:
 def test_a_single_item_refutes_that_evo_never_eats() -> None:
     eaten = study(AS_THE_PAPER)
     eaten["food_eaten"][{"condition": 3, "run": 1, "generation": 0, "agent": 2}] = 1
-    third = evaluate(eaten, last=5)[2]
+    third = evaluate_claims(eaten, last=5)[2]
     assert third.verdict == "does not hold" and third.record()["effect"] == 1
 
 
@@ -107,7 +109,7 @@ def test_claims_about_absent_conditions_are_not_evaluated_and_say_so() -> None:
     some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {
         "self-taught/A": [math.nan]
     }
-    found = {result.claim.id: result for result in evaluate(study(some))}
+    found = {result.claim.id: result for result in evaluate_claims(study(some))}
     assert found["C1"].verdict == found["C2"].verdict == "holds"
     assert found["C6"].verdict == "not evaluated"
     assert found["C6"].missing == ("self-taught/A",)
@@ -133,7 +135,9 @@ def test_one_run_decides_only_what_needs_no_statistics(generations: int) -> None
 
 
 def test_all_p_values_of_all_claims_are_one_family() -> None:
-    findings = [finding for result in evaluate(study(AS_THE_PAPER)) for finding in result.findings]
+    findings = [
+        finding for result in evaluate_claims(study(AS_THE_PAPER)) for finding in result.findings
+    ]
     tested = [finding for finding in findings if not math.isnan(finding.numbers.p)]
     smallest = min(tested, key=lambda finding: finding.numbers.p)
     assert len(tested) == 19
@@ -155,8 +159,8 @@ def test_the_record_shows_the_weakest_comparison_and_the_distance_from_the_paper
 
 def test_files_are_strict_and_complete(tmp_path: Path) -> None:
     data = study({**AS_THE_PAPER, "evo/A": [80], "mine": [math.nan]})
-    results = evaluate(data)
-    write(results, data, tmp_path)
+    results = evaluate_claims(data)
+    write_statistics(results, data, tmp_path)
     records = claim_records(results)
     json.dumps(records, allow_nan=False)
     needed = {
@@ -228,7 +232,7 @@ comparisons = [{{ a = "guessing", {comparison} }}]
     paper = load("hinton-nowlan-1987")
     shutil.copytree(paper.folder, tmp_path / "strings")
     (tmp_path / "strings" / "claims.toml").write_text(claims)
-    (result,) = evaluate(strings(**unset), paper=open_paper(tmp_path / "strings"))
+    (result,) = evaluate_claims(strings(**unset), source=open_paper(tmp_path / "strings"))
     return result
 
 
@@ -264,7 +268,7 @@ def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_ha
         tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD
     )
     beside_larger = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
-    (result,) = evaluate(beside_larger, paper=open_paper(tmp_path / "strings"))
+    (result,) = evaluate_claims(beside_larger, source=open_paper(tmp_path / "strings"))
     assert result.verdict == "holds" and result.deciding is not None
     assert result.deciding.numbers.n_a == len(SPREAD)
 
@@ -290,7 +294,7 @@ def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: s
     )
     comparison = f'measure = "take-off", rule = {rule}'
     of_strings(tmp_path, comparison, guessing=SPREAD, all_set=SPREAD)
-    (result,) = evaluate(never, paper=open_paper(tmp_path / "strings"))
+    (result,) = evaluate_claims(never, source=open_paper(tmp_path / "strings"))
     assert result.verdict == "undecided"
 
 
@@ -300,7 +304,7 @@ def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: P
     (tmp_path / "strings" / "conditions" / "guessing.toml").write_text(
         'description = "gone"\nmodel = "gone"\n'
     )
-    (result,) = evaluate(strings(guessing=SPREAD), paper=open_paper(tmp_path / "strings"))
+    (result,) = evaluate_claims(strings(guessing=SPREAD), source=open_paper(tmp_path / "strings"))
     assert result.verdict == "not evaluated" and result.unmeasured == ("ones",)
 
 
@@ -365,7 +369,9 @@ LATE = [*range(100, 120), *[1000] * 5]
 def test_who_survives_longer_is_told_by_the_log_rank_test(
     first: list[float], second: list[float], verdict: Verdict
 ) -> None:
-    result, *_ = evaluate(populations(ERL=first, E=second), paper=load("ackley-littman-1991"))
+    result, *_ = evaluate_claims(
+        populations(ERL=first, E=second), source=load("ackley-littman-1991")
+    )
     assert result.claim.id == "A1" and result.verdict == verdict and result.deciding is not None
     one, other = (
         stats.CensoredData.right_censored(times, np.array(times) == 1000)
@@ -382,8 +388,8 @@ def test_who_survives_longer_is_told_by_the_log_rank_test(
 def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() -> None:
     """Most die sooner, but two outlive all others by far."""
     few = [*range(10, 33), 999, 999]
-    first, *_ = evaluate(
-        populations(ERL=few, E=list(range(30, 55))), paper=load("ackley-littman-1991")
+    first, *_ = evaluate_claims(
+        populations(ERL=few, E=list(range(30, 55))), source=load("ackley-littman-1991")
     )
     assert first.deciding is not None and first.deciding.p_holm < 0.05
     assert (
@@ -394,7 +400,7 @@ def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() ->
 
 def test_a_run_that_is_missing_counts_neither_as_dead_nor_as_alive() -> None:
     less, all_of = (
-        evaluate(populations(ERL=LATE, E=each), paper=load("ackley-littman-1991"))[0]
+        evaluate_claims(populations(ERL=LATE, E=each), source=load("ackley-littman-1991"))[0]
         for each in (EARLY[:9], EARLY)
     )
     assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (
@@ -420,6 +426,6 @@ def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
         {name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER}
     )
     for folder in ("one", "two"):
-        write(evaluate(data), data, tmp_path / folder)
+        write_statistics(evaluate_claims(data), data, tmp_path / folder)
     for name in ("statistics.csv", "summary.csv"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.papers.presets import load
@@ -102,7 +103,7 @@ def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
     assert study.factors["mine/A"] == Factors("mine/A")  # is not of the paper's presets
-    publish(study, tmp_path / "report.html", 1, ignore)
+    publish(plan_report(study, tmp_path / "report.html", 1), ignore)
     picture = (tmp_path / "figures/fitness.svg").read_text()
     assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
     assert "<!-- evo+self-taught -->" in picture and "<!-- mine/A -->" in picture

@@ -208,9 +208,7 @@ def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -
 
 def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "run `baldwinlab report`" in refusal(
-        lab_server.address, "report/small/report.html", 404
-    )
+    assert "run `baldwinlab report`" in refusal(lab_server.address, "report/small/report.html", 404)
     path.write_text("<script>alert(1)</script>")
     try:
         answer = ask(lab_server.address, "report/small/report.html")

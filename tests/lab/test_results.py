@@ -44,12 +44,12 @@ def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_senten
     )
     sentence = refusal(lab_server.address, "results/runs", 400, **asked | {"measure": "worst"})
     assert sentence == "measure = 'worst' must be one of best, mean, share"
-    monkeypatch.setattr(lab_results, "MOST_PLACES", 5)
+    monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with serving(tmp_path) as server:
         sentence = refusal(server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
     assert sentence.startswith(
-        "evo/A has 2 runs of 3 generations; lines of at most 5 generations in all"
+        "evo/A has 2 runs of 3 generations. Curves of single runs are limited to 5 values"
     )
 
 

@@ -195,9 +195,7 @@ def test_a_name_that_no_file_can_have_is_no_study(lab_server: LabServer) -> None
 def test_a_record_outside_of_the_folder_is_refused_and_the_others_served(walled: Path) -> None:
     with serving(walled) as server:
         query = {"study": "own", "condition": "evo/A", "generation": 0}
-        assert "0000.nc is outside" in refusal(
-            server.address, "recording", 400, run=0, **query
-        )
+        assert "0000.nc is outside" in refusal(server.address, "recording", 400, run=0, **query)
         assert "0000.nc is outside" in refusal(server.address, "results", 400, study="own")
         assert ask(server.address, "recording", run=1, **query).status_code == 200
         assert [study["id"] for study in data(server.address, "studies")["studies"]] == [

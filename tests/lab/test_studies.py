@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.claims import claim_records, evaluate
+from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment
@@ -188,15 +188,15 @@ def test_results_are_kept_beside_the_report_and_used_while_they_fit(
 ) -> None:
     study = small_study(tmp_path / "it", runs=1)
     read = studies.results_of(Lab(tmp_path, Live()), "it")
-    lab_results.keep(study)
+    lab_results.cache_results(study)
     with monkeypatch.context() as patch:
-        patch.setattr(lab_results, "of_study", None)  # nothing is read again
+        patch.setattr(lab_results, "compute_results", None)  # nothing is read again
         assert studies.results_of(Lab(tmp_path, Live()), "it") == read
     kept = tmp_path / "it" / lab_results.FILE
     for other in (b"{", b"[1]", kept.read_bytes().replace(b'"typical_run"', b'"typical_ran"')):
         kept.write_bytes(other)
         assert studies.results_of(Lab(tmp_path, Live()), "it") == read
-    lab_results.keep(study)
+    lab_results.cache_results(study)
     study.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
     assert (
         len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"])
@@ -269,7 +269,7 @@ def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(
     study = open_runs(tmp_path / "it")
     with serving(tmp_path) as server:
         assert data(server.address, "results", study="it")["claims"] == []
-        written = claim_records(evaluate(study))
+        written = claim_records(evaluate_claims(study))
         write_claims(StudyStore(tmp_path / "it"), written)
         assert data(server.address, "results", study="it")["claims"] == written != []
         (tmp_path / "it" / "claims.json").write_text("[{")

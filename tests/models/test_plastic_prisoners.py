@@ -243,7 +243,7 @@ def test_a_report_draws_the_shares_that_follow_from_the_strategies() -> None:
     study = xr.concat(
         [history.dataset() for history in simulate_histories(experiment, 0, range(2))], "run"
     ).expand_dims(condition=["meta-pavlov"])
-    shares = content.shares(study, {"meta-pavlov": experiment})
+    shares = content.compute_shares(study, {"meta-pavlov": experiment})
     plastic = study["genome"].isel(weight=slice(4, 8)).mean(("agent", "module", "weight"))
     assert list(shares) == ["plasticity", "[x00x]"]
     assert shares["plasticity"].isel(generation=[0, 2]).values == pytest.approx(

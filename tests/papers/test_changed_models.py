@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.publish.gallery_entries import studies
+from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
@@ -103,7 +103,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert command("reproduce", paper, *SET, "--runs", "3", "--out", "all/changed").code == 0
     done = command("gallery", "all")
     assert (
-        "needle is a changed model (hinton_nowlan.loci=4, population.size=30), and counts in these numbers."
+        "needle is a changed model (hinton_nowlan.loci=4, population.size=30) and is included."
         in done.out
     )
     assert "needle (changed model)" in Path("all/gallery.html").read_text("utf-8")
@@ -111,7 +111,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
         json.loads(Path("all/gallery.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
     )
     assert command("reproduce", paper, "--runs", "2", "--out", "all/plain").code == 0
-    assert studies(Path("all"))["needle"].directory.name == "plain"
+    assert find_studies(Path("all"))["needle"].directory.name == "plain"
     assert "changed model" not in command("gallery", "all").out
 
 

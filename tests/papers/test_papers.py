@@ -11,7 +11,7 @@ from typing import get_args
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.analysis.assays.analysis import criteria
+from baldwinlab.analysis.assays.analysis import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.variables import ASSAYS
@@ -107,7 +107,7 @@ def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None
     assert set(OF_ALL) == {*MEASURES, "most"}
     assert get_args(Assay) == tuple(ASSAYS)
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
-        criterion.id for criterion in criteria()
+        criterion.id for criterion in load_criteria()
     }
 
 
@@ -419,24 +419,28 @@ def test_a_user_s_questions_are_answered_at_the_head_of_the_report_and_no_paper_
     assert done.code == 0, done.err
     assert "What was asked, and what we measured" in done.out and "the paper" not in done.out
     out = tmp_path / "results/tiny"
-    record = json.loads((out / "ways.json").read_text())
-    assert (record["alone"], record["maps"], [one["learner"] for one in record["ways"]]) == (
+    record = json.loads((out / "learners.json").read_text())
+    assert (
+        record["reference"],
+        record["maps"],
+        [row["learner"] for row in record["learners"]],
+    ) == (
         "plain",
         ["near"],
         ["taught"],
     )
     assert (
-        record["ways"][0]["innate_verdict"] != "not measured"
-        and record["ways"][0]["cost_verdict"] == "not measured"
+        record["learners"][0]["innate_verdict"] != "not measured"
+        and record["learners"][0]["cost_verdict"] == "not measured"
     )
     page = (out / "report.html").read_text()
-    head = page.split('<h2 id="what-was-run"')[0]
+    head = page.split('<h2 id="setup"')[0]
     assert (
-        "ways of learning" in head
+        "learners eat more than evolution alone" in head
         and 'id="figure-overview"' in head
-        and ">Learning adds</th>" in head
+        and ">Gain from learning</th>" in head
     )
-    assert 'id="differences"' not in page and ">The paper</th>" not in page
+    assert 'id="differences"' not in page and ">Paper</th>" not in page
 
 
 def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(

@@ -54,7 +54,7 @@ claim = "Strings that guess hold fewer ? at last."
 rule = "lower"
 comparisons = [{ a = "guessing", b = "plain", measure = "unknown" }]
 """
-LACKING = "'unknown' needs a model that is not loaded: give it by --part FILE"
+LACKING = "'unknown' needs a model that is not loaded: pass its file with --part FILE"
 
 
 def forget() -> None:
@@ -137,7 +137,9 @@ def test_with_the_part_nothing_is_missing(
     assert command("crate", str(results / "strings"), *given).code == 0
     assert "not evaluated" not in command("claims", str(results / "strings"), *given).out
     systems = json.loads((results / "gallery.json").read_text())["papers"][0]["systems"]
-    assert [(system["condition"], system["rival"]) for system in systems] == [("guessing", "plain")]
+    assert [(system["condition"], system["control"]) for system in systems] == [
+        ("guessing", "plain")
+    ]
 
 
 def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Path) -> None:

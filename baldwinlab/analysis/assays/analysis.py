@@ -1,7 +1,8 @@
-"""Is it the Baldwin effect? The stored assays held against the questions in `questions.toml`.
+"""Test for the Baldwin effect: the stored assays, compared by the criteria in `questions.toml`.
 
-They are asked of every condition that evolves and learns. A run counts once, and is compared with itself: the same run in two
-lives, or early and late. All p-values are one family, corrected by Holm's method.
+Every condition that evolves and learns is tested. Each run has one value and is compared with
+itself: with and without learning, or early and late. All p-values are one family, corrected by
+Holm's method.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from functools import cache
 from importlib.resources import files
 from math import nan
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 import xarray as xr
@@ -35,48 +36,72 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.registry import key_of
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]
-YES: Verdict = "yes"
-NO: Verdict = "no"
-UNDECIDED: Verdict = "undecided"
-NOT_MEASURED: Verdict = "not measured"
+YES: Final[Verdict] = "yes"
+NO: Final[Verdict] = "no"
+UNDECIDED: Final[Verdict] = "undecided"
+NOT_MEASURED: Final[Verdict] = "not measured"
 
-SIGNS = {"greater": 1, "lower": -1}
-RIVAL: Quantity = ("rival", "last")
-OFF: Quantity = ("off", "last")
+SIGNS: Final = {"greater": 1, "lower": -1}
+# Innate fitness in the last generations, and the same in the no-learning control.
+INNATE: Final[Quantity] = ("off", "last")
+CONTROL: Final[Quantity] = ("no-learning control", "last")
+COLUMNS: Final = (
+    "condition",
+    "quantity",
+    "when",
+    "against",
+    "runs",
+    "left_out",
+    "median",
+    "low",
+    "high",
+    "p",
+    "p_holm",
+    "verdict",
+)
 
 Table = Mapping[Quantity, xr.DataArray]
 
 
 @dataclass(frozen=True)
 class Criterion:
+    """A question about the Baldwin effect, answered by comparing two quantities run by run."""
+
     id: str
-    assay: str  # that measures a and b
+    # The assay that measures a and b.
+    assay: str
     question: str
-    detail: str  # what is held against what, in words
-    rule: str  # greater or lower
+    # The comparison in words.
+    detail: str
+    # "greater" or "lower".
+    rule: str
     a: Quantity
     b: Quantity
     phase: int | None = None
-    of: str = ""  # "foragers" where it can be asked of no other model
+    # "foragers" if the criterion applies only to the MiniWorld model.
+    only_for: str = ""
 
-    def fits(self, experiment: BaseExperiment) -> bool:
-        return self.of != "foragers" or isinstance(experiment, Experiment)
+    def applies_to(self, experiment: BaseExperiment) -> bool:
+        """Return whether the criterion can be tested for an experiment."""
+        return self.only_for != "foragers" or isinstance(experiment, Experiment)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """`numbers` is None where the criterion was not measured."""
+    """The answer to a criterion. `numbers` is None if it was not measured."""
 
     criterion: Criterion
     numbers: statistics.Pairs | None
-    left_out: int  # runs in which a or b is undefined
+    # Runs in which a or b is undefined.
+    left_out: int
     p_holm: float
     verdict: Verdict
-    smallest_p_holm: float = nan  # the smallest corrected p-value that the number of runs allows
+    # The smallest corrected p-value that the number of runs allows.
+    smallest_p_holm: float = nan
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether it is undecided because no data of so few runs could decide it."""
+        """Whether the answer is undecided because so few runs cannot decide it."""
         return self.verdict == UNDECIDED and self.smallest_p_holm >= SIGNIFICANT
 
     @property
@@ -86,41 +111,46 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Subject:
-    """A condition that evolves and learns, and what was found of it."""
+class ConditionResult:
+    """A condition that evolves and learns, with its answers."""
 
     condition: str
     factors: Factors
-    rival: (
-        str  # the condition that differs only in that it does not learn; empty where there is none
-    )
+    # The condition that differs only in having no learning, or "".
+    control: str
     answers: tuple[Answer, ...]
-    without_learning_nobody_ate: bool  # in any run and any generation that was assayed
-    lamarckian: bool  # part of what is learned is inherited
+    # Whether no agent ate without learning, in any run and any tested generation.
+    eats_only_with_learning: bool
+    # Whether agents inherit learned weights.
+    is_lamarckian: bool
 
     def answer(self, criterion: str) -> Answer:
-        """Not measured where it was not asked."""
-        asked = {answer.criterion.id: answer for answer in self.answers}
-        known = {one.id: one for one in criteria()}
-        return asked.get(criterion) or Answer(known[criterion], None, 0, nan, NOT_MEASURED)
+        """Return the answer to a criterion, which is "not measured" if it does not apply."""
+        answers = {answer.criterion.id: answer for answer in self.answers}
+        if criterion in answers:
+            return answers[criterion]
+        known = {entry.id: entry for entry in load_criteria()}
+        return Answer(known[criterion], None, 0, nan, NOT_MEASURED)
 
-    def of_phase(self, number: int | None) -> list[Answer]:
-        return [answer for answer in self.answers if answer.criterion.phase == number]
+    def answers_of_phase(self, phase: int | None) -> list[Answer]:
+        """Return the answers to the criteria of a phase of the Baldwin effect."""
+        return [answer for answer in self.answers if answer.criterion.phase == phase]
 
-    def phase(self, number: int) -> Verdict:
-        """As far as it was measured."""
-        return conjunction([answer.verdict for answer in self.of_phase(number)])
+    def phase_verdict(self, phase: int) -> Verdict:
+        """Return the verdict over the measured criteria of a phase."""
+        return combine_verdicts([answer.verdict for answer in self.answers_of_phase(phase)])
 
 
 @dataclass(frozen=True)
 class Number:
-    """A quantity of a condition: its median over the runs in which it is defined, with a 95 % bootstrap interval."""
+    """Median of a quantity over the runs in which it is defined, with its 95 % interval."""
 
     condition: str
     measure: str
     when: str
     runs: int
-    left_out: int  # runs in which it is undefined
+    # Runs in which the quantity is undefined.
+    left_out: int
     median: float
     low: float
     high: float
@@ -128,75 +158,97 @@ class Number:
 
 @dataclass(frozen=True)
 class Analysis:
-    subjects: tuple[Subject, ...]
+    """The answers and the numbers of all stored assays."""
+
+    results: tuple[ConditionResult, ...]
     numbers: tuple[Number, ...]
-    last: int  # generations in a window
-    tables: Mapping[
-        str, Table
-    ]  # by condition: its quantities, and with `RIVAL` what its rival's agents gain at last
+    # Number of generations in the first and the last window.
+    last: int
+    # Quantities by condition.
+    tables: Mapping[str, Table]
 
     @property
     def too_few(self) -> str:
-        """Whether the runs are too few for the tests, in a sentence; "" where they are not."""
-        measured = [
-            answer.numbers
-            for subject in self.subjects
-            for answer in subject.answers
-            if answer.numbers
-        ]
-        return describe_too_few([_design(found.n) for found in measured])
+        """A sentence if the runs are too few for the tests, else ""."""
+        answers = [answer for result in self.results for answer in result.answers]
+        return describe_too_few([_design(answer.numbers.n) for answer in answers if answer.numbers])
 
     @property
-    def asked(self) -> list[Criterion]:
-        """The criteria that are asked of any condition."""
-        of_any = {answer.criterion for subject in self.subjects for answer in subject.answers}
-        return [one for one in criteria() if one in of_any]
+    def asked_criteria(self) -> list[Criterion]:
+        """The criteria that apply to a condition."""
+        asked = {answer.criterion for result in self.results for answer in result.answers}
+        return [criterion for criterion in load_criteria() if criterion in asked]
 
-    def number(self, condition: str, measure: str, when: str) -> Number | None:
-        wanted = (condition, measure, when)
-        return next(
-            (
-                found
-                for found in self.numbers
-                if (found.condition, found.measure, found.when) == wanted
-            ),
-            None,
-        )
+    def find_number(self, condition: str, measure: str, when: str) -> Number | None:
+        """Return the number of a quantity of a condition, or None if it does not exist."""
+        key = (condition, measure, when)
+        for number in self.numbers:
+            if (number.condition, number.measure, number.when) == key:
+                return number
+        return None
 
 
 @cache
-def _data() -> dict[str, Any]:
+def _load_questions() -> dict[str, Any]:
     return tomllib.loads(
         (files("baldwinlab.analysis.assays") / "questions.toml").read_text("utf-8")
     )
 
 
 @cache
-def criteria() -> tuple[Criterion, ...]:
-    entries = _data()["criteria"]
+def load_criteria() -> tuple[Criterion, ...]:
+    """Return all criteria of `questions.toml`."""
     return tuple(
-        Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])}) for entry in entries
+        Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])})
+        for entry in _load_questions()["criteria"]
     )
 
 
-def rules() -> dict[str, str]:
-    """What each rule does, in words."""
-    return dict(_data()["rules"])
+def load_rules() -> dict[str, str]:
+    """Return the description of each rule."""
+    return dict(_load_questions()["rules"])
 
 
-def conjunction(verdicts: Sequence[Verdict]) -> Verdict:
-    """Of the parts that were measured: no if any is no, yes if all are, else undecided. Not measured if none was."""
-    found = set(verdicts) - {NOT_MEASURED}
-    if not found:
+def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
+    """Return no if any verdict is no, yes if all are yes, else undecided.
+
+    Parameters
+    ----------
+    verdicts : sequence of str
+        Verdicts. "not measured" is ignored.
+
+    Returns
+    -------
+    str
+        The verdict, or "not measured" if nothing was measured.
+    """
+    measured = set(verdicts) - {NOT_MEASURED}
+    if not measured:
         return NOT_MEASURED
-    return NO if NO in found else YES if found == {YES} else UNDECIDED
+    if NO in measured:
+        return NO
+    return YES if measured == {YES} else UNDECIDED
 
 
-def evaluate(assays: Assays, last: int = 10) -> Analysis:
-    """Every criterion for every condition that evolves and learns, and the numbers of all conditions.
+def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
+    """Test every criterion for every condition that evolves and learns.
 
-    "first" and "last" are windows of `last` generations. What was not assayed is not measured.
-    Raises ValueError unless `last` is at least 1.
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    last : int
+        Number of generations in the first and the last window, at least 1.
+
+    Returns
+    -------
+    Analysis
+        The answers, and the numbers of all conditions.
+
+    Raises
+    ------
+    ValueError
+        `last` is less than 1.
     """
     experiments = conditions(assays)
     factors = {
@@ -204,98 +256,118 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     }
     tables = {name: quantities(assays, name, last) for name in experiments}
     numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
-    evolving = [
+    learning = [
         name
-        for name in experiments
-        if _evolves_and_learns(experiments[name], assays.get("innate", {}).get(name))
+        for name, experiment in experiments.items()
+        if _evolves_and_learns(experiment, assays.get("innate", {}).get(name))
     ]
-    rivals = {name: _rival(name, experiments) for name in evolving}
-    for name, rival in rivals.items():
-        if rival and OFF in tables[rival]:
-            tables[name][RIVAL] = tables[rival][OFF]
-    asked = {name: [one for one in criteria() if one.fits(experiments[name])] for name in rivals}
-    measured = {(name, one): _measure(tables[name], one) for name in rivals for one in asked[name]}
-    tested = {place: found for place, (found, _) in measured.items() if found}
-    corrected = statistics.holm([found.p for found in tested.values()]).tolist()
-    smallest = smallest_corrected([_design(found.n) for found in tested.values()]).tolist()
-    family = dict(zip(tested, zip(corrected, smallest, strict=True), strict=True))
-
-    def answer(name: str, one: Criterion) -> Answer:
-        (found, left_out), (p_holm, smallest_p) = (
-            measured[name, one],
-            family.get((name, one), (nan, nan)),
+    controls = {name: _find_control(name, experiments) for name in learning}
+    for name, control in controls.items():
+        if control and INNATE in tables[control]:
+            tables[name][CONTROL] = tables[control][INNATE]
+    answers = _answer(tables, {name: experiments[name] for name in learning})
+    results = [
+        ConditionResult(
+            name,
+            factors[name],
+            controls[name],
+            answers[name],
+            isinstance(experiments[name], Experiment) and _eats_only_with_learning(assays, name),
+            experiments[name].evolution.lamarckian_share > 0,
         )
-        return Answer(
-            one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm), smallest_p
-        )
+        for name in learning
+    ]
+    return Analysis(tuple(results), numbers, last, tables)
 
-    def subject(name: str) -> Subject:
-        answers = tuple(answer(name, one) for one in asked[name])
-        lamarckian = experiments[name].evolution.lamarckian_share > 0
-        nobody_ate = isinstance(experiments[name], Experiment) and _nobody_ate(assays, name)
-        return Subject(name, factors[name], rivals[name], answers, nobody_ate, lamarckian)
 
-    return Analysis(tuple(subject(name) for name in rivals), numbers, last, tables)
+def _answer(
+    tables: Mapping[str, Table], experiments: Mapping[str, BaseExperiment]
+) -> dict[str, tuple[Answer, ...]]:
+    """Answer the criteria of all conditions. Their tests are one family."""
+    measured = {
+        (name, criterion): _measure(tables[name], criterion)
+        for name, experiment in experiments.items()
+        for criterion in load_criteria()
+        if criterion.applies_to(experiment)
+    }
+    tests = {key: pairs for key, (pairs, _) in measured.items() if pairs}
+    p_values = statistics.holm([pairs.p for pairs in tests.values()]).tolist()
+    limits = smallest_corrected([_design(pairs.n) for pairs in tests.values()]).tolist()
+    p_holm = dict(zip(tests, p_values, strict=True))
+    smallest = dict(zip(tests, limits, strict=True))
+    answers: dict[str, list[Answer]] = {name: [] for name in experiments}
+    for (name, criterion), (pairs, left_out) in measured.items():
+        p = p_holm.get((name, criterion), nan)
+        verdict = _decide(SIGNS[criterion.rule], pairs, p)
+        limit = smallest.get((name, criterion), nan)
+        answers[name].append(Answer(criterion, pairs, left_out, p, verdict, limit))
+    return {name: tuple(condition_answers) for name, condition_answers in answers.items()}
 
 
 def _evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
-    """As the experiment says; where its model is not here, whether it was lived with learning on."""
-    learns = innate is not None and bool(innate["energy"].sel(life="on").notnull().any())
+    """Return whether a condition evolves and learns.
+
+    Other models may not be loaded. Then the assay shows whether the condition learns.
+    """
+    if experiment.evolution.inheritance == "none":
+        return False
     if isinstance(experiment, Experiment):
-        learns = experiment.learns
-    return learns and experiment.evolution.inheritance != "none"
+        return experiment.learns
+    return innate is not None and bool(innate["energy"].sel(life="on").notnull().any())
 
 
-def _rival(name: str, experiments: Mapping[str, Experiment]) -> str:
-    """The condition that differs from this one in its learning and in nothing else; empty where there is none."""
-    own = experiments[name]
-    if not isinstance(own, Experiment):
-        return next(
-            (
-                other
-                for other, there in experiments.items()
-                if other != name and _without_learner(own, there)
-            ),
-            "",
-        )
-    for other, there in experiments.items():
-        tree = there.to_dict() | {"name": name, "learning": own.to_dict()["learning"]}
-        if other != name and not there.learns and tree == own.to_dict():
-            return other
+def _find_control(name: str, experiments: Mapping[str, Experiment]) -> str:
+    """Return the condition that differs only in having no learning, or ""."""
+    experiment = experiments[name]
+    is_control = _is_without_rule if isinstance(experiment, Experiment) else _is_without_learning
+    for candidate, other in experiments.items():
+        if candidate != name and is_control(experiment, other):
+            return candidate
     return ""
 
 
-def _without_learner(own: BaseExperiment, other: BaseExperiment) -> bool:
-    """Whether `other` is `own` with nothing learned in life."""
+def _is_without_rule(experiment: Experiment, other: Experiment) -> bool:
+    """Return whether a MiniWorld condition is `experiment` with another, inactive rule."""
+    if other.learns:
+        return False
+    tree = experiment.to_dict()
+    shared = {"name": experiment.name, "learning": tree["learning"]}
+    return bool(other.to_dict() | shared == tree)
+
+
+def _is_without_learning(experiment: BaseExperiment, other: BaseExperiment) -> bool:
+    """Return whether `other` is `experiment` without learning, for any other model."""
     try:
-        return bool(own.without_learning().to_dict() | {"name": other.name} == other.to_dict())
-    except ExperimentError:  # its model is not here
-        table = key_of(own.model)
-        one, two = own.to_dict(), other.to_dict()
-        return two | {"name": own.name, table: one[table]} == one and _differ_in_one(
-            two[table], one[table]
+        return bool(
+            experiment.without_learning().to_dict() | {"name": other.name} == other.to_dict()
         )
+    # The model is not loaded.
+    except ExperimentError:
+        key = key_of(experiment.model)
+        tree = experiment.to_dict()
+        other_tree = other.to_dict()
+        shared = {"name": experiment.name, key: tree[key]}
+        return other_tree | shared == tree and _switches_learning_off(other_tree[key], tree[key])
 
 
-def _differ_in_one(one: Mapping[str, object], other: Mapping[str, object]) -> bool:
-    """Whether it is a single field, and it says yes or no: of a model that is not here, the switch of its learner."""
-    differing = [name for name in other if one.get(name) != other[name]]
-    return len(differing) == 1 and one.get(differing[0]) is False
+def _switches_learning_off(other: Mapping[str, object], settings: Mapping[str, object]) -> bool:
+    """Return whether a single setting of a model differs, and it is off in `other`."""
+    differing = [name for name in settings if other.get(name) != settings[name]]
+    return len(differing) == 1 and other.get(differing[0]) is False
 
 
-def _nobody_ate(assays: Assays, condition: str) -> bool:
+def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
     data = assays.get("innate", {}).get(condition)
     return data is not None and not bool((data["energy"].sel(life="off") > 0).any())
 
 
 def _defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
-    """The runs in which all of these are defined, and the number of those in which any is not."""
-    values = xr.align(
-        *(table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names), join="inner"
-    )
-    stacked = np.stack([np.asarray(part.values, np.float64) for part in values])
-    defined = np.isfinite(stacked).all(axis=0)
-    return list(stacked[:, defined]), int((~defined).sum())
+    """Return the values of the runs in which all quantities are defined, and the other runs."""
+    values = [table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names]
+    aligned = xr.align(*values, join="inner")
+    stacked = np.stack([np.asarray(column.values, np.float64) for column in aligned])
+    is_defined = np.isfinite(stacked).all(axis=0)
+    return list(stacked[:, is_defined]), int((~is_defined).sum())
 
 
 def _measure(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
@@ -312,105 +384,108 @@ def _design(runs: int) -> Design:
 def planned_designs(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[Design]:
-    """Return the tests that these assays of each condition will allow, at most, of so many runs."""
-    asked = [
-        (name, one)
-        for name in experiments
-        for one in criteria()
-        if _evolves_and_learns(experiments[name], None)
-        and one.fits(experiments[name])
-        and one.assay in assays[name]
+    """Return the tests that the planned assays allow at most.
+
+    Parameters
+    ----------
+    experiments : mapping of str to Experiment
+        Experiments by condition.
+    assays : mapping of str to collection of str
+        The assays of each condition.
+    runs : int
+        Number of runs of each condition.
+
+    Returns
+    -------
+    list of Design
+        One design per test.
+    """
+    return [
+        _design(runs)
+        for name, experiment in experiments.items()
+        if _evolves_and_learns(experiment, None)
+        for criterion in load_criteria()
+        if criterion.applies_to(experiment) and criterion.assay in assays[name]
+        if criterion.b != CONTROL or _find_control(name, experiments)
     ]
-    return [_design(runs) for name, one in asked if one.b != RIVAL or _rival(name, experiments)]
 
 
-def _verdict(sign: int, found: statistics.Pairs | None, p_holm: float) -> Verdict:
-    if found is None:
+def _decide(sign: int, pairs: statistics.Pairs | None, p_holm: float) -> Verdict:
+    """Return the verdict of a criterion that asks for a difference of this sign."""
+    if pairs is None:
         return NOT_MEASURED
-    if found.n > 1 and found.above == found.below == 0:
+    if pairs.n > 1 and pairs.above == pairs.below == 0:
         return NO
-    if p_holm < SIGNIFICANT and sign * found.effect > 0 and sign * (found.above - found.below) > 0:
+    # NaN is undecided, too.
+    if not p_holm < SIGNIFICANT:
+        return UNDECIDED
+    effect = sign * pairs.effect
+    majority = sign * (pairs.above - pairs.below)
+    if effect > 0 and majority > 0:
         return YES
-    return (
-        NO
-        if p_holm < SIGNIFICANT
-        and sign * found.effect < 0
-        and sign * (found.above - found.below) < 0
-        else UNDECIDED
-    )
+    return NO if effect < 0 and majority < 0 else UNDECIDED
 
 
 def _numbers(condition: str, table: Table) -> Iterator[Number]:
-    for (measure, when), _ in table.items():
+    for measure, when in table:
         (values,), left_out = _defined(table, (measure, when))
         if values.size:
-            yield Number(
-                condition,
-                measure,
-                when,
-                values.size,
-                left_out,
-                float(np.median(values)),
-                *statistics.median_interval(values),
-            )
+            median = float(np.median(values))
+            low, high = statistics.median_interval(values)
+            yield Number(condition, measure, when, values.size, left_out, median, low, high)
 
 
-COLUMNS = (
-    "condition",
-    "quantity",
-    "when",
-    "against",
-    "runs",
-    "left_out",
-    "median",
-    "low",
-    "high",
-    "p",
-    "p_holm",
-    "verdict",
-)
+def write_analysis(analysis: Analysis, directory: Path) -> None:
+    """Write `baldwin.json` and `baldwin.csv`, each atomically.
 
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis. `baldwin.csv` has one row per number and per comparison.
+    directory : Path
+        Folder for the files.
 
-def write(analysis: Analysis, directory: Path) -> None:
-    """Write `baldwin.json` and `baldwin.csv`, which has a row for every number and for every comparison.
-
-    Each file appears whole or not at all. Raises OSError.
+    Raises
+    ------
+    OSError
+        A file cannot be written.
     """
     record = {
         "last": analysis.last,
-        "conditions": {subject.condition: _record(subject) for subject in analysis.subjects},
-        "numbers": [_json(vars(number)) for number in analysis.numbers],
+        "conditions": {result.condition: _condition_record(result) for result in analysis.results},
+        "numbers": [_to_json(vars(number)) for number in analysis.numbers],
     }
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "baldwin.json", f"{text}\n".encode())
     write_atomically(directory / "baldwin.csv", to_csv(COLUMNS, [*_rows(analysis)]))
 
 
-def _record(subject: Subject) -> dict[str, Any]:
-    phases = {f"phase_{number}": subject.phase(number) for number in (1, 2)}
+def _condition_record(result: ConditionResult) -> dict[str, Any]:
     return {
-        "rival": subject.rival or None,
-        **phases,
-        "criteria": [_answer_record(answer) for answer in subject.answers],
+        "control": result.control or None,
+        "phase_1": result.phase_verdict(1),
+        "phase_2": result.phase_verdict(2),
+        "criteria": [_answer_record(answer) for answer in result.answers],
     }
 
 
 def _answer_record(answer: Answer) -> dict[str, Any]:
     criterion = answer.criterion
-    numbers = (answer.numbers._asdict() if answer.numbers else {}) | {
+    numbers = answer.numbers._asdict() if answer.numbers else {}
+    return {
+        **vars(criterion),
+        "rule": load_rules()[criterion.rule],
+        "verdict": answer.verdict,
+        **_to_json(numbers),
         "left_out": answer.left_out,
-        "p_holm": answer.p_holm,
+        "p_holm": finite_or_none(answer.p_holm),
+        "smallest_p_holm": finite_or_none(answer.smallest_p_holm),
+        "too_few_runs": answer.has_too_few_runs,
     }
-    numbers |= {"smallest_p_holm": answer.smallest_p_holm, "too_few_runs": answer.has_too_few_runs}
-    return (
-        vars(criterion)
-        | {"rule": rules()[criterion.rule], "verdict": answer.verdict}
-        | _json(numbers)
-    )
 
 
-def _json(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Null where a number does not exist."""
+def _to_json(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Replace numbers that do not exist by None."""
     return {
         name: finite_or_none(value) if isinstance(value, float) else value
         for name, value in values.items()
@@ -421,20 +496,25 @@ def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
     for number in analysis.numbers:
         row = vars(number) | {"quantity": number.measure}
         yield {name: row.get(name, "") for name in COLUMNS}
-    for subject in analysis.subjects:
-        for answer in subject.answers:
+    for result in analysis.results:
+        for answer in result.answers:
             if answer.numbers:
-                row = answer.numbers._asdict() | {
-                    "left_out": answer.left_out,
-                    "p_holm": answer.p_holm,
-                    "verdict": answer.verdict,
-                }
-                (quantity, when), against = answer.criterion.a, ", ".join(answer.criterion.b)
-                row |= {
-                    "condition": subject.condition,
-                    "quantity": quantity,
-                    "when": when,
-                    "against": against,
-                }
-                row |= {"runs": answer.numbers.n, "median": answer.numbers.effect}
-                yield {name: row[name] for name in COLUMNS}
+                yield _answer_row(result.condition, answer, answer.numbers)
+
+
+def _answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
+    quantity, when = answer.criterion.a
+    return {
+        "condition": condition,
+        "quantity": quantity,
+        "when": when,
+        "against": ", ".join(answer.criterion.b),
+        "runs": pairs.n,
+        "left_out": answer.left_out,
+        "median": pairs.effect,
+        "low": pairs.low,
+        "high": pairs.high,
+        "p": pairs.p,
+        "p_holm": answer.p_holm,
+        "verdict": answer.verdict,
+    }

@@ -1,11 +1,12 @@
-"""What assays show of the Baldwin effect: a column for each condition that evolves and learns.
+"""Figures of the assays, with a column for each condition that evolves and learns.
 
-Lines are medians over runs, as are the numbers of the section's text, and bands the 95 % intervals of those medians.
+Lines are medians over runs, like the numbers in the text. Bands are their 95 % intervals.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -14,8 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.assays.phrases import of_foragers
-from baldwinlab.analysis.assays.reaction_norms import by_circumstance
+from baldwinlab.analysis.assays.reaction_norms import reaction_panels
 from baldwinlab.analysis.assays.values import Assays, distances, factors_of, lifetime, lives, share
 from baldwinlab.analysis.figures.palette import LIFE_COLORS, NEWBORN_COLORS
 from baldwinlab.analysis.figures.style import (
@@ -32,145 +32,202 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.statistics.fitness import interval_of_median
 from baldwinlab.core.variables import RANDOM
 
-LIFE_NAMES = {
+LIFE_NAMES: Final = {
     "on": "learning on",
-    "off": "learning off: innate",
+    "off": "learning off: innate fitness",
     "frozen": "weights at death, learning off",
-    "drift": "random change in place of learning",
+    "drift": "random changes instead of learning (drift)",
 }
-LIFE_LOOKS = {
+LIFE_STYLES: Final = {
     life: Series(LIFE_COLORS[life], line, marker)
     for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)
 }
-NEWBORN_LOOKS = [
-    Series(colour, line, marker)
-    for colour, line, marker in zip(NEWBORN_COLORS, LINES[::-1], MARKERS, strict=False)
+NEWBORN_STYLES: Final = [
+    Series(color, line, marker)
+    for color, line, marker in zip(NEWBORN_COLORS, LINES[::-1], MARKERS, strict=False)
 ]
+# The golden ratio spreads points evenly and reproducibly.
+GOLDEN_RATIO: Final = 0.618
 
 
 @styled
-def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Above, fitness by generation in each kind of life; below, the innate share and what the weights at death are worth."""
-    figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.4)
-    for (above, below), subject in zip(grid, subjects, strict=True):
-        food = lives(assays["innate"][subject])
-        for life, look in LIFE_LOOKS.items():
-            _curve(above, food.sel(life=life), look, LIFE_NAMES[life])
+def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw fitness by generation in each kind of life, and as a share of fitness with learning.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    names : sequence of str
+        Conditions to draw.
+    unit : str
+        Label of fitness.
+
+    Returns
+    -------
+    Figure
+        Two panels per condition.
+    """
+    figure, grid = _grid(assays["innate"], names, rows=2, height=2.4)
+    for (top, bottom), name in zip(grid, names, strict=True):
+        food = lives(assays["innate"][name])
+        for life, style in LIFE_STYLES.items():
+            _draw_curve(top, food.sel(life=life), style, LIFE_NAMES[life])
         on = food.sel(life="on")
-        _curve(below, share(food.sel(life="off"), on), LIFE_LOOKS["off"], "innate share (off / on)")
-        _curve(
-            below,
-            share(food.sel(life="frozen"), on),
-            LIFE_LOOKS["frozen"],
-            "learned weights alone (frozen / on)",
-        )
-        _from_zero(above)
-        below.axhline(1, color=GRAY, lw=0.8)
-        below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
-        _generations(below)
-    _label(grid, _unit(assays), "share of the fitness\nwith learning on")
+        innate = share(food.sel(life="off"), on)
+        learned = share(food.sel(life="frozen"), on)
+        _draw_curve(bottom, innate, LIFE_STYLES["off"], "innate share (off / on)")
+        _draw_curve(bottom, learned, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
+        _start_at_zero(top)
+        bottom.axhline(1, color=GRAY, lw=0.8)
+        bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))
+        _label_generations(bottom)
+    _label_rows(grid, unit, "share of the fitness\nwith learning on")
     figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=2)
     figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
 
 @styled
-def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer, where models tell it."""
-    moved = {subject: distances(assays["innate"][subject]) for subject in subjects}
-    told = any(
-        bool(values.notnull().any()) for found in moved.values() for values in found.values()
+def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw the gain from learning, and how far learning moves the weights of each layer.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    names : sequence of str
+        Conditions to draw.
+    unit : str
+        Label of fitness.
+
+    Returns
+    -------
+    Figure
+        One panel per condition, and a second one if a model has weights.
+    """
+    moved = {name: distances(assays["innate"][name]) for name in names}
+    has_weights = any(
+        bool(values.notnull().any()) for layers in moved.values() for values in layers.values()
     )
-    figure, grid = _grid(assays["innate"], subjects, rows=1 + told, height=2.2)
-    for (above, *below), subject in zip(grid, subjects, strict=True):
-        food = lives(assays["innate"][subject])
-        _curve(above, food.sel(life="on") - food.sel(life="off"), LIFE_LOOKS["on"], "")
-        above.axhline(0, color=GRAY, lw=0.8)
-        layers = {
-            name.partition(", ")[2]: values
-            for name, values in moved[subject].items()
-            if ", " in name
-        }
-        for axes in below:
-            for number, (layer, values) in enumerate(layers.items()):
-                _curve(axes, values, Series(BROWN, LINES[number % 4], MARKERS[number % 7]), layer)
-            _from_zero(axes)
-        _generations([above, *below][-1])
-    _label(grid, *[f"gain from learning,\n{_unit(assays)}", "distance, birth to death"][: 1 + told])
-    if told:
+    figure, grid = _grid(assays["innate"], names, rows=1 + has_weights, height=2.2)
+    for (top, *others), name in zip(grid, names, strict=True):
+        food = lives(assays["innate"][name])
+        _draw_curve(top, food.sel(life="on") - food.sel(life="off"), LIFE_STYLES["on"], "")
+        top.axhline(0, color=GRAY, lw=0.8)
+        for bottom in others:
+            _draw_distances(bottom, moved[name])
+        _label_generations([top, *others][-1])
+    labels = [f"gain from learning,\n{unit}", "distance, birth to death"]
+    _label_rows(grid, *labels[: 1 + has_weights])
+    if has_weights:
         figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
 
+def _draw_distances(axes: Axes, moved: Mapping[str, xr.DataArray]) -> None:
+    """Draw one curve per layer."""
+    layers = {name.partition(", ")[2]: values for name, values in moved.items() if ", " in name}
+    for number, (layer, values) in enumerate(layers.items()):
+        style = Series(BROWN, LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
+        _draw_curve(axes, values, style, layer)
+    _start_at_zero(axes)
+
+
 @styled
-def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Above, items eaten from one part of life to the next; below, the share of agents that have had their first meal."""
-    figure, grid = _grid(assays["within-life"], subjects, rows=2, height=2.3)
-    for (above, below), subject in zip(grid, subjects, strict=True):
-        data = assays["within-life"][subject]
+def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw the items eaten by step of a lifetime, and the share of agents with a first meal.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    names : sequence of str
+        Conditions to draw.
+    unit : str
+        Label of fitness. Not used.
+
+    Returns
+    -------
+    Figure
+        Two panels per condition.
+    """
+    figure, grid = _grid(assays["within-life"], names, rows=2, height=2.3)
+    for (top, bottom), name in zip(grid, names, strict=True):
+        data = assays["within-life"][name]
         steps = lifetime(data)
-        for name, look in zip(_newborns(data), NEWBORN_LOOKS, strict=False):
-            newborns = data.sel(newborns=name)
-            _curve(
-                above,
-                _by_step(newborns["eaten_in_window"].mean("agent"), steps),
-                look,
-                name,
-                "window",
-            )
-            meals = np.sort(newborns["first_meal"].values.ravel())
-            eaters = meals[np.isfinite(meals)]
-            shares = np.arange(1, eaters.size + 1) / meals.size
-            below.step(
-                [0, *eaters, steps],
-                [0, *shares, eaters.size / meals.size],
-                where="post",
-                color=look.color,
-                ls=look.line,
-            )
-        _from_zero(above)
-        below.set(ylim=(0, 1.03), xlabel="step of life")
-        above.set_xlim(0, steps)
-    _label(
-        grid, "items eaten by an\nagent in 100 steps", "share of agents that\nhave eaten by then"
-    )
+        for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
+            selected = data.sel(newborns=newborns)
+            eaten = _by_step(selected["eaten_in_window"].mean("agent"), steps)
+            _draw_curve(top, eaten, style, newborns, "window")
+            _draw_first_meals(bottom, selected["first_meal"].values.ravel(), steps, style)
+        _start_at_zero(top)
+        bottom.set(ylim=(0, 1.03), xlabel="step of the lifetime")
+        top.set_xlim(0, steps)
+    _label_rows(grid, "items eaten by an\nagent in 100 steps", "share of agents with\na first meal")
     figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=4)
     return figure
 
 
-def _newborns(data: xr.Dataset) -> list[str]:
-    """Random genomes first, then by generation."""
+def _draw_first_meals(axes: Axes, meals: np.ndarray, steps: int, style: Series) -> None:
+    """Draw the share of agents that have eaten, by step."""
+    times = np.sort(meals)
+    times = times[np.isfinite(times)]
+    shares = np.arange(1, times.size + 1) / meals.size
+    axes.step(
+        [0, *times, steps],
+        [0, *shares, times.size / meals.size],
+        where="post",
+        color=style.color,
+        ls=style.line,
+    )
+
+
+def _sort_newborns(data: xr.Dataset) -> list[str]:
+    """Return the kinds of newborns: random genomes first, then by generation."""
     names = [str(name) for name in data["newborns"].values]
     return sorted(names, key=lambda name: -1 if name == RANDOM else int(name.split()[-1]))
 
 
 def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
-    """Items in 100 steps, at the middle of each part of life; the last part may be shorter."""
-    ends = np.append(eaten["window"].values[1:], steps)
-    widths = ends - eaten["window"].values
-    return (eaten * 100 / xr.DataArray(widths, dims="window")).assign_coords(
-        window=(eaten["window"].values + ends) / 2
-    )
+    """Return items per 100 steps at the middle of each window. The last one may be shorter."""
+    starts = eaten["window"].values
+    ends = np.append(starts[1:], steps)
+    widths = xr.DataArray(ends - starts, dims="window")
+    return (eaten * 100 / widths).assign_coords(window=(starts + ends) / 2)
 
 
 @styled
-def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Fitness of agents with evolved and with random modules: a point a run, the median as a line."""
-    figure, grid = _grid(assays["modules"], subjects, rows=1, height=2.3)
-    for number, ((axes,), subject) in enumerate(zip(grid, subjects, strict=True)):
-        data = assays["modules"][subject]
-        names = [str(name) for name in data["modules"].values]
-        for place, name in enumerate(names):
-            food = data["energy"].sel(modules=name).mean("agent").values
-            aside = 0.4 * (
-                np.arange(food.size) * 0.618 % 1 - 0.5
-            )  # spread evenly, and the same each time
-            axes.plot(food, place + aside, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
-            axes.vlines(np.median(food), place - 0.32, place + 0.32, color=BLACK, lw=1.8)
+def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw the fitness of agents with evolved and with random modules, with one point per run.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    names : sequence of str
+        Conditions to draw.
+    unit : str
+        Label of fitness.
+
+    Returns
+    -------
+    Figure
+        One panel per condition. A line is the median.
+    """
+    figure, grid = _grid(assays["modules"], names, rows=1, height=2.3)
+    for number, ((axes,), name) in enumerate(zip(grid, names, strict=True)):
+        data = assays["modules"][name]
+        kinds = [str(kind) for kind in data["modules"].values]
+        for row, kind in enumerate(kinds):
+            food = data["energy"].sel(modules=kind).mean("agent").values
+            spread = 0.4 * (np.arange(food.size) * GOLDEN_RATIO % 1 - 0.5)
+            axes.plot(food, row + spread, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
+            axes.vlines(np.median(food), row - 0.32, row + 0.32, color=BLACK, lw=1.8)
         axes.set(
-            yticks=range(len(names)),
-            yticklabels=[name.replace(", ", ",\n") for name in names],
-            xlabel=_unit(assays),
+            yticks=range(len(kinds)),
+            yticklabels=[kind.replace(", ", ",\n") for kind in kinds],
+            xlabel=unit,
         )
         axes.tick_params(labelleft=number % 2 == 0)
         axes.grid(visible=False, axis="y")
@@ -179,56 +236,80 @@ def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
 
 
 @styled
-def reaction_norms(assays: Assays) -> Figure:
-    """Fitness of the last generation in what it did not evolve in: a row a field, a column a map, a line a condition."""
+def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw the fitness of the last generation in changed settings.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    names : sequence of str
+        Not used: the figure has all conditions of the assay.
+    unit : str
+        Label of fitness.
+
+    Returns
+    -------
+    Figure
+        One row per setting, one column per map, one line per condition.
+    """
     stored = assays["reaction"]
-    found = by_circumstance(stored)
-    factors, looks = {name: factors_of(data) for name, data in stored.items()}, _learners(assays)
-    maps = list(dict.fromkeys(panel.map for panel in found))
-    fields = list(dict.fromkeys(panel.field for panel in found))
+    panels = reaction_panels(stored)
+    factors = {name: factors_of(data) for name, data in stored.items()}
+    styles = _learner_styles(assays)
+    maps = list(dict.fromkeys(panel.map for panel in panels))
+    fields = list(dict.fromkeys(panel.field for panel in panels))
     figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
-    for axes, panel in zip(grid.flat, found, strict=True):
+    for axes, panel in zip(grid.flat, panels, strict=True):
         for name, food in panel.norms.items():
-            _curve(axes, food, looks[factors[name].learner], "", "place")
+            _draw_curve(axes, food, styles[factors[name].learner], "", "place")
         axes.set_xticks(range(len(panel.values)), panel.labels)
         axes.set(xlim=(-0.4, max(len(panel.values), 1) - 0.6), xlabel=panel.name)
-        _from_zero(axes)
+        _start_at_zero(axes)
     for row in grid:
-        row[0].set_ylabel(_unit(assays))
+        row[0].set_ylabel(unit)
     for axes, map_name in zip(grid[0], maps, strict=True):
-        axes.set_title(
-            f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold"
-        )
-    _legend(
-        figure,
-        {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}},
-    )
+        title = f"Evolved on map {map_name}" if map_name else ""
+        axes.set_title(title, loc="left", fontweight="bold")
+    _draw_legend(figure, styles, {condition.learner for condition in factors.values()})
     return figure
 
 
-def _learners(assays: Assays) -> dict[str, Series]:
-    """How each learner is drawn: as in the figures of the study, whichever of them was assayed."""
-    stored = [data for assay in assays.values() for data in assay.values()]
-    known = [name for data in stored for name in data.attrs.get("learners", ())]
-    names = dict.fromkeys([*known, *(factors_of(data).learner for data in stored)])
-    return {name: series(number) for number, name in enumerate(names)}
-
-
-def _unit(assays: Assays) -> str:
-    return "fitness (energy)" if of_foragers(assays) else "fitness"
+def _learner_styles(assays: Assays) -> dict[str, Series]:
+    """Return the style of each learner. It is the same in all figures of the study."""
+    datasets = [data for assay in assays.values() for data in assay.values()]
+    learners = [name for data in datasets for name in data.attrs.get("learners", ())]
+    learners += [factors_of(data).learner for data in datasets]
+    return {name: series(number) for number, name in enumerate(dict.fromkeys(learners))}
 
 
 @styled
-def descent(assays: Assays) -> Figure:
-    """Left, since when all agents have had a common ancestor; right, of how many founders the gene pool is made, in effect."""
+def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw the age of the last common ancestor, and the effective number of founders.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    names : sequence of str
+        Not used: the figure has all conditions of the assay.
+    unit : str
+        Not used.
+
+    Returns
+    -------
+    Figure
+        Two panels per map.
+    """
     stored = {
         name: data
         for name, data in assays["descent"].items()
         if data["effective_ancestors"].notnull().any()
     }
-    factors, looks = {name: factors_of(data) for name, data in stored.items()}, _learners(assays)
-    maps = list(dict.fromkeys(one.map for one in factors.values()))
+    factors = {name: factors_of(data) for name, data in stored.items()}
+    styles = _learner_styles(assays)
+    maps = list(dict.fromkeys(condition.map for condition in factors.values()))
     figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
     grid = figure.subplots(len(maps), 2, squeeze=False)
     measures = {
@@ -236,90 +317,90 @@ def descent(assays: Assays) -> Figure:
         "effective_ancestors": "effective ancestors",
     }
     for row, map_name in zip(grid, maps, strict=True):
+        on_map = [name for name in stored if factors[name].map == map_name]
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
-            for name in (name for name in stored if factors[name].map == map_name):
-                _curve(axes, stored[name][measure], looks[factors[name].learner], "")
+            for name in on_map:
+                _draw_curve(axes, stored[name][measure], styles[factors[name].learner], "")
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)
-            _from_zero(axes)
-            _generations(axes)
-    _legend(
-        figure,
-        {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}},
-    )
+            _start_at_zero(axes)
+            _label_generations(axes)
+    _draw_legend(figure, styles, {condition.learner for condition in factors.values()})
     return figure
 
 
 def _grid(
-    data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, height: float
+    data: Mapping[str, xr.Dataset], names: Sequence[str], rows: int, height: float
 ) -> tuple[Figure, np.ndarray]:
-    """A figure, and its panels [subject, row]: a column a subject, two side by side."""
-    columns = min(len(subjects), 2)
-    blocks = -(-len(subjects) // columns)
+    """Return a figure and its panels (condition, row), with two conditions side by side."""
+    columns = min(len(names), 2)
+    blocks = -(-len(names) // columns)
     figure = Figure((WIDTH, 0.6 + height * rows * blocks))
     grid = figure.subplots(blocks * rows, columns, squeeze=False)
     panels = grid.reshape(blocks, rows, columns).transpose(0, 2, 1).reshape(-1, rows)
-    for axes in panels[len(subjects) :].flat:
+    for axes in panels[len(names) :].flat:
         axes.set_visible(False)
-    for (first, *_), subject in zip(panels, subjects, strict=False):
-        first.set_title(factors_of(data[subject]).title, loc="left", fontweight="bold")
-    return figure, panels[: len(subjects)]
+    for (first, *_), name in zip(panels, names, strict=False):
+        first.set_title(factors_of(data[name]).title, loc="left", fontweight="bold")
+    return figure, panels[: len(names)]
 
 
-def _curve(
-    axes: Axes, values: xr.DataArray, look: Series, label: str, along: str = "generation"
+def _draw_curve(
+    axes: Axes, values: xr.DataArray, style: Series, label: str, dim: str = "generation"
 ) -> None:
-    """A median over runs with its band; nothing where there is no value."""
-    shown = values.dropna(along, how="all")
-    if not shown.size:
+    """Draw a median over runs with its band, or nothing if there is no value."""
+    present = values.dropna(dim, how="all")
+    if not present.size:
         return
-    middle, low, high = interval_of_median(shown)
-    x, every = shown[along].values, max(1, shown.sizes[along] // 8)
-    axes.fill_between(x, low, high, color=look.color, alpha=0.18, lw=0)
+    median, low, high = interval_of_median(present)
+    x = present[dim].values
+    axes.fill_between(x, low, high, color=style.color, alpha=0.18, lw=0)
     axes.plot(
         x,
-        middle,
-        color=look.color,
-        ls=look.line,
+        median,
+        color=style.color,
+        ls=style.line,
         lw=1.5,
-        marker=look.marker,
+        marker=style.marker,
         ms=3.5,
-        markevery=every,
+        markevery=max(1, present.sizes[dim] // 8),
         label=label,
     )
 
 
-def _from_zero(axes: Axes) -> None:
+def _start_at_zero(axes: Axes) -> None:
     top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
     axes.set_ylim(-0.025 * top, top)
 
 
-def _generations(axes: Axes) -> None:
+def _label_generations(axes: Axes) -> None:
     axes.set_xlabel("generation")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
 
 
-def _label(grid: np.ndarray, *labels: str) -> None:
-    """Labels of the rows, at the left edge."""
+def _label_rows(grid: np.ndarray, *labels: str) -> None:
+    """Label the rows at the left edge."""
     for panels in grid[::2]:
         for axes, label in zip(panels, labels, strict=True):
             axes.set_ylabel(label)
 
 
 def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
-    """One handle for each label."""
-    found: dict[str, Artist] = {}
+    """Return one legend handle per label."""
+    handles: dict[str, Artist] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    return list(found.values())
+            handles.setdefault(label, handle)
+    return list(handles.values())
 
 
-def _legend(figure: Figure, looks: Mapping[str, Series]) -> None:
+def _draw_legend(figure: Figure, styles: Mapping[str, Series], learners: set[str]) -> None:
+    """Draw a legend of the learners in a figure."""
     handles = [
         figure.axes[0].plot(
-            [], [], color=look.color, ls=look.line, marker=look.marker, ms=4, label=learner
+            [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner
         )[0]
-        for learner, look in looks.items()
+        for learner, style in styles.items()
+        if learner in learners
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)

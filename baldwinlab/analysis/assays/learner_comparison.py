@@ -1,247 +1,340 @@
-"""Which ways of learning find food that evolution alone does not, what of it becomes innate, and what each costs.
+"""Comparison of many learners on the same maps with the learner that only evolves.
 
-Of a study in which many learners live on the same maps: the verdicts of its claims beside those of its assays, as sentences, one
-table, and data.
+It combines the verdicts of the study's claims and of its assays in sentences, a table and data.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, YES, Analysis, Answer, Verdict
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.report.phrases import signed
-from baldwinlab.analysis.report.sections import InShort, render
+from baldwinlab.analysis.report.phrases import format_signed
+from baldwinlab.analysis.report.sections import Summary, render
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 from baldwinlab.core.files import write_atomically
 from baldwinlab.experiment.factors import Factors
 
-# What the table shows of the assays: criteria of questions.toml.
-CRITERIA = {"innate": "built-innate", "learned": "built-learned", "cost": "cost"}
+# Criteria of questions.toml, by their name in the table.
+CRITERIA: Final = {"innate": "built-innate", "learned": "built-learned", "cost": "cost"}
 
-Places = Mapping[str, Sequence[str]]  # maps by learner, of those that have any
+# Maps by learner.
+Maps = Mapping[str, Sequence[str]]
 
 
-class Way(NamedTuple):
-    """A way of learning on a map."""
+class LearnerOnMap(NamedTuple):
+    """A learner on a map, compared with evolution alone."""
 
     learner: str
     map: str
-    eats: Finding  # its average agent against that of evolution alone
-    answers: Mapping[
-        str, Answer
-    ]  # of the assays, by what the table calls them; those that were measured
+    # Fitness of the average agent, compared with evolution alone.
+    finding: Finding
+    # Answers of the assays, by their name in the table.
+    answers: Mapping[str, Answer]
 
-    def answered(self, name: str, verdict: Verdict) -> bool:
-        return name in self.answers and self.answers[name].verdict == verdict
+    def has_answer(self, name: str, *verdicts: Verdict) -> bool:
+        """Return whether a criterion has one of these verdicts."""
+        return name in self.answers and self.answers[name].verdict in verdicts
 
     def record(self) -> dict[str, Any]:
-        """For JSON and CSV: None where a number does not exist."""
-        found = self.eats.numbers
-        numbers = {
-            "median": found.median_a,
-            "median_alone": found.median_b,
-            "effect": found.effect,
-            "p_holm": self.eats.p_holm,
-        }
+        """Return the comparison for JSON and CSV, with None for numbers that do not exist."""
+        numbers = self.finding.numbers
         row: dict[str, Any] = {
             "learner": self.learner,
             "map": self.map,
-            **numbers,
-            "verdict": self.eats.verdict,
+            "median": numbers.median_a,
+            "median_reference": numbers.median_b,
+            "effect": numbers.effect,
+            "p_holm": self.finding.p_holm,
+            "verdict": self.finding.verdict,
         }
         for name in CRITERIA:
-            answer = self.answers.get(name)
-            pairs = answer.numbers if answer else None
-            row |= {name: pairs and pairs.median_a, f"{name}_against": pairs and pairs.median_b}
-            row |= {
-                f"{name}_effect": pairs and pairs.effect,
-                f"{name}_p_holm": answer and answer.p_holm,
-            }
-            row |= {f"{name}_verdict": answer.verdict if answer else NOT_MEASURED}
+            row |= _answer_record(name, self.answers.get(name))
         return {
             name: finite_or_none(value) if isinstance(value, float) else value
             for name, value in row.items()
         }
 
 
+def _answer_record(name: str, answer: Answer | None) -> dict[str, Any]:
+    pairs = answer.numbers if answer else None
+    return {
+        name: pairs and pairs.median_a,
+        f"{name}_reference": pairs and pairs.median_b,
+        f"{name}_effect": pairs and pairs.effect,
+        f"{name}_p_holm": answer and answer.p_holm,
+        f"{name}_verdict": answer.verdict if answer else NOT_MEASURED,
+    }
+
+
 @dataclass(frozen=True)
-class Ways:
-    alone: str  # the learner that all others are held against: who does not learn
+class LearnerComparison:
+    """All learners on all maps, compared with the learner that only evolves."""
+
+    # The learner that only evolves.
+    reference: str
     maps: tuple[str, ...]
-    all: tuple[Way, ...]
+    entries: tuple[LearnerOnMap, ...]
 
     @property
     def learners(self) -> list[str]:
-        return list(dict.fromkeys(way.learner for way in self.all))
+        """The compared learners."""
+        return list(dict.fromkeys(entry.learner for entry in self.entries))
 
     @property
-    def held_against(self) -> set[str]:
-        """The conditions of who is alone."""
-        return {way.eats.comparison.other for way in self.all}
+    def reference_conditions(self) -> set[str]:
+        """The conditions of the learner that only evolves."""
+        return {entry.finding.comparison.other for entry in self.entries}
 
     @property
-    def without_food(self) -> list[str]:
-        """The maps on which evolution alone finds nothing, in the median of its runs."""
-        return [
-            place
-            for place in self.maps
-            if all(way.eats.numbers.median_b == 0 for way in self.all if way.map == place)
-        ]
+    def maps_without_food(self) -> list[str]:
+        """The maps on which evolution alone eats nothing, in the median over runs."""
+        return [map_name for map_name in self.maps if self._has_no_food(map_name)]
+
+    def _has_no_food(self, map_name: str) -> bool:
+        entries = [entry for entry in self.entries if entry.map == map_name]
+        return all(entry.finding.numbers.median_b == 0 for entry in entries)
 
     @property
-    def measured(self) -> list[str]:
-        """Of what the assays tell, that which is there of any."""
-        return [name for name in CRITERIA if any(name in way.answers for way in self.all)]
+    def measured_criteria(self) -> list[str]:
+        """The criteria that were measured for a learner."""
+        return [name for name in CRITERIA if any(name in entry.answers for entry in self.entries)]
 
     @property
-    def finding(self) -> Places:
-        """Who finds food on a map on which evolution alone finds none; on any map, where there is none such."""
-        asked = self.without_food or self.maps
-        return _places(way for way in self.all if way.eats.verdict == HOLDS and way.map in asked)
-
-    @property
-    def innate(self) -> Places:
-        """Who eats more than evolution alone where newborns eat more without learning than their neutral twins."""
-        return _places(
-            way for way in self.all if way.answered("innate", YES) and way.eats.verdict == HOLDS
+    def successful(self) -> Maps:
+        """Learners that eat more than evolution alone on maps without food, or on any map."""
+        maps = self.maps_without_food or self.maps
+        return _maps_by_learner(
+            entry for entry in self.entries if entry.finding.verdict == HOLDS and entry.map in maps
         )
 
     @property
-    def innate_all_the_same(self) -> Places:
-        """Whose newborns do so where the way of learning does not eat more than evolution alone."""
-        return _places(
-            way for way in self.all if way.answered("innate", YES) and way.eats.verdict != HOLDS
+    def innate_with_gain(self) -> Maps:
+        """Learners that eat more than evolution alone and whose innate fitness was selected."""
+        return _maps_by_learner(
+            entry
+            for entry in self.entries
+            if entry.has_answer("innate", YES) and entry.finding.verdict == HOLDS
         )
 
     @property
-    def costing(self) -> Places:
-        """Who eats less than evolution alone."""
-        return _places(way for way in self.all if way.eats.verdict == FAILS)
+    def innate_without_gain(self) -> Maps:
+        """Learners whose innate fitness was selected without eating more than evolution alone."""
+        return _maps_by_learner(
+            entry
+            for entry in self.entries
+            if entry.has_answer("innate", YES) and entry.finding.verdict != HOLDS
+        )
 
     @property
-    def costly_to_learn(self) -> Places:
-        """Who would eat more if born with what is known at death."""
-        return _places(way for way in self.all if way.answered("cost", YES))
+    def worse(self) -> Maps:
+        """Learners that eat less than evolution alone."""
+        return _maps_by_learner(entry for entry in self.entries if entry.finding.verdict == FAILS)
+
+    @property
+    def learning_costs(self) -> Maps:
+        """Learners that eat more if born with their weights at death."""
+        return _maps_by_learner(entry for entry in self.entries if entry.has_answer("cost", YES))
 
 
-def _places(which: Iterator[Way]) -> Places:
-    found: dict[str, list[str]] = {}
-    for way in which:
-        found.setdefault(way.learner, []).append(way.map)
-    return found
+def _maps_by_learner(entries: Iterable[LearnerOnMap]) -> Maps:
+    maps: dict[str, list[str]] = {}
+    for entry in entries:
+        maps.setdefault(entry.learner, []).append(entry.map)
+    return maps
 
 
-def ways(
+def compare_learners(
     results: Sequence[ClaimResult], factors: Mapping[str, Factors], analysis: Analysis | None
-) -> Ways | None:
-    """As the claims of a study hold average agents against one learner, map by map; None where they do not."""
-    found = {
+) -> LearnerComparison | None:
+    """Compare all learners with evolution alone, map by map.
+
+    Parameters
+    ----------
+    results : sequence of ClaimResult
+        The evaluated claims.
+    factors : mapping of str to Factors
+        Factors by condition, in the order of the study.
+    analysis : Analysis or None
+        The analysis of the study's assays.
+
+    Returns
+    -------
+    LearnerComparison or None
+        The comparison, or None unless the claims compare every learner with the same one.
+    """
+    findings = {
         finding.comparison.a: finding
         for result in results
         for finding in result.findings
-        if (finding.comparison.rule, finding.comparison.measure) == ("greater", "mean")
-        and finding.comparison.b in factors
+        if _compares_averages(finding) and finding.comparison.b in factors
     }
-    pairs = [(factors[name], factors[finding.comparison.b]) for name, finding in found.items()]
-    against = {rival.learner for _, rival in pairs}
-    if len(against) != 1 or not all(
-        own.map and own.map == rival.map and own.learner != rival.learner for own, rival in pairs
-    ):
+    references = {factors[finding.comparison.b].learner for finding in findings.values()}
+    if len(references) != 1:
         return None
-    (alone,) = against
-    known = {name: one for name, one in factors.items() if name in found}  # in the study's order
-    made = [
-        Way(one.learner.removeprefix(f"{alone}+"), one.map, found[name], _answers(name, analysis))
-        for name, one in known.items()
+    if not all(_is_same_map(finding, factors) for finding in findings.values()):
+        return None
+    (reference,) = references
+    entries = tuple(
+        LearnerOnMap(
+            condition.learner.removeprefix(f"{reference}+"),
+            condition.map,
+            findings[name],
+            _measured_answers(name, analysis),
+        )
+        for name, condition in factors.items()
+        if name in findings
+    )
+    maps = tuple(dict.fromkeys(entry.map for entry in entries))
+    return LearnerComparison(reference, maps, entries)
+
+
+def _compares_averages(finding: Finding) -> bool:
+    return finding.comparison.rule == "greater" and finding.comparison.measure == "mean"
+
+
+def _is_same_map(finding: Finding, factors: Mapping[str, Factors]) -> bool:
+    """Return whether a finding compares two learners on the same map."""
+    condition = factors[finding.comparison.a]
+    reference = factors[finding.comparison.b]
+    is_shared = bool(condition.map) and condition.map == reference.map
+    return is_shared and condition.learner != reference.learner
+
+
+def _measured_answers(condition: str, analysis: Analysis | None) -> dict[str, Answer]:
+    """Return the measured answers of a condition, by their name in the table."""
+    results = analysis.results if analysis else ()
+    for result in results:
+        if result.condition == condition:
+            answers = {name: result.answer(criterion) for name, criterion in CRITERIA.items()}
+            return {
+                name: answer for name, answer in answers.items() if answer.verdict != NOT_MEASURED
+            }
+    return {}
+
+
+def summary_section(comparison: LearnerComparison, directory: Path) -> Summary:
+    """Make the sentences and the table at the top of a report.
+
+    Writes `learners.json` and `figures/learners.csv`.
+
+    Parameters
+    ----------
+    comparison : LearnerComparison
+        The comparison.
+    directory : Path
+        Directory of the study.
+
+    Returns
+    -------
+    Summary
+        Sentences and a table.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
+    """
+    _write(comparison, directory)
+    table = render(
+        "assays/learner_comparison.html", comparison=comparison, rows=_make_rows(comparison)
+    )
+    return Summary(_compose_sentences(comparison), table)
+
+
+def _compose_sentences(comparison: LearnerComparison) -> list[str]:
+    return [
+        _describe_success(comparison),
+        " ".join(_describe_innate(comparison)),
+        " ".join(_describe_costs(comparison)),
     ]
-    return Ways(alone, tuple(dict.fromkeys(way.map for way in made)), tuple(made))
 
 
-def _answers(condition: str, analysis: Analysis | None) -> dict[str, Answer]:
-    """Those that were measured, by what the table calls them."""
-    subject = (
-        next((one for one in analysis.subjects if one.condition == condition), None)
-        if analysis
-        else None
-    )
-    asked = (
-        {name: subject.answer(criterion) for name, criterion in CRITERIA.items()} if subject else {}
-    )
-    return {name: answer for name, answer in asked.items() if answer.verdict != NOT_MEASURED}
-
-
-def in_short(found: Ways, directory: Path) -> InShort:
-    """What the head of a report says of them; writes ways.json and figures/ways.csv to `directory`. Raises OSError."""
-    _write(found, directory)
-    return InShort(
-        [*_sentences(found)],
-        render("assays/learner_comparison.html", ways=found, rows=_rows(found)),
-    )
-
-
-def _sentences(found: Ways) -> Iterator[str]:
-    count = f"{len(found.finding)} of {len(found.learners)} ways of learning"
-    if found.without_food:
-        where, names = _on(found.without_food), _named(found.finding, found.without_food)
-        yield f"{count} find food where evolution alone ({found.alone}) finds none ({where}): {names}."
-    else:
-        yield f"{count} eat more than evolution alone ({found.alone}) on some map: {_named(found.finding)}."
-    yield " ".join(_of_innate(found))
-    yield " ".join(_of_cost(found))
-
-
-def _of_innate(found: Ways) -> Iterator[str]:
-    if "innate" not in found.measured:
-        yield "Whether what was learned became innate was not measured; the assay neutral does it."
-        return
-    if found.innate:
-        yield (
-            f"What was learned may have become innate in {_named(found.innate)}, which eat more than evolution alone, and whose "
-            "newborns, with learning off, eat more than their neutral twins (of parents drawn at random)."
+def _describe_success(comparison: LearnerComparison) -> str:
+    count = f"{len(comparison.successful)} of {len(comparison.learners)} learners"
+    if comparison.maps_without_food:
+        maps = _list_maps(comparison.maps_without_food)
+        names = _list_learners(comparison.successful, comparison.maps_without_food)
+        return (
+            f"{count} find food on {maps}, where evolution alone ({comparison.reference}) finds "
+            f"none: {names}."
         )
-    else:
-        yield (
-            "What was learned became innate in none of them: where a way of learning eats more than evolution alone, its "
-            "newborns, with learning off, are not established to eat more than their neutral twins (of parents drawn at random)."
-        )
-    if found.innate_all_the_same:
-        yield f"Where it does not, those of {_named(found.innate_all_the_same)} do."
-
-
-def _of_cost(found: Ways) -> Iterator[str]:
-    if found.costing:
-        where = [
-            place for place in found.maps if any(place in maps for maps in found.costing.values())
-        ]
-        yield f"Learning costs on {_on(where)}, where these eat less than evolution alone: {_named(found.costing, where)}."
-    else:
-        yield "None is established to eat less than evolution alone."
-    if "cost" in found.measured:
-        yield f"Who would eat more if born with the weights of its own death: {_named(found.costly_to_learn)}."
-
-
-def _named(places: Places, said: Sequence[str] = ()) -> str:
-    """Names, with their maps unless these are, of all, those that are said already."""
-    known = all(list(maps) == list(said) for maps in places.values())
     return (
-        ", ".join(name if known else f"{name} ({', '.join(maps)})" for name, maps in places.items())
-        or "none"
+        f"{count} eat more than evolution alone ({comparison.reference}) on at least one map: "
+        f"{_list_learners(comparison.successful)}."
     )
 
 
-def _on(maps: Sequence[str]) -> str:
+def _describe_innate(comparison: LearnerComparison) -> Iterator[str]:
+    if "innate" not in comparison.measured_criteria:
+        yield (
+            "The study has no measurement of innate fitness. Run the assay neutral to test whether "
+            "learned behavior becomes innate."
+        )
+        return
+    control = "than their neutral control, whose parents are chosen at random"
+    if comparison.innate_with_gain:
+        yield (
+            "Learned behavior may have become innate in "
+            f"{_list_learners(comparison.innate_with_gain)}: they eat more than evolution alone, "
+            f"and their newborns eat more with learning off {control}."
+        )
+    else:
+        yield (
+            "There is no evidence that learned behavior becomes innate: where a learner eats more "
+            "than evolution alone, its newborns do not eat significantly more with learning off "
+            f"{control}."
+        )
+    if comparison.innate_without_gain:
+        yield (
+            "Newborns also eat more than their neutral control in "
+            f"{_list_learners(comparison.innate_without_gain)}, which do not eat more than "
+            "evolution alone."
+        )
+
+
+def _describe_costs(comparison: LearnerComparison) -> Iterator[str]:
+    worse = comparison.worse
+    if worse:
+        maps = [
+            map_name
+            for map_name in comparison.maps
+            if any(map_name in names for names in worse.values())
+        ]
+        yield (
+            f"On {_list_maps(maps)}, these learners eat less than evolution alone: "
+            f"{_list_learners(worse, maps)}."
+        )
+    else:
+        yield "No learner eats significantly less than evolution alone."
+    if "cost" in comparison.measured_criteria:
+        yield (
+            "These learners eat more if they are born with their weights at death: "
+            f"{_list_learners(comparison.learning_costs)}."
+        )
+
+
+def _list_learners(learners: Maps, named_maps: Sequence[str] = ()) -> str:
+    """Return learners with their maps, which are left out if all have the named maps."""
+    are_named = all(list(maps) == list(named_maps) for maps in learners.values())
+    names = [
+        name if are_named else f"{name} ({', '.join(maps)})" for name, maps in learners.items()
+    ]
+    return ", ".join(names) or "none"
+
+
+def _list_maps(maps: Sequence[str]) -> str:
     *others, last = maps
     return f"maps {', '.join(others)} and {last}" if others else f"map {last}"
 
 
 class Row(NamedTuple):
-    """What is established of a way of learning, by map: a line of the table."""
+    """Maps with a significant difference, for one learner."""
 
     learner: str
     more: str
@@ -251,51 +344,53 @@ class Row(NamedTuple):
     cost: str
 
 
-def _rows(found: Ways) -> list[Row]:
-    return [
-        _row(learner, [way for way in found.all if way.learner == learner])
-        for learner in found.learners
-    ]
-
-
-def _row(learner: str, own: Sequence[Way]) -> Row:
-    def sizes(name: str) -> dict[str, float]:
-        found = {
-            way.map: way.answers[name]
-            for way in own
-            if way.answered(name, YES) or way.answered(name, NO)
+def _make_rows(comparison: LearnerComparison) -> list[Row]:
+    rows = []
+    for learner in comparison.learners:
+        entries = [entry for entry in comparison.entries if entry.learner == learner]
+        more = [entry.map for entry in entries if entry.finding.verdict == HOLDS]
+        less = {
+            entry.map: entry.finding.numbers.effect
+            for entry in entries
+            if entry.finding.verdict == FAILS
         }
-        return {
-            place: answer.numbers.effect
-            for place, answer in found.items()
-            if answer.numbers and answer.numbers.effect
-        }
-
-    more = [way.map for way in own if way.eats.verdict == HOLDS]
-    less = {way.map: way.eats.numbers.effect for way in own if way.eats.verdict == FAILS}
-    return Row(learner, ", ".join(more), _sized(less), *(_sized(sizes(name)) for name in CRITERIA))
+        effects = [_list_effects(_significant_effects(entries, name)) for name in CRITERIA]
+        rows.append(Row(learner, ", ".join(more), _list_effects(less), *effects))
+    return rows
 
 
-def _sized(effects: Mapping[str, float]) -> str:
+def _significant_effects(entries: Sequence[LearnerOnMap], name: str) -> dict[str, float]:
+    """Return the effects of a criterion by map, without those that are undecided or 0."""
+    effects = {}
+    for entry in entries:
+        if entry.has_answer(name, YES, NO):
+            numbers = entry.answers[name].numbers
+            if numbers and numbers.effect:
+                effects[entry.map] = numbers.effect
+    return effects
+
+
+def _list_effects(effects: Mapping[str, float]) -> str:
     return ", ".join(
-        f"{place}\N{NO-BREAK SPACE}{signed(effect)}" for place, effect in effects.items()
+        f"{map_name}\N{NO-BREAK SPACE}{format_signed(effect)}"
+        for map_name, effect in effects.items()
     )
 
 
-def _write(found: Ways, directory: Path) -> None:
-    """Each file appears whole or not at all."""
-    rows = [way.record() for way in found.all]
-    said = {
-        "finding": found.finding,
-        "innate": found.innate,
-        "innate_all_the_same": found.innate_all_the_same,
+def _write(comparison: LearnerComparison, directory: Path) -> None:
+    """Write the comparison as JSON and CSV, each atomically."""
+    rows = [entry.record() for entry in comparison.entries]
+    record = {
+        "reference": comparison.reference,
+        "maps": comparison.maps,
+        "maps_without_food": comparison.maps_without_food,
+        "successful": comparison.successful,
+        "innate_with_gain": comparison.innate_with_gain,
+        "innate_without_gain": comparison.innate_without_gain,
+        "worse": comparison.worse,
+        "learning_costs": comparison.learning_costs,
+        "learners": rows,
     }
-    said |= {"costing": found.costing, "costly_to_learn": found.costly_to_learn}
-    record = (
-        {"alone": found.alone, "maps": found.maps, "without_food": found.without_food}
-        | said
-        | {"ways": rows}
-    )
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(directory / "ways.json", f"{text}\n".encode())
-    write_atomically(directory / "figures" / "ways.csv", to_csv(list(rows[0]), rows))
+    write_atomically(directory / "learners.json", f"{text}\n".encode())
+    write_atomically(directory / "figures" / "learners.csv", to_csv(list(rows[0]), rows))

@@ -1,87 +1,128 @@
-"""Many conditions at a glance, where a figure and some sentences of each would be too much to read."""
+"""Overview of many conditions, which replaces a figure and several sentences for each of them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Final
 
-from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, YES, Analysis, Subject
-from baldwinlab.analysis.assays.sentences import phases
-from baldwinlab.analysis.figures.overview import OverviewCell, draw_overview
-from baldwinlab.analysis.report.figures import Picture
+from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, YES, Analysis, ConditionResult
+from baldwinlab.analysis.assays.sentences import describe_phases
+from baldwinlab.analysis.figures.overview import OverviewCell
+from baldwinlab.analysis.figures.overview import draw_overview as draw_cells
+from baldwinlab.analysis.report.figures import ReportFigure
 
-MOST_IN_FULL = 8  # conditions
-
-# What is shown: a criterion of questions.toml, and what its difference is called.
-SHOWN = {
+# Number of conditions above which the section is an overview.
+MAX_IN_FULL: Final = 8
+# Titles of the shown criteria of questions.toml.
+TITLES: Final = {
     "gain": "Gain from learning",
-    "innate": "Rise of what is innate",
-    "cost": "Cost of having to learn",
-    "built-innate": "What selection built of what is innate",
-    "built-learned": "What selection built of the gain from learning",
+    "innate": "Rise of innate fitness",
+    "cost": "Cost of learning",
+    "built-innate": "Effect of selection on innate fitness",
+    "built-learned": "Effect of selection on the gain from learning",
 }
-CAPTIONS = {
-    "gain": "what the average agent gains from learning, over all generations",
-    "innate": "by how much more it eats without learning at last than at first, where assimilation would show",
-    "cost": "how much more it would eat if born with the weights of its own death (below 0, these do not do the whole task)",
-    "built-innate": "how much more it eats without learning at last than its neutral twin, whose parents were drawn at random",
-    "built-learned": "how much more it gains from learning at last than that twin does",
+CAPTIONS: Final = {
+    "gain": "fitness of the average agent with learning minus without, over all generations",
+    "innate": "innate fitness in the last generations minus the first",
+    "cost": "fitness of agents born with their weights at death minus agents that learn from birth "
+    "(below 0, these weights do not suffice)",
+    "built-innate": "innate fitness in the last generations minus the neutral control, whose "
+    "parents are chosen at random",
+    "built-learned": "gain from learning in the last generations minus the neutral control",
 }
-CELLS = (
-    "Medians over runs of the difference; the darker, the nearer to the largest of that map. A triangle stands where the runs "
-    "establish that the difference is above 0 (up) or below (down)."
+CELLS: Final = (
+    "Numbers are medians over runs. Darker cells are closer to the largest value of their map. A "
+    "triangle marks a significant difference: above 0 (up) or below 0 (down)."
 )
 
 
-def of_many(analysis: Analysis) -> bool:
-    """Whether there are so many conditions that text and tables are folded, and figures of each left out."""
-    return len(analysis.subjects) > MOST_IN_FULL
+def is_large(analysis: Analysis) -> bool:
+    """Return whether the section is an overview, because it has many conditions."""
+    return len(analysis.results) > MAX_IN_FULL
 
 
-def by_phases(analysis: Analysis) -> dict[str, list[str]]:
-    """The conditions of which the same is to be said, by what that is, the most first; not those of which nothing is known."""
-    found: dict[str, list[str]] = {}
-    for subject in analysis.subjects:
-        if {subject.phase(1), subject.phase(2)} != {NOT_MEASURED}:
-            found.setdefault(phases(subject), []).append(subject.condition)
-    return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
+def conditions_by_verdict(analysis: Analysis) -> dict[str, list[str]]:
+    """Group conditions by their verdict, the largest group first.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis.
+
+    Returns
+    -------
+    dict of str to list of str
+        Conditions by verdict. Conditions without a verdict are left out.
+    """
+    groups: dict[str, list[str]] = {}
+    for result in analysis.results:
+        if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
+            groups.setdefault(describe_phases(result), []).append(result.condition)
+    return dict(sorted(groups.items(), key=lambda group: -len(group[1])))
 
 
-def picture(analysis: Analysis, order: Sequence[str]) -> Picture | None:
-    """Conditions in the given order; None where nothing of it was measured."""
-    subjects = sorted(analysis.subjects, key=lambda subject: order.index(subject.condition))
-    panels = {criterion: _overview_cells(subjects, criterion) for criterion in SHOWN}
-    panels = {criterion: found for criterion, found in panels.items() if found}
+def draw_overview(analysis: Analysis, order: Sequence[str]) -> ReportFigure | None:
+    """Draw the differences of all conditions as a table of cells.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis.
+    order : sequence of str
+        The conditions, in the order of the figure.
+
+    Returns
+    -------
+    ReportFigure or None
+        The figure, or None if no shown criterion was measured.
+    """
+    results = sorted(analysis.results, key=lambda result: order.index(result.condition))
+    panels = {criterion: _make_cells(results, criterion) for criterion in TITLES}
+    panels = {criterion: cells for criterion, cells in panels.items() if cells}
     if not panels:
         return None
-    titled = {SHOWN[criterion]: found for criterion, found in panels.items()}
-    rows = [{"quantity": title} | one._asdict() for title, found in titled.items() for one in found]
-    said = [
-        f"{title}: {', '.join(f'{one.condition} {round(one.median)}' for one in found)}"
-        for title, found in titled.items()
-    ]
-    told = "; then, ".join(CAPTIONS[criterion] for criterion in panels)
-    name, title = "baldwin-overview", "What learning gives, and what becomes innate"
-    return Picture(
-        name,
+    titled = {TITLES[criterion]: cells for criterion, cells in panels.items()}
+    captions = "; ".join(CAPTIONS[criterion] for criterion in panels)
+    title = "Gain from learning and innate fitness"
+    return ReportFigure(
+        "baldwin-overview",
         title,
-        f"From above: {told}. {CELLS}",
-        f"{title}. Medians over runs. {'; '.join(said)}.",
-        draw_overview(titled),
-        rows,
+        f"From top to bottom: {captions}. {CELLS}",
+        f"{title}. Medians over runs. {_list_medians(titled)}.",
+        draw_cells(titled),
+        [
+            {"quantity": panel, **cell._asdict()}
+            for panel, cells in titled.items()
+            for cell in cells
+        ],
     )
 
 
-def _overview_cells(subjects: Sequence[Subject], criterion: str) -> list[OverviewCell]:
-    answers = {subject: subject.answer(criterion) for subject in subjects}
-    return [
-        _standing(subject, answer.numbers.effect, answer.verdict)
-        for subject, answer in answers.items()
-        if answer.numbers
-    ]
+def _list_medians(panels: Mapping[str, Sequence[OverviewCell]]) -> str:
+    texts = []
+    for title, cells in panels.items():
+        medians = ", ".join(f"{cell.condition} {round(cell.median)}" for cell in cells)
+        texts.append(f"{title}: {medians}")
+    return "; ".join(texts)
 
 
-def _standing(subject: Subject, effect: float, verdict: str) -> OverviewCell:
-    direction = 0 if verdict not in (YES, NO) or not effect else 1 if effect > 0 else -1
+def _make_cells(results: Sequence[ConditionResult], criterion: str) -> list[OverviewCell]:
+    cells = []
+    for result in results:
+        answer = result.answer(criterion)
+        if answer.numbers:
+            cells.append(_make_cell(result, answer.numbers.effect, answer.verdict))
+    return cells
+
+
+def _make_cell(result: ConditionResult, effect: float, verdict: str) -> OverviewCell:
+    is_significant = verdict in (YES, NO) and effect != 0
+    sign = 1 if effect > 0 else -1
     return OverviewCell(
-        subject.condition, subject.factors.learner, subject.factors.map, effect, verdict, direction
+        result.condition,
+        result.factors.learner,
+        result.factors.map,
+        effect,
+        verdict,
+        sign if is_significant else 0,
     )

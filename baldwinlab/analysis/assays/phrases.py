@@ -1,4 +1,4 @@
-"""The section's words for models without food: what foragers eat, others gain."""
+"""Terms of the assay section for models without food: their agents gain fitness instead of eating."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 from baldwinlab.analysis.assays.values import Assays, conditions
 from baldwinlab.experiment import Experiment
 
-GAINS: Final = {
+TERMS: Final = {
     "eats": "gains",
     "eat": "gain",
     "eaten": "gained",
@@ -16,21 +16,34 @@ GAINS: Final = {
     "food": "fitness",
     "weights": "genome",
 }
-WORD: Final = re.compile(rf"(?<![\w-])({'|'.join(GAINS)})(?![\w-])")
-PICTURE: Final = re.compile(r'(src="[^"]*")')
+TERM: Final = re.compile(rf"(?<![\w-])({'|'.join(TERMS)})(?![\w-])")
+# Embedded images are not text.
+IMAGE: Final = re.compile(r'(src="[^"]*")')
 
 
-def of_foragers(assays: Assays) -> bool:
-    """Whether any condition is of foragers."""
+def has_foragers(assays: Assays) -> bool:
+    """Return whether a condition is of the MiniWorld model."""
     return any(isinstance(experiment, Experiment) for experiment in conditions(assays).values())
 
 
-def fitting(text: str, assays: Assays) -> str:
-    """A text about food, or HTML, as it is said of the models at hand; pictures in it stay what they are."""
-    if of_foragers(assays):
+def adapt_terms(text: str, is_foraging: bool) -> str:
+    """Replace the terms for food in a text or in HTML.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    is_foraging : bool
+        Whether a condition is of the MiniWorld model. Then the text does not change.
+
+    Returns
+    -------
+    str
+        The text. Images that HTML embeds do not change.
+    """
+    if is_foraging:
         return text
-    pieces = PICTURE.split(text)
-    return "".join(
-        piece if number % 2 else WORD.sub(lambda word: GAINS[word[0]], piece)
-        for number, piece in enumerate(pieces)
-    )
+    pieces = IMAGE.split(text)
+    # Pieces at odd positions are images.
+    pieces[::2] = [TERM.sub(lambda match: TERMS[match[0]], piece) for piece in pieces[::2]]
+    return "".join(pieces)

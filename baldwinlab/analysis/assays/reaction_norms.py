@@ -1,4 +1,4 @@
-"""Reaction norms as they are shown: fitness at each value of a circumstance, those of one map together."""
+"""Reaction norms: fitness by the value of a setting, with the conditions of a map together."""
 
 from __future__ import annotations
 
@@ -14,42 +14,57 @@ from baldwinlab.experiment.paths import name_of
 
 
 class Panel(NamedTuple):
-    """One circumstance on one map."""
+    """Reaction norms of one setting on one map."""
 
-    field: str  # the path of what is changed, "map" for the whole world
-    name: str  # of that, in words
-    map: str  # that the conditions evolved on
-    values: tuple[str, ...]  # what the field is, in order
-    evolved: frozenset[str]  # those values that any of them evolved with
-    norms: Mapping[
-        str, xr.DataArray
-    ]  # by condition, fitness (run, place): its places are those of its values among `values`
+    # Path of the setting, or "map" for the map itself.
+    field: str
+    # The setting in words.
+    name: str
+    # The map on which the conditions evolved.
+    map: str
+    # The values of the setting, in order.
+    values: tuple[str, ...]
+    # The values with which conditions evolved.
+    evolved: frozenset[str]
+    # Fitness (run, place) by condition. A place is the position of a value in `values`.
+    norms: Mapping[str, xr.DataArray]
 
     @property
     def labels(self) -> list[str]:
-        """The values; in parentheses those that were evolved with."""
+        """The values. Those of evolution are in parentheses."""
         return [f"({value})" if value in self.evolved else value for value in self.values]
 
 
-def by_circumstance(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
-    """Of the stored assays `reaction`, by condition: field by field, each on every map."""
+def reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
+    """Return the reaction norms of all settings on all maps.
+
+    Parameters
+    ----------
+    stored : mapping of str to xr.Dataset
+        The stored assay `reaction`, by condition.
+
+    Returns
+    -------
+    list of Panel
+        Panels by setting and map.
+    """
     typed = conditions({"reaction": stored})
     experiments = {name: experiment.to_dict() for name, experiment in typed.items()}
     maps = {name: factors_of(data).map for name, data in stored.items()}
 
-    def panel(field: str, map_name: str) -> Panel:
-        shown = [name for name in stored if maps[name] == map_name]
-        base = {name: _as_evolved(map_name, experiments[name], field) for name in shown}
-        found = {name: _norm(stored[name], field, base[name]) for name in shown}
-        values = tuple(sorted({value for norm in found.values() for value in norm}, key=_number))
-        norms = {name: _along(norm, values) for name, norm in found.items() if norm}
+    def make_panel(field: str, map_name: str) -> Panel:
+        names = [name for name in stored if maps[name] == map_name]
+        evolved = {name: _evolved_value(map_name, experiments[name], field) for name in names}
+        norms = {name: _read_norm(stored[name], field, evolved[name]) for name in names}
+        distinct = {value for norm in norms.values() for value in norm}
+        values = tuple(sorted(distinct, key=_sort_key))
         return Panel(
             field,
             name_of(field, *typed.values()),
             map_name,
             values,
-            frozenset(base.values()),
-            norms,
+            frozenset(evolved.values()),
+            {name: _align(norm, values) for name, norm in norms.items() if norm},
         )
 
     fields = dict.fromkeys(
@@ -58,48 +73,49 @@ def by_circumstance(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
         for field in data["field"].values
         if field != AS_EVOLVED
     )
-    return [panel(field, map_name) for field in fields for map_name in dict.fromkeys(maps.values())]
+    distinct_maps = dict.fromkeys(maps.values())
+    return [make_panel(field, map_name) for field in fields for map_name in distinct_maps]
 
 
-def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> str:
-    """The value of a field that a condition evolved with, as the assay writes values."""
+def _evolved_value(map_name: str, experiment: Mapping[str, object], field: str) -> str:
+    """Return the value of a setting with which a condition evolved, as the assay writes it."""
     if field == "map":
         return map_name
     value: object = experiment
-    for step in field.split("."):
-        value = (
-            value[int(step)]
-            if isinstance(value, list)
-            else value[step]
-            if isinstance(value, dict)
-            else None
-        )
+    for key in field.split("."):
+        value = _get_item(value, key)
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-def _norm(data: xr.Dataset, field: str, as_evolved: str) -> dict[str, xr.DataArray]:
-    """Fitness (run) at each value of a field, the one it evolved with among them; nothing where the field was not varied."""
+def _get_item(value: object, key: str) -> object:
+    if isinstance(value, list):
+        return value[int(key)]
+    return value[key] if isinstance(value, dict) else None
+
+
+def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataArray]:
+    """Return fitness (run) by value of a setting, or nothing if the setting was not varied."""
     food = data["energy"].mean("agent")
-    found = {}
-    for number, (name, value) in enumerate(
-        zip(data["field"].values, data["value"].values, strict=True)
-    ):
+    norm = {}
+    settings = zip(data["field"].values, data["value"].values, strict=True)
+    for number, (name, value) in enumerate(settings):
         if name in (field, AS_EVOLVED):
-            found[as_evolved if name == AS_EVOLVED else str(value)] = food.isel(setting=number)
-    return found if len(found) > 1 else {}
+            norm[evolved if name == AS_EVOLVED else str(value)] = food.isel(setting=number)
+    return norm if len(norm) > 1 else {}
 
 
-def _number(value: str) -> tuple[float, str]:
+def _sort_key(value: str) -> tuple[float, str]:
     try:
         return float(value), value
     except ValueError:
         return 0.0, value
 
 
-def _along(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.DataArray:
-    shown = [value for value in values if value in norm]
-    food = xr.concat(
-        [norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in shown],
-        "place",
-    )
-    return food.assign_coords(place=np.array([values.index(value) for value in shown]))
+def _align(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.DataArray:
+    """Return a norm along the dimension `place`, the position of a value in `values`."""
+    present = [value for value in values if value in norm]
+    columns = [
+        norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in present
+    ]
+    places = np.array([values.index(value) for value in present])
+    return xr.concat(columns, "place").assign_coords(place=places)

@@ -1,56 +1,148 @@
-"""The section "Is it the Baldwin effect?": verdict, questions, figures and numbers, of the assays that are stored."""
+"""The report section on the Baldwin effect: verdict, criteria, figures and numbers of the assays."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays import figures, sentences
-from baldwinlab.analysis.assays import overview as glance
-from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate, rules, write
-from baldwinlab.analysis.assays.phrases import fitting, of_foragers
+from baldwinlab.analysis.assays import figures, overview, sentences
+from baldwinlab.analysis.assays.analysis import (
+    Analysis,
+    Criterion,
+    Number,
+    evaluate_assays,
+    load_rules,
+    write_analysis,
+)
+from baldwinlab.analysis.assays.phrases import adapt_terms, has_foragers
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.report.figures import Picture, embed
-from baldwinlab.analysis.report.phrases import number
+from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.fitness import interval_of_median
 from baldwinlab.papers.texts import Inference
 
-TITLE = "Is it the Baldwin effect?"
-PHASES = {
-    1: "Phase one: learning guides selection",
-    2: "Phase two: what was learned becomes innate",
-    None: "How it comes about",
+TITLE: Final = "Is there a Baldwin effect?"
+PHASES: Final = {
+    1: "Phase 1: learning guides evolution",
+    2: "Phase 2: learned behavior becomes innate",
+    None: "Mechanism",
 }
-
-MEASURES = {
-    "off": "fitness, learning off (innate)",
+MEASURES: Final = {
+    "off": "fitness, learning off (innate fitness)",
     "on": "fitness, learning on",
-    "frozen": "fitness, weights at death and learning off",
-    "drift": "fitness, random change in place of learning",
-    "on, where drift was lived": "fitness, learning on, in the generations in which drift was lived",
+    "frozen": "fitness, weights at death, learning off",
+    "drift": "fitness, random changes instead of learning (drift)",
+    "on, where drift was lived": "fitness, learning on, generations with the drift control",
     "gain": "gain from learning (on - off)",
     "innate share": "innate share (off / on)",
-    "kept share": "weights at death, share (frozen / on)",
-    "off, beside the neutral twin": "fitness, learning off (innate), beside the neutral twin",
-    "on, beside the neutral twin": "fitness, learning on, beside the neutral twin",
-    "gain, beside the neutral twin": "gain from learning, beside the neutral twin",
-    "distance": "distance that learning moves the weights",
+    "kept share": "share of the weights at death (frozen / on)",
+    "off, beside the neutral twin": "innate fitness, assay neutral",
+    "on, beside the neutral twin": "fitness, learning on, assay neutral",
+    "gain, beside the neutral twin": "gain from learning, assay neutral",
+    "distance": "distance between weights at birth and at death",
     "modules": "fitness with these modules",
     "setting": "fitness in this setting",
-    "setting, relative": "the same, relative to as evolved",
+    "setting, relative": "fitness relative to the setting of evolution",
     "first meal": "steps to the first meal",
-    "ever ate": "share of agents that ever ate",
-    "eaten in life": "items eaten in life",
-    "eaten in the first part of life": "items eaten in the first part of life",
-    "eaten in the last part of life": "items eaten in the last part of life",
+    "ever ate": "share of agents that ate",
+    "eaten in life": "items eaten in a lifetime",
+    "eaten in the first part of life": "items eaten in the first part of a lifetime",
+    "eaten in the last part of life": "items eaten in the last part of a lifetime",
     "common ancestor age": "generations since the last common ancestor",
     "effective ancestors": "effective ancestors",
 }
+BANDS: Final = (
+    "Lines are medians over runs. Bands are their 95 % intervals (sign test), shown for six runs "
+    "or more."
+)
+
+
+class AssayFigure(NamedTuple):
+    """A figure of an assay."""
+
+    assay: str
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[Assays, Sequence[str], str], Figure]
+    # Quantities in the alternative text.
+    measures: Sequence[str]
+    # Whether the figure has panels for each condition. An overview of many conditions omits it.
+    is_per_condition: bool = False
+
+
+FIGURES: Final = (
+    AssayFigure(
+        "innate",
+        "lives",
+        "Innate and learned fitness",
+        "Newborns of each generation, simulated again. Top: fitness of the average agent with "
+        "learning on, with learning off (innate fitness), with the weights at death and learning "
+        "off, and with random changes instead of learning (drift). Bottom: the same as a share of "
+        "the fitness with learning on. Genetic assimilation raises the innate share towards 1. "
+        f"{BANDS}",
+        figures.draw_innate_and_learned,
+        ("on", "off", "frozen", "drift"),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "innate",
+        "learning",
+        "Gain from learning and weight changes",
+        "Top: gain from learning of the average agent. Bottom, if the model has weights: Euclidean "
+        "distance between the weights at birth and at death, by layer. Both fall if learned "
+        f"behavior becomes innate. {BANDS}",
+        figures.draw_gain_and_distance,
+        ("gain", "distance"),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "within-life",
+        "within-life",
+        "Behavior within a lifetime",
+        "Newborns of several generations, and random genomes that also learn. Top: items that an "
+        "agent eats in 100 steps, by step of its lifetime. Bottom: share of the agents of all runs "
+        f"that have had their first meal. {BANDS}",
+        figures.draw_within_life,
+        ("eaten in life", "first meal"),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "modules",
+        "modules",
+        "Fitness with evolved and random modules",
+        "Agents of the last generation with both evolved modules, with one of them replaced by a "
+        "random module, and with two random modules. Each point is a run, and the line is the "
+        "median.",
+        figures.draw_modules,
+        ("modules",),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "reaction",
+        "reaction-norms",
+        "Reaction norms",
+        "Fitness of the last generation in changed settings, one setting at a time. The setting of "
+        f"evolution is in parentheses. {BANDS}",
+        figures.draw_reaction_norms,
+        ("setting",),
+    ),
+    AssayFigure(
+        "descent",
+        "descent",
+        "Common descent",
+        "Left: generations since the last common ancestor of all agents. Right: effective number "
+        "of founders in the gene pool (1 / sum of squared shares). "
+        f"{BANDS}",
+        figures.draw_descent,
+        ("common ancestor age", "effective ancestors"),
+    ),
+)
 
 
 def section(
@@ -60,100 +152,175 @@ def section(
     inference: Inference | None = None,
     analysis: Analysis | None = None,
 ) -> Section:
-    """The section of a report on these assays, beside how a paper infers the effect if it does.
+    """Make the section of a report on the stored assays.
 
-    Writes baldwin.json, baldwin.csv and the figures to `directory`.
+    Writes `baldwin.json`, `baldwin.csv` and the figures.
 
-    Raises ValueError for an assay that is not what it should be, and OSError.
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    directory : Path
+        Directory of the study.
+    last : int
+        Number of generations in the first and the last window.
+    inference : Inference or None
+        The comparison from which the paper infers the Baldwin effect.
+    analysis : Analysis or None
+        The analysis of `assays`, if it is already computed.
+
+    Returns
+    -------
+    Section
+        The section.
+
+    Raises
+    ------
+    ValueError
+        An assay is not valid.
+    OSError
+        A file cannot be written.
     """
-    analysis = analysis or evaluate(assays, last)
-    write(analysis, directory)
-    headlines = {
-        subject.condition: (sentences.where(subject), sentences.headline(subject))
-        for subject in analysis.subjects
-    }
-    many, order = (
-        glance.of_many(analysis),
-        list(dict.fromkeys(name for stored in assays.values() for name in stored)),
-    )
-    groups = glance.by_phases(analysis) if many else {}
-    overview = glance.picture(analysis, order) if many else None
+    analysis = analysis or evaluate_assays(assays, last)
+    write_analysis(analysis, directory)
+    is_foraging = has_foragers(assays)
+    is_large = overview.is_large(analysis)
+    order = list(dict.fromkeys(name for stored in assays.values() for name in stored))
+    drawn_overview = overview.draw_overview(analysis, order) if is_large else None
+    drawn = draw_assay_figures(assays, analysis, is_foraging)
+    has_paper = bool(analysis.results) and inference is not None and is_foraging
     body = render(
         "assays/section.html",
         analysis=analysis,
         last=last,
         phases=PHASES,
-        rules=rules(),
-        headlines=headlines,
-        many=many,
-        asked=[
-            one
-            for one in analysis.asked
-            if not many or any(each.answer(one.id).numbers for each in analysis.subjects)
-        ],
-        groups=groups,
-        overview=embed(overview, directory / "figures") if overview else None,
+        rules=load_rules(),
+        headlines=_compose_headlines(analysis),
+        many=is_large,
+        criteria=_shown_criteria(analysis),
+        groups=overview.conditions_by_verdict(analysis) if is_large else {},
+        overview=save_and_inline(drawn_overview, directory / "figures") if drawn_overview else None,
         findings={
-            subject.condition: sentences.sentences(analysis, subject)
-            for subject in analysis.subjects
+            result.condition: sentences.compose_sentences(analysis, result)
+            for result in analysis.results
         },
-        paper=sentences.beside_the_paper(analysis, inference)
-        if analysis.subjects and inference and of_foragers(assays)
-        else "",
-        figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
-        table=numbers_table(analysis),
-        conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
+        paper=sentences.compare_with_paper(analysis, inference) if has_paper and inference else "",
+        figures=[save_and_inline(figure, directory / "figures") for figure in drawn],
+        table=tabulate_numbers(analysis),
+        conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
     )
-    in_full = [f"On {where}: {headline}" for where, headline in headlines.values()]
-    grouped = [
-        f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()
+    short = _summarize(analysis)
+    return Section(
+        "baldwin", TITLE, adapt_terms(body, is_foraging), adapt_terms(short, is_foraging)
+    )
+
+
+def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
+    """Return a description of each condition and its headline."""
+    return {
+        result.condition: (sentences.describe_condition(result), sentences.compose_headline(result))
+        for result in analysis.results
+    }
+
+
+def _shown_criteria(analysis: Analysis) -> list[Criterion]:
+    """Return the criteria of the table. An overview omits those that were not measured."""
+    if not overview.is_large(analysis):
+        return analysis.asked_criteria
+    return [
+        criterion
+        for criterion in analysis.asked_criteria
+        if any(result.answer(criterion.id).numbers for result in analysis.results)
     ]
-    short = " ".join([*(grouped if many else in_full), *filter(None, [analysis.too_few])])
-    return Section("baldwin", TITLE, fitting(body, assays), fitting(short, assays))
 
 
-def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:
-    """A row for each quantity, those of a measure together, with a number for each condition that has it."""
+def _summarize(analysis: Analysis) -> str:
+    """Return the summary of the section."""
+    if overview.is_large(analysis):
+        n_conditions = len(analysis.results)
+        texts = [
+            f"In {len(names)} of {n_conditions} conditions: {phases}."
+            for phases, names in overview.conditions_by_verdict(analysis).items()
+        ]
+    else:
+        headlines = _compose_headlines(analysis).values()
+        texts = [f"On {condition}: {headline}" for condition, headline in headlines]
+    return " ".join(filter(None, [*texts, analysis.too_few]))
+
+
+def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
+    """Return all numbers, with one row per quantity.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis.
+
+    Returns
+    -------
+    list of dict
+        Rows with the measure, the time or the agents, and the numbers by condition.
+    """
     rows: dict[tuple[str, str], dict[str, Number]] = {}
-    for found in analysis.numbers:
-        rows.setdefault((found.measure, found.when), {})[found.condition] = found
-    measures = list(dict.fromkeys(measure for measure, _ in rows))
-    rows = dict(sorted(rows.items(), key=lambda row: measures.index(row[0][0])))
+    for number in analysis.numbers:
+        rows.setdefault((number.measure, number.when), {})[number.condition] = number
+    order = list(dict.fromkeys(measure for measure, _ in rows))
+    rows = dict(sorted(rows.items(), key=lambda row: order.index(row[0][0])))
     return [
         {"measure": MEASURES.get(measure, measure), "when": when, "numbers": numbers}
         for (measure, when), numbers in rows.items()
     ]
 
 
-def pictures(assays: Assays, analysis: Analysis) -> Iterator[Picture]:
-    """In the order in which the report shows them, of the assays that are stored."""
-    many = glance.of_many(analysis)
-    for assay, name, title, caption, figure, shown in _PICTURES:
-        subjects = [
-            subject.condition
-            for subject in analysis.subjects
-            if subject.condition in assays.get(assay, {})
-        ]
-        if subjects and not (many and assay in A_COLUMN_EACH):
-            medians = "; ".join(
-                f"{condition}: {_medians(analysis, condition, shown)}" for condition in subjects
-            )
-            text, drawn = f"{title}. Medians over runs: {medians}.", assays[assay]
-            yield Picture(
-                f"baldwin-{name}",
-                title,
-                caption,
-                text,
-                figure(assays, subjects),
-                _over_runs(drawn),
-                _measured(assay),
-            )
+def draw_assay_figures(
+    assays: Assays, analysis: Analysis, is_foraging: bool
+) -> Iterator[ReportFigure]:
+    """Draw the figures of the stored assays, in the order of the report.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    analysis : Analysis
+        Their analysis.
+    is_foraging : bool
+        Whether a condition is of the MiniWorld model. Its unit of fitness is energy.
+
+    Yields
+    ------
+    ReportFigure
+        The figures.
+    """
+    unit = "fitness (energy)" if is_foraging else "fitness"
+    is_large = overview.is_large(analysis)
+    for figure in FIGURES:
+        stored = assays.get(figure.assay, {})
+        names = [result.condition for result in analysis.results if result.condition in stored]
+        if names and not (is_large and figure.is_per_condition):
+            yield _draw(figure, assays, analysis, names, unit)
 
 
-def _over_runs(drawn: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
-    """What a figure is drawn from: of each condition and quantity, at each place of an axis, the median over runs."""
+def _draw(
+    figure: AssayFigure, assays: Assays, analysis: Analysis, names: Sequence[str], unit: str
+) -> ReportFigure:
+    medians = "; ".join(
+        f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
+    )
+    return ReportFigure(
+        f"baldwin-{figure.name}",
+        figure.title,
+        figure.caption,
+        f"{figure.title}. Medians over runs: {medians}.",
+        figure.draw(assays, names, unit),
+        _tabulate_medians(assays[figure.assay]),
+        (f"baldwinlab assay . --assays {figure.assay}",),
+    )
+
+
+def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
+    """Return the data of a figure: medians over runs with their intervals, by condition."""
     rows = []
-    for condition, data in drawn.items():
+    for condition, data in datasets.items():
         for name, values in data.data_vars.items():
             means = values.mean("agent") if "agent" in values.dims else values
             numbers = dict(zip(("median", "low", "high"), interval_of_median(means), strict=True))
@@ -162,61 +329,10 @@ def _over_runs(drawn: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
     return rows
 
 
-def _measured(assay: str) -> tuple[str, ...]:
-    return (f"baldwinlab assay . --assays {assay}",)
-
-
-def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
-    found = [
-        one for one in analysis.numbers if one.condition == condition and one.measure in measures
+def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
+    texts = [
+        f"{MEASURES[number.measure]}, {number.when}, {format_number(number.median)}"
+        for number in analysis.numbers
+        if number.condition == condition and number.measure in measures
     ]
-    return ", ".join(f"{MEASURES[one.measure]}, {one.when}, {number(one.median)}" for one in found)
-
-
-A_COLUMN_EACH = (
-    "innate",
-    "within-life",
-    "modules",
-)  # assays whose figures have one for each condition
-BANDS = "Lines are medians over runs, bands their 95 % intervals, by the sign test, of six runs or more."
-
-_PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], Figure], Sequence[str]]] = (
-    (
-        "innate", "lives", "Innate and learned",
-        "Newborns of each generation, lived again. Above: fitness of the average agent with learning on, with learning off (what "
-        "is innate), with the weights of its own death and learning off, and with random change in place of learning. Below: the "
-        "share of the fitness with learning that is reached without it; assimilation would raise the innate share towards 1. "
-        f"{BANDS}",
-        figures.innate_and_learned, ("on", "off", "frozen", "drift"),
-    ),
-    (
-        "innate", "learning", "What learning does",
-        "Above: what an agent gains from learning. Below, where that is told: how far learning moves the weights of each layer "
-        f"in a life (Euclidean distance). Both would fall if what is learned became innate. {BANDS}",
-        figures.what_learning_does, ("gain", "distance"),
-    ),
-    (
-        "within-life", "within-life", "Within a life",
-        "Newborns of several generations, and random genomes that learn likewise. Above: items that an agent eats in 100 steps, "
-        f"by step of its life. {BANDS} Below: the share of all agents of all runs that have had their first meal.",
-        figures.within_life, ("eaten in life", "first meal"),
-    ),
-    (
-        "modules", "modules", "Where the knowledge sits",
-        "Agents of the last generation with their own modules, with a random one in place of one of them, and with both random. "
-        "Each point is a run, the line is the median.",
-        figures.modules, ("modules",),
-    ),
-    (
-        "reaction", "reaction-norms", "Reaction norms",
-        "Fitness of the last generation under circumstances that it did not evolve in, one changed at a time; in parentheses the "
-        f"value that it evolved with. {BANDS}",
-        lambda assays, subjects: figures.reaction_norms(assays), ("setting",),
-    ),
-    (
-        "descent", "descent", "Descent",
-        "Left: how long ago the last agent lived from whom all agents descend. Right: of how many agents of the first generation "
-        f"the gene pool is made, in effect (1 / sum of squared shares). {BANDS}",
-        lambda assays, subjects: figures.descent(assays), ("common ancestor age", "effective ancestors"),
-    ),
-)  # fmt: skip
+    return ", ".join(texts)

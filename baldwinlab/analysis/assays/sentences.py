@@ -1,8 +1,9 @@
-"""Whether it is the Baldwin effect, in words: sentences composed from what was found, whatever that is."""
+"""Sentences on the Baldwin effect, composed from the answers of an analysis."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 from baldwinlab.analysis.assays.analysis import (
     NO,
@@ -11,252 +12,342 @@ from baldwinlab.analysis.assays.analysis import (
     YES,
     Analysis,
     Answer,
-    Subject,
+    ConditionResult,
 )
-from baldwinlab.analysis.report.phrases import number
+from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.papers.texts import Inference
 
-MORE, LESS, SAME = "more", "less", "the same"
+# Signs of a difference.
+MORE: Final = "more"
+LESS: Final = "less"
+SAME: Final = "the same"
 
-HEADLINES: Mapping[tuple[str, str], str] = {
-    (
-        YES,
-        YES,
-    ): "the Baldwin effect in both its phases: learning guides selection, and what was learned becomes innate",
-    (
-        YES,
-        NO,
-    ): "only its first phase: learning guides selection, but what is learned does not become innate",
-    (
-        YES,
-        UNDECIDED,
-    ): "its first phase, in which learning guides selection; whether what is learned becomes innate is undecided",
-    (
-        YES,
-        NOT_MEASURED,
-    ): "its first phase, in which learning guides selection; whether what is learned becomes innate was not "
-    "measured",
-}
-NOTHING_TO_ASSIMILATE = (
-    "only its first phase: learning guides selection, but nothing becomes innate, because nobody eats without learning: what "
-    "evolves is the ability to learn"
+BOTH_PHASES: Final = (
+    "both phases of the Baldwin effect: learning guides evolution (phase 1), and learned behavior "
+    "becomes innate (phase 2)"
 )
-TOO_FEW_FOR_PHASE_ONE = "too few runs: no verdict on whether learning guides selection is possible"
-FIRST_PHASE = {
-    NO: "no Baldwin effect: learning does not guide selection",
-    UNDECIDED: "undecided: the runs do not tell whether learning guides selection",
-    NOT_MEASURED: "not known: whether learning guides selection was not measured",
+PHASE_1_ALONE: Final = (
+    "only phase 1 of the Baldwin effect: learning guides evolution, but learned behavior does not "
+    "become innate"
+)
+HEADLINES: Final[Mapping[tuple[str, str], str]] = {
+    (YES, YES): BOTH_PHASES,
+    (YES, NO): PHASE_1_ALONE,
+    (YES, UNDECIDED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 is "
+    "undecided",
+    (YES, NOT_MEASURED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 was "
+    "not measured",
 }
-SECOND_PHASE = {
-    YES: "; but what agents eat without learning rises, and so does its share",
-    NO: "; nor does anything become innate",
+NOTHING_INNATE: Final = (
+    "only phase 1 of the Baldwin effect: learning guides evolution, but nothing becomes innate, "
+    "because no agent eats without learning"
+)
+TOO_FEW_FOR_PHASE_1: Final = "too few runs for a verdict on phase 1 of the Baldwin effect"
+PHASE_1: Final = {
+    NO: "no Baldwin effect: learning does not guide evolution",
+    UNDECIDED: "undecided: the runs do not show whether learning guides evolution",
+    NOT_MEASURED: "unknown: phase 1 of the Baldwin effect was not measured",
+}
+PHASE_2: Final = {
+    YES: "; but innate fitness and the innate share rise",
+    NO: "; learned behavior does not become innate, either",
 }
 
 
-def where(subject: Subject) -> str:
-    """The condition in words: by its map, if it has one."""
-    learner, map_name = subject.factors.learner, subject.factors.map
-    return f"map {map_name} ({learner})" if map_name else subject.condition
+def describe_condition(result: ConditionResult) -> str:
+    """Return the map and the learner of a condition, or its name if it has no map."""
+    learner = result.factors.learner
+    map_name = result.factors.map
+    return f"map {map_name} ({learner})" if map_name else result.condition
 
 
-def phases(subject: Subject) -> str:
-    """Which phases of the effect it reached, in words."""
-    first, second = subject.phase(1), subject.phase(2)
-    if (first, second) == (YES, NO) and subject.without_learning_nobody_ate:
-        return NOTHING_TO_ASSIMILATE
-    if first == UNDECIDED and any(answer.has_too_few_runs for answer in subject.of_phase(1)):
-        return TOO_FEW_FOR_PHASE_ONE + SECOND_PHASE.get(second, "")
-    return HEADLINES.get((first, second)) or FIRST_PHASE[first] + SECOND_PHASE.get(second, "")
+def describe_phases(result: ConditionResult) -> str:
+    """Return which phases of the Baldwin effect a condition reaches."""
+    first = result.phase_verdict(1)
+    second = result.phase_verdict(2)
+    if (first, second) == (YES, NO) and result.eats_only_with_learning:
+        return NOTHING_INNATE
+    if (first, second) in HEADLINES:
+        return HEADLINES[first, second]
+    has_too_few = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
+    headline = TOO_FEW_FOR_PHASE_1 if first == UNDECIDED and has_too_few else PHASE_1[first]
+    return headline + PHASE_2.get(second, "")
 
 
-def headline(subject: Subject) -> str:
-    first, second = subject.phase(1), subject.phase(2)
-    said = f"{phases(subject)}."
-    for verdict, words in ((NO, "Answered no"), (NOT_MEASURED, "Not measured")):
-        parts = (1,) if verdict == NO else (1, 2)
-        questions = [
-            one.criterion.question
-            for part in parts
-            for one in subject.of_phase(part)
-            if one.verdict == verdict
-        ]
-        if questions and {first, second} != {NOT_MEASURED}:
-            said += f" {words}: {' '.join(questions)}"
-    if subject.lamarckian:
-        said += " But here what is learned is inherited (Lamarckian), so what becomes innate is no sign of the Baldwin effect."
-    return said
+def compose_headline(result: ConditionResult) -> str:
+    """Return the verdict on a condition, with the criteria that fail or were not measured."""
+    text = f"{describe_phases(result)}."
+    if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
+        failed = _list_questions(result, NO, 1)
+        unmeasured = _list_questions(result, NOT_MEASURED, 1, 2)
+        text += f" Answered no: {failed}" if failed else ""
+        text += f" Not measured: {unmeasured}" if unmeasured else ""
+    if result.is_lamarckian:
+        text += (
+            " Agents inherit learned weights here (Lamarckian inheritance), so a rise of innate "
+            "fitness is not evidence for the Baldwin effect."
+        )
+    return text
 
 
-def beside_the_paper(analysis: Analysis, inference: Inference) -> str:
-    """The paper rests on one comparison, and this says how that comes out and what the others add."""
+def _list_questions(result: ConditionResult, verdict: str, *phases: int) -> str:
+    questions = [
+        answer.criterion.question
+        for phase in phases
+        for answer in result.answers_of_phase(phase)
+        if answer.verdict == verdict
+    ]
+    return " ".join(questions)
+
+
+def compare_with_paper(analysis: Analysis, inference: Inference) -> str:
+    """Return how the inference of a paper compares with the analysis.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis.
+    inference : Inference
+        The comparison from which the paper infers the Baldwin effect.
+
+    Returns
+    -------
+    str
+        Sentences.
+    """
     verdicts = {
-        subject.condition: subject.answer(inference.question).verdict
-        for subject in analysis.subjects
+        result.condition: result.answer(inference.question).verdict for result in analysis.results
     }
-    said = inference.says
+    sentences = [inference.says]
+    opposed = [condition for condition, verdict in verdicts.items() if verdict == NO]
     if set(verdicts.values()) == {YES}:
-        said += " That comparison comes out here as it does there."
-    elif against := [condition for condition, verdict in verdicts.items() if verdict == NO]:
-        said += f" That comparison contradicts the paper here, in {', '.join(against)}."
-    said += f" {inference.limit}".rstrip()
-    for verdict, found in ((YES, "it does"), (NO, "it does not")):
-        if conditions := [
-            subject.condition for subject in analysis.subjects if subject.phase(2) == verdict
-        ]:
-            said += f" Measured directly, {found} in {' and '.join(conditions)}."
-    return said
+        sentences.append("This study confirms that comparison.")
+    elif opposed:
+        sentences.append(f"This study contradicts that comparison in {', '.join(opposed)}.")
+    sentences.append(inference.limit)
+    for verdict, answer in ((YES, "it does"), (NO, "it does not")):
+        names = [
+            result.condition for result in analysis.results if result.phase_verdict(2) == verdict
+        ]
+        if names:
+            sentences.append(f"Measured directly, {answer} in {' and '.join(names)}.")
+    return " ".join(filter(None, sentences))
 
 
-def sentences(analysis: Analysis, subject: Subject) -> list[str]:
-    """What was found of a condition, a sentence or two for each part of it that was measured."""
-    phases = [*_first_phase(analysis, subject), *_second_phase(subject, analysis.last)]
+def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
+    """Return one or two sentences on each measured part of a condition.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis.
+    result : ConditionResult
+        A condition of the analysis.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
     return [
-        *phases,
-        *_change_in_life(subject),
-        *_selection(subject),
-        *_knowledge(analysis, subject),
+        *_describe_gain(analysis, result),
+        *_describe_drift(result),
+        *_describe_newborns(result),
+        *_describe_innate(result, analysis.last),
+        *_describe_change(result),
+        *_describe_cost(result),
+        *_describe_selection(result),
+        *_describe_modules(analysis, result),
     ]
 
 
-def _first_phase(analysis: Analysis, subject: Subject) -> Iterator[str]:
-    gain, on, off = (
-        subject.answer("gain"),
-        *(analysis.number(subject.condition, life, "last") for life in ("on", "off")),
-    )
+def _describe_gain(analysis: Analysis, result: ConditionResult) -> Iterator[str]:
+    gain = result.answer("gain")
+    on = analysis.find_number(result.condition, "on", "last")
+    off = analysis.find_number(result.condition, "off", "last")
     if gain.numbers and on and off:
         yield (
-            f"Over all generations the average agent eats {number(gain.numbers.median_a)} when it learns, and "
-            f"{number(gain.numbers.median_b)} when its learning is turned off{_doubt(gain)}; in the last {analysis.last} "
-            f"generations it eats {number(on.median)} and {number(off.median)}."
+            "Over all generations, the average agent eats "
+            f"{format_number(gain.numbers.median_a)} with learning on and "
+            f"{format_number(gain.numbers.median_b)} with learning off{_describe_doubt(gain)}. "
+            f"In the last {analysis.last} generations, it eats {format_number(on.median)} and "
+            f"{format_number(off.median)}."
         )
-    if drift := subject.answer("learning").numbers:
+
+
+def _describe_drift(result: ConditionResult) -> Iterator[str]:
+    drift = result.answer("learning")
+    if drift.numbers:
         meaning = {
-            YES: "so it is learning that counts",
-            NO: "so it is not learning that counts: any change does as well",
-            UNDECIDED: "and the runs do not tell the two apart",
+            YES: "Learning helps more than random changes.",
+            NO: "Random changes help as much as learning.",
+            UNDECIDED: "The runs do not show a difference.",
         }
         yield (
-            f"With random changes of the weights in place of learning it eats {number(drift.median_b)} where it would else eat "
-            f"{number(drift.median_a)}, {meaning[subject.answer('learning').verdict]}."
-        )
-    if newborns := subject.answer("newborns").numbers:
-        yield (
-            f"Newborns of the last generation eat {number(newborns.median_a)} in their life, random genomes that learn likewise "
-            f"{number(newborns.median_b)}{_doubt(subject.answer('newborns'))}."
+            "With random weight changes instead of learning (drift), it eats "
+            f"{format_number(drift.numbers.median_b)}; in the same generations it eats "
+            f"{format_number(drift.numbers.median_a)} with learning. {meaning[drift.verdict]}"
         )
 
 
-def _second_phase(subject: Subject, last: int) -> Iterator[str]:
-    if subject.without_learning_nobody_ate:
-        ability = (
-            "What evolves here is the ability to learn, not an innate version of what is learned."
-        )
+def _describe_newborns(result: ConditionResult) -> Iterator[str]:
+    newborns = result.answer("newborns")
+    if newborns.numbers:
         yield (
-            "Without learning no agent ate a single item, in any run and any generation that was lived again, so there is "
-            "nothing innate that could grow: an agent that does not learn does the same at every step until it senses food, and "
-            f"neither its circle nor its line leads there. {ability if subject.answer('newborns').verdict == YES else ''}"
-        ).strip()
+            "In their lifetime, newborns of the last generation eat "
+            f"{format_number(newborns.numbers.median_a)}, and random genomes that also learn eat "
+            f"{format_number(newborns.numbers.median_b)}{_describe_doubt(newborns)}."
+        )
+
+
+def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
+    if result.eats_only_with_learning:
+        yield _explain_nothing_innate(result)
         return
-    innate, share = subject.answer("innate"), subject.answer("share")
+    innate = result.answer("innate")
     if innate.numbers:
         yield (
-            f"What agents eat without learning goes from {number(innate.numbers.median_b)} in the first {last} generations to "
-            f"{number(innate.numbers.median_a)} in the last{_doubt(innate)}."
+            "With learning off, agents eat "
+            f"{format_number(innate.numbers.median_b)} in the first {last} generations and "
+            f"{format_number(innate.numbers.median_a)} in the last{_describe_doubt(innate)}."
         )
+    share = result.answer("share")
     if share.numbers:
-        first, final = (
-            f"{number(100 * value)} %" for value in (share.numbers.median_b, share.numbers.median_a)
-        )
-        end = (
-            "; this is the opposite of assimilation: agents come to rely on learning"
-            if _way(share) == LESS
+        falls = _direction(share) == LESS
+        meaning = (
+            " This is the opposite of genetic assimilation: agents rely more on learning."
+            if falls
             else ""
         )
-        yield f"Of what they eat with learning, that is {first} at first and {final} at last{_doubt(share)}{end}."
-    yield from _guidance(subject)
+        yield (
+            "The innate share is "
+            f"{format_number(100 * share.numbers.median_b)} % of the fitness with learning in the "
+            f"first generations and {format_number(100 * share.numbers.median_a)} % in the "
+            f"last{_describe_doubt(share)}.{meaning}"
+        )
+    yield from _describe_guidance(result)
 
 
-def _guidance(subject: Subject) -> Iterator[str]:
-    guidance = subject.answer("guidance")
+def _explain_nothing_innate(result: ConditionResult) -> str:
+    evolves_to_learn = result.answer("newborns").verdict == YES
+    ability = (
+        " Evolution improves the ability to learn, not innate behavior." if evolves_to_learn else ""
+    )
+    return (
+        "With learning off, no agent ate an item in any run and any tested generation, so innate "
+        "fitness cannot rise. Without learning, an agent repeats one action until it senses food, "
+        f"and its path does not reach food.{ability}"
+    )
+
+
+def _describe_guidance(result: ConditionResult) -> Iterator[str]:
+    guidance = result.answer("guidance")
     if guidance.numbers:
         meaning = {
-            MORE: "learning has guided evolution to better innate behaviour",
-            LESS: "as if learning hid from selection what is innate (the hiding effect)",
-            SAME: "the same",
-            UNDECIDED: "the runs do not tell which is more",
+            MORE: "Learning guides evolution to better innate behavior.",
+            LESS: "Learning hides innate differences from selection (hiding effect).",
+            SAME: "Both are the same.",
+            UNDECIDED: "The runs do not show a difference.",
         }
         yield (
-            f"Agents that evolved without learning ({subject.rival}) eat {number(guidance.numbers.median_b)} at last, those that "
-            f"evolved with it and have it turned off {number(guidance.numbers.median_a)}: {meaning[_way(guidance)]}."
+            "With learning off, agents of the last generations eat "
+            f"{format_number(guidance.numbers.median_a)}; agents of the no-learning control "
+            f"({result.control}) eat {format_number(guidance.numbers.median_b)}. "
+            f"{meaning[_direction(guidance)]}"
         )
 
 
-def _change_in_life(subject: Subject) -> Iterator[str]:
-    need, cost = subject.answer("need"), subject.answer("cost")
-    if need.numbers:
+def _describe_change(result: ConditionResult) -> Iterator[str]:
+    change = result.answer("need")
+    if change.numbers:
         verb = {
-            MORE: "grows",
+            MORE: "rises",
             LESS: "falls",
-            SAME: "stays what it is",
-            UNDECIDED: "is not known to change",
-        }[_way(need)]
-        yield f"The gain from learning {verb}: {number(need.numbers.median_b)} at first, {number(need.numbers.median_a)} at last."
-    if cost.numbers and _way(cost) == MORE:
-        more = number(cost.numbers.effect)
-        yield f"Having to learn costs {more}: so much more they eat if born with the weights of their own death."
-    if cost.numbers and _way(cost) == LESS:
+            SAME: "does not change",
+            UNDECIDED: "does not change significantly",
+        }
         yield (
-            f"Born with the weights of their own death, and with learning off, they eat {number(cost.numbers.median_a)}: what "
-            "they have learned by then does not do the whole of the task. It is the course of learning that does."
+            f"The gain from learning {verb[_direction(change)]}: "
+            f"{format_number(change.numbers.median_b)} in the first generations, "
+            f"{format_number(change.numbers.median_a)} in the last."
         )
 
 
-def _selection(subject: Subject) -> Iterator[str]:
-    innate, learned = subject.answer("built-innate"), subject.answer("built-learned")
+def _describe_cost(result: ConditionResult) -> Iterator[str]:
+    cost = result.answer("cost")
+    if cost.numbers and _direction(cost) == MORE:
+        yield (
+            f"Learning has a cost of {format_number(cost.numbers.effect)}: agents eat this much "
+            "more if they are born with their weights at death."
+        )
+    if cost.numbers and _direction(cost) == LESS:
+        yield (
+            "Agents that are born with their weights at death and do not learn eat only "
+            f"{format_number(cost.numbers.median_a)}. These weights do not suffice: agents must "
+            "learn during their lifetime."
+        )
+
+
+def _describe_selection(result: ConditionResult) -> Iterator[str]:
+    innate = result.answer("built-innate")
+    learned = result.answer("built-learned")
     if innate.numbers and learned.numbers:
-        built = {
-            YES: "selection has built it",
-            NO: "selection has not built it",
-            UNDECIDED: "the runs do not tell what selection did",
-        }
-        parts = [
-            f"{what} {number(answer.numbers.median_a)} against {number(answer.numbers.median_b)} ({built[answer.verdict]})"
-            for what, answer in (("eat without learning", innate), ("gain from learning", learned))
-            if answer.numbers
-        ]
-        yield f"Beside their neutral twin, whose parents were drawn at random, the last generations {' and '.join(parts)}."
+        yield (
+            "Compared with the neutral control, whose parents are chosen at random, innate fitness "
+            f"is {_compare_with_neutral(innate)}, and the gain from learning is "
+            f"{_compare_with_neutral(learned)}."
+        )
 
 
-def _knowledge(analysis: Analysis, subject: Subject) -> Iterator[str]:
-    both = analysis.number(subject.condition, "modules", "both evolved")
-    reinforcement, action = subject.answer("reinforcement"), subject.answer("action")
+def _compare_with_neutral(answer: Answer) -> str:
+    if answer.numbers is None:
+        return ""
+    meaning = {
+        YES: "selection increases it",
+        NO: "selection does not increase it",
+        UNDECIDED: "the effect of selection is undecided",
+    }
+    return (
+        f"{format_number(answer.numbers.median_a)} against "
+        f"{format_number(answer.numbers.median_b)} ({meaning[answer.verdict]})"
+    )
+
+
+def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[str]:
+    both = analysis.find_number(result.condition, "modules", "both evolved")
+    reinforcement = result.answer("reinforcement")
+    action = result.answer("action")
     if both and reinforcement.numbers and action.numbers:
-        carrying = [
+        improving = [
             answer.criterion.id for answer in (reinforcement, action) if answer.verdict == YES
         ]
         meaning = {
-            0: "neither is known to carry anything by itself",
-            2: "each carries something by itself",
+            0: "Neither evolved module alone significantly improves fitness",
+            1: f"Of the two evolved modules, only the {''.join(improving)} module alone improves "
+            "fitness",
+            2: "Each of the two evolved modules alone improves fitness",
         }
-        alone = meaning.get(
-            len(carrying),
-            f"only the {''.join(carrying)} module is known to carry something by itself",
-        )
         yield (
-            f"Of the two evolved modules {alone}: agents eat {number(reinforcement.numbers.median_a)} with the reinforcement "
-            f"module and a random action module, {number(action.numbers.median_a)} with the action module and a random "
-            f"reinforcement module, {number(action.numbers.median_b)} with both random, {number(both.median)} with both evolved."
+            f"{meaning[len(improving)]}: agents eat "
+            f"{format_number(reinforcement.numbers.median_a)} with an evolved reinforcement module "
+            f"and a random action module, {format_number(action.numbers.median_a)} with a random "
+            "reinforcement module and an evolved action module, "
+            f"{format_number(action.numbers.median_b)} with both random, and "
+            f"{format_number(both.median)} with both evolved."
         )
 
 
-def _way(answer: Answer) -> str:
-    """In which direction the numbers of an answer lie, whatever the question asks for."""
+def _direction(answer: Answer) -> str:
+    """Return the sign of the difference, whatever the criterion asks for."""
     if answer.numbers is None or answer.verdict == UNDECIDED:
         return UNDECIDED
-    return MORE if answer.numbers.effect > 0 else LESS if answer.numbers.effect < 0 else SAME
+    if answer.numbers.effect == 0:
+        return SAME
+    return MORE if answer.numbers.effect > 0 else LESS
 
 
-def _doubt(answer: Answer) -> str:
+def _describe_doubt(answer: Answer) -> str:
+    """Return a remark if the difference is not significant."""
     if answer.has_too_few_runs:
-        return ", a difference that so few runs cannot establish"
-    return ", a difference that the runs do not establish" if answer.verdict == UNDECIDED else ""
+        return " (too few runs to establish a difference)"
+    return " (the difference is not significant)" if answer.verdict == UNDECIDED else ""

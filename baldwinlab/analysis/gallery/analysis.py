@@ -1,8 +1,9 @@
-"""Is it the Baldwin effect? The same answers of every paper whose study is stored, in one unit.
+"""Test for the Baldwin effect in the studies of several papers, with comparable effect sizes.
 
-A *system* is a condition that evolves and learns. Verdicts are those of its own study's assays (`analysis/assays/analysis.py`). Fitness
-has another unit in each paper, so a size is a share of the fitness that the same run's agents have at last, with learning on: 0.2
-is a fifth of it. A run counts once; sizes are medians over runs with their 95 % bootstrap intervals.
+A *system* is a condition that evolves and learns. Verdicts are those of its study's assays
+(`assays/analysis.py`). Each paper has its own unit of fitness, so an effect size is a share of
+the fitness with learning in the last generations of the same run. Each run has one value. Sizes
+are medians over runs with their 95 % bootstrap intervals.
 """
 
 from __future__ import annotations
@@ -16,25 +17,24 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis.assays.analysis import (
+    CONTROL,
+    INNATE,
     NOT_MEASURED,
-    OFF,
-    RIVAL,
-    Analysis,
-    Subject,
+    ConditionResult,
     Table,
     Verdict,
-    evaluate,
+    evaluate_assays,
 )
-from baldwinlab.analysis.assays.sentences import phases
+from baldwinlab.analysis.assays.sentences import describe_phases
 from baldwinlab.analysis.assays.values import Assays, Quantity
 from baldwinlab.analysis.statistics import fitness, median_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 
-AS_LIVED: Final[Quantity] = ("on", "last")
+WITH_LEARNING: Final[Quantity] = ("on", "last")
 
 
-class Question(NamedTuple):
-    """What is asked of every system: a criterion of `assays/questions.toml`, and the two lives between which the size lies."""
+class Effect(NamedTuple):
+    """An effect that is measured in every system: a criterion and its two quantities."""
 
     criterion: str
     title: str
@@ -43,47 +43,51 @@ class Question(NamedTuple):
     b: Quantity
 
 
-QUESTIONS: Final = (
-    Question(
+EFFECTS: Final = (
+    Effect(
         "gain",
-        "Learning gives",
-        "fitness with learning on, less that of the same newborns with it off, over all generations (phase one)",
+        "Gain from learning",
+        "fitness with learning on minus fitness of the same newborns with learning off, over all "
+        "generations (phase 1)",
         ("on", "throughout"),
         ("off", "throughout"),
     ),
-    Question(
+    Effect(
         "innate",
-        "Innate rises by",
-        "fitness with learning off in the last generations, less that in the first (phase two)",
-        OFF,
+        "Rise of innate fitness",
+        "fitness with learning off, last generations minus the first (phase 2)",
+        INNATE,
         ("off", "first"),
     ),
-    Question(
+    Effect(
         "need",
-        "Gain changes by",
-        "what learning gives in the last generations, less that in the first: below 0 where what was learned is taken over",
+        "Change of the gain",
+        "gain from learning, last generations minus the first (below 0 if learned behavior becomes "
+        "innate)",
         ("gain", "last"),
         ("gain", "first"),
     ),
-    Question(
+    Effect(
         "guidance",
-        "Guides or hides",
-        "innate fitness at last, less that of the condition that evolved without learning: below 0 where learning hid the genes",
-        OFF,
-        RIVAL,
+        "Guidance or hiding",
+        "innate fitness in the last generations minus the no-learning control (below 0 if learning "
+        "hides innate differences from selection)",
+        INNATE,
+        CONTROL,
     ),
-    Question(
+    Effect(
         "cost",
-        "To learn costs",
-        "fitness of agents born with the weights of their own death, learning off, less that of those who learn from birth",
+        "Cost of learning",
+        "fitness of agents born with their weights at death and learning off minus fitness with "
+        "learning from birth",
         ("frozen", "last"),
-        AS_LIVED,
+        WITH_LEARNING,
     ),
 )
 
 
 class Size(NamedTuple):
-    """A median over so many runs, with its 95 % bootstrap interval (NaN of a single run)."""
+    """Median over runs with its 95 % bootstrap interval, which is NaN for a single run."""
 
     runs: int
     median: float
@@ -91,172 +95,197 @@ class Size(NamedTuple):
     high: float
 
 
-class Answer(NamedTuple):
+class SystemAnswer(NamedTuple):
+    """The verdict on an effect, and its size as a share of the fitness with learning."""
+
     verdict: Verdict
-    size: Size | None  # a share of the fitness as lived; None where it was not measured
+    # None if it was not measured.
+    size: Size | None
 
 
 class Clock(NamedTuple):
-    """When the average agent is half-way from founders that do not learn to the best of both conditions: medians over runs.
+    """Time until the average agent reaches half of the final fitness, as medians over runs.
 
-    NaN where at least half of the runs do not come so far.
+    The level is halfway between founders without learning and the best of both conditions. Times
+    are NaN if at least half of the runs do not reach it.
     """
 
-    level: float  # the fitness of half-way
-    generations: float  # of the system
-    generations_without: float  # of the condition that does not learn
-    evaluations: float  # lives, or what the model counts as asking its world, by all agents of a run until then
+    level: float
+    generations: float
+    generations_without: float
+    # Evaluations by all agents of a run until then: lives, or the model's own count.
+    evaluations: float
     evaluations_without: float
-    counted: str  # what is counted as an evaluation
+    # The unit of evaluations.
+    counted: str
 
 
 @dataclass(frozen=True)
 class System:
-    """A condition that evolves and learns, and its answers."""
+    """A condition that evolves and learns, with its answers."""
 
     condition: str
-    rival: (
-        str  # the condition that differs only in that it does not learn; empty where there is none
-    )
+    # The condition that differs only in having no learning, or "".
+    control: str
     headline: str
     phases: tuple[Verdict, Verdict]
-    answers: dict[str, Answer]  # by criterion, in the order of `QUESTIONS`
-    seen: (
-        Size | None
-    )  # rank correlation of innate fitness with fitness among those alive: low where learning hides
-    clock: (
-        Clock | None
-    )  # None where there is no rival, or the model that counts evaluations is not loaded
+    # Answers by criterion, in the order of `EFFECTS`.
+    answers: dict[str, SystemAnswer]
+    # Rank correlation of innate fitness and fitness with learning among agents of a generation.
+    # It is low if learning hides innate differences.
+    correlation: Size | None
+    # None without a control, or if the model that counts evaluations is not loaded.
+    clock: Clock | None
 
 
-def systems(
-    dataset: xr.Dataset,
-    stored: Assays,
+class _Study(NamedTuple):
+    """The runs of a study, the mean fitness of their generations, and the stored assays."""
+
+    data: xr.Dataset
+    average: xr.DataArray
+    assays: Assays
+    last: int
+
+
+def evaluate_systems(
+    data: xr.Dataset,
+    assays: Assays,
     experiments: Mapping[str, Any],
-    wanted: Sequence[str],
+    selected: Sequence[str],
     last: int,
 ) -> list[System]:
-    """In the order of the dataset, those that are wanted, or all unless any is, as far as its assays are stored.
+    """Evaluate the systems of a study whose assays are stored.
 
-    `study` is its runs (condition, run, generation, agent). "last" and "first" are windows of `last` generations.
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    experiments : mapping of str to BaseExperiment
+        Experiments by condition.
+    selected : sequence of str
+        Conditions to evaluate. Defaults to all if it is empty.
+    last : int
+        Number of generations in the first and the last window.
+
+    Returns
+    -------
+    list of System
+        Systems in the order of the experiments.
     """
-    found, average = evaluate(stored, last), fitness.mean(dataset)
-    in_order = sorted(
-        found.subjects, key=lambda subject: list(experiments).index(subject.condition)
-    )
+    analysis = evaluate_assays(assays, last)
+    study = _Study(data, fitness.mean(data), assays, last)
+    order = list(experiments)
+    results = sorted(analysis.results, key=lambda result: order.index(result.condition))
     return [
-        _system(dataset, average, stored, found, subject, experiments[subject.condition])
-        for subject in in_order
-        if subject.phase(1) != NOT_MEASURED and (not wanted or subject.condition in wanted)
+        _make_system(study, analysis.tables[result.condition], result, experiments)
+        for result in results
+        if result.phase_verdict(1) != NOT_MEASURED
+        and (not selected or result.condition in selected)
     ]
 
 
-def _system(
-    dataset: xr.Dataset,
-    average: xr.DataArray,
-    stored: Assays,
-    found: Analysis,
-    subject: Subject,
-    experiment: BaseExperiment,
+def _make_system(
+    study: _Study, table: Table, result: ConditionResult, experiments: Mapping[str, Any]
 ) -> System:
-    table, last = found.tables[subject.condition], found.last
     answers = {
-        one.criterion: Answer(subject.answer(one.criterion).verdict, _share(table, one))
-        for one in QUESTIONS
-    }
-    seen = _size(_seen(stored["innate"][subject.condition], last))
-    clock = _clock(dataset, average, subject, experiment, last) if subject.rival else None
-    reached = (subject.phase(1), subject.phase(2))
-    return System(subject.condition, subject.rival, phases(subject), reached, answers, seen, clock)
-
-
-def _share(table: Table, asked: Question) -> Size | None:
-    """The difference of two lives as a share of the fitness as lived."""
-    if not {asked.a, asked.b, AS_LIVED} <= set(table):
-        return None
-    a, b, lived = xr.align(
-        *(
-            table[name].drop_vars(set(table[name].coords) - {"run"})
-            for name in (asked.a, asked.b, AS_LIVED)
+        effect.criterion: SystemAnswer(
+            result.answer(effect.criterion).verdict, _measure_effect(table, effect)
         )
+        for effect in EFFECTS
+    }
+    correlation = _measure_size(_correlate(study.assays["innate"][result.condition], study.last))
+    clock = _measure_clock(study, result, experiments[result.condition]) if result.control else None
+    return System(
+        result.condition,
+        result.control,
+        describe_phases(result),
+        (result.phase_verdict(1), result.phase_verdict(2)),
+        answers,
+        correlation,
+        clock,
     )
-    return _size((a - b) / abs(lived).where(lived != 0))
 
 
-def _size(values: xr.DataArray) -> Size | None:
-    defined = np.asarray(values.values, np.float64)
-    defined = defined[np.isfinite(defined)]
-    return (
-        Size(defined.size, float(np.median(defined)), *median_interval(defined))
-        if defined.size
-        else None
-    )
+def _measure_effect(table: Table, effect: Effect) -> Size | None:
+    """Return a difference as a share of the fitness with learning in the last generations."""
+    names = (effect.a, effect.b, WITH_LEARNING)
+    if not set(names) <= set(table):
+        return None
+    columns = [table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names]
+    a, b, scale = xr.align(*columns)
+    return _measure_size((a - b) / abs(scale).where(scale != 0))
 
 
-def _seen(innate: xr.Dataset, last: int) -> xr.DataArray:
-    """Spearman's rank correlation over agents of fitness with learning off and on, by run: the mean of the last generations."""
+def _measure_size(values: xr.DataArray) -> Size | None:
+    numbers = np.asarray(values.values, np.float64)
+    defined = numbers[np.isfinite(numbers)]
+    if not defined.size:
+        return None
+    low, high = median_interval(defined)
+    return Size(defined.size, float(np.median(defined)), low, high)
+
+
+def _correlate(innate: xr.Dataset, last: int) -> xr.DataArray:
+    """Return Spearman's correlation over agents of fitness with learning off and on, by run.
+
+    It is the mean over the last generations.
+    """
     energy = innate["energy"].isel(generation=slice(-last, None))
-    ranks = stats.rankdata(
-        energy.transpose("life", "run", "generation", "agent").values,
-        axis=-1,
-        nan_policy="propagate",
-    )
-    places = {str(life): ranks[number] for number, life in enumerate(energy["life"].values)}
-    off, on = (places[life] - places[life].mean(axis=-1, keepdims=True) for life in ("off", "on"))
-    spread = np.sqrt((off**2).sum(axis=-1) * (on**2).sum(axis=-1))
-    with np.errstate(invalid="ignore", divide="ignore"):  # where all are alike there is none
-        found = np.where(spread > 0, (off * on).sum(axis=-1) / spread, np.nan)
-    return xr.DataArray(found, dims=("run", "generation")).mean("generation")
+    values = energy.transpose("life", "run", "generation", "agent").values
+    ranks = stats.rankdata(values, axis=-1, nan_policy="propagate")
+    centered = ranks - ranks.mean(axis=-1, keepdims=True)
+    lives = [str(life) for life in energy["life"].values]
+    off = centered[lives.index("off")]
+    on = centered[lives.index("on")]
+    scale = np.sqrt((off**2).sum(axis=-1) * (on**2).sum(axis=-1))
+    # Equal agents have no correlation.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rho = np.where(scale > 0, (off * on).sum(axis=-1) / scale, np.nan)
+    return xr.DataArray(rho, dims=("run", "generation")).mean("generation")
 
 
-def _clock(
-    dataset: xr.Dataset,
-    average: xr.DataArray,
-    subject: Subject,
-    experiment: BaseExperiment,
-    last: int,
+def _measure_clock(
+    study: _Study, result: ConditionResult, experiment: BaseExperiment
 ) -> Clock | None:
-    learner, rival = (
-        average.sel(condition=name).dropna("generation", how="all")
-        for name in (subject.condition, subject.rival)
-    )
+    learner = study.average.sel(condition=result.condition).dropna("generation", how="all")
+    control = study.average.sel(condition=result.control).dropna("generation", how="all")
     model = experiment.loaded_model
     is_unknown = model is None and not isinstance(experiment, Experiment)
-    if is_unknown or not (learner.size and rival.size):
+    if is_unknown or not (learner.size and control.size):
         return None
-    at_last = [
-        float(one.isel(generation=slice(-last, None)).mean("generation").median("run"))
-        for one in (learner, rival)
-    ]
-    level = (float(rival.isel(generation=0).median("run")) + max(at_last)) / 2
+    best = max(_final_median(learner, study.last), _final_median(control, study.last))
+    level = (float(control.isel(generation=0).median("run")) + best) / 2
     counter = model.clock if model else ""
-    times = [
-        _reached(one, dataset, name, counter, level)
-        for one, name in ((learner, subject.condition), (rival, subject.rival))
-    ]
-    (generations, evaluations), (without, evaluations_without) = times
-    counted = model.records[counter].unit if model and counter else "lives"
-    return Clock(level, generations, without, evaluations, evaluations_without, counted)
+    unit = model.records[counter].unit if model and counter else "lives"
+    generations, evaluations = _measure_time(
+        learner, study.data.sel(condition=result.condition), counter, level
+    )
+    generations_without, evaluations_without = _measure_time(
+        control, study.data.sel(condition=result.control), counter, level
+    )
+    return Clock(level, generations, generations_without, evaluations, evaluations_without, unit)
 
 
-def _reached(
-    average: xr.DataArray, dataset: xr.Dataset, condition: str, counter: str, level: float
+def _final_median(average: xr.DataArray, last: int) -> float:
+    final = average.isel(generation=slice(-last, None)).mean("generation")
+    return float(final.median("run"))
+
+
+def _measure_time(
+    average: xr.DataArray, runs: xr.Dataset, counter: str, level: float
 ) -> tuple[float, float]:
-    """The generation in which the average agent first is at a level, and evaluations until its end: medians over runs."""
-    lived = dataset.sel(condition=condition)
-    spent = (
-        (lived[counter] if counter else lived["energy"].notnull()).sum("agent").cumsum("generation")
-    )
-    there = average >= level
-    when = there.argmax("generation").where(there.any("generation"), np.inf)
-    asked = (
-        spent.sel(generation=average["generation"])
-        .where(there & (there.cumsum("generation") == 1))
-        .max("generation")
-    )
-    return tuple(_median(values.values) for values in (when, asked.fillna(np.inf)))  # type: ignore[return-value]
+    """Return the first generation at a level and the evaluations until its end, as medians."""
+    counts = runs[counter] if counter else runs["energy"].notnull()
+    evaluations = counts.sum("agent").cumsum("generation").sel(generation=average["generation"])
+    is_reached = average >= level
+    generation = is_reached.argmax("generation").where(is_reached.any("generation"), np.inf)
+    is_first = is_reached & (is_reached.cumsum("generation") == 1)
+    spent = evaluations.where(is_first).max("generation").fillna(np.inf)
+    return _finite_median(generation.values), _finite_median(spent.values)
 
 
-def _median(values: np.ndarray) -> float:
-    middle = float(np.median(values))
-    return middle if np.isfinite(middle) else float("nan")
+def _finite_median(values: np.ndarray) -> float:
+    median = float(np.median(values))
+    return median if np.isfinite(median) else float("nan")

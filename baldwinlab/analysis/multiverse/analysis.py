@@ -1,10 +1,11 @@
-"""The paper's claims under every variant of the paper: which of them depend on what the paper leaves open, and on what.
+"""Claims of a paper under all of its variants: which claims depend on which open choice.
 
-Within a variant, all tests of all claims are one family, corrected by Holm's method, as in a study of the paper. Between
-variants nothing is corrected: each is held against the paper as if it were the only one.
+Within a variant, the p-values of all claims are one family, corrected by Holm's method, as in a
+study of the paper. Nothing is corrected across variants: each is compared with the paper as if it
+were the only one.
 
-How near a variant comes to the paper's own figures is its distance: the mean of |effect - figure| / figure over the claims for
-which the paper gives a size (C1 and C2, 40 items each). 0 is the paper's own result; 1 is as far off as no effect at all.
+The distance of a variant from the paper is the mean of |effect - figure| / figure over the claims
+for which the paper has an effect size. 0 is the result of the paper, and 1 is no effect.
 """
 
 from __future__ import annotations
@@ -13,19 +14,20 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from baldwinlab.analysis.claims import evaluate
+from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 from baldwinlab.core.files import RESULTS_FILE, read_bytes, write_atomically
 from baldwinlab.papers import Paper, load
 
-STANDARD = "standard"  # the name of the variant that every other one is held against
-DECIDED = (HOLDS, UNDECIDED, FAILS)
+# The name of the variant with which all others are compared.
+STANDARD: Final = "standard"
+DECIDED: Final = (HOLDS, UNDECIDED, FAILS)
 
 
 class _Record(BaseModel):
@@ -33,7 +35,7 @@ class _Record(BaseModel):
 
 
 class Outcome(_Record):
-    """What a claim came to: the numbers of the comparison that decided, None where there are none."""
+    """The verdict on a claim and the numbers of the deciding comparison, if they exist."""
 
     verdict: Verdict
     condition: str | None = None
@@ -45,111 +47,166 @@ class Outcome(_Record):
     a12: float | None = None
 
 
-class Claim(_Record):
+class ClaimText(_Record):
+    """A claim of the paper."""
+
     id: str
     title: str
     claim: str
-    figure: float | None  # the paper's own, items an agent
+    # The effect size in the paper, items per agent.
+    figure: float | None
 
 
-class Variant(_Record):
-    """One variant of the paper, and what its runs say of the claims."""
+class VariantSettings(Protocol):
+    """A variant of a paper, before it is evaluated."""
+
+    @property
+    def name(self) -> str:
+        """Name of the variant."""
+
+    @property
+    def description(self) -> str:
+        """One line."""
+
+    @property
+    def choices(self) -> dict[str, str]:
+        """The alternatives, by choice."""
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """The changed settings, by path."""
+
+
+class VariantResult(_Record):
+    """A variant of the paper with the outcomes of all claims."""
 
     name: str
     description: str
-    choices: dict[str, str]  # the alternative taken, by choice; none in the standard variant
-    fields: dict[str, Any]  # what they set: {"contact.reach": 5}
-    runs: tuple[int, int]  # of the condition with the fewest, and with the most
-    held: int  # claims that hold
-    distance: float | None  # from the paper's figures
-    outcomes: dict[str, Outcome]  # by claim
+    # The alternatives, by choice. The standard variant has none.
+    choices: dict[str, str]
+    # The changed settings, by path, such as {"contact.reach": 5}.
+    fields: dict[str, Any]
+    # Runs of the conditions with the fewest and the most runs.
+    runs: tuple[int, int]
+    # Number of claims that hold.
+    held: int
+    # Distance from the paper.
+    distance: float | None
+    # Outcomes by claim.
+    outcomes: dict[str, Outcome]
 
 
 class Multiverse(_Record):
+    """All variants of a paper with the outcomes of its claims."""
+
     seed: int
-    last: int  # a run counts with its average over so many last generations
-    claims: tuple[Claim, ...]
-    variants: tuple[Variant, ...]
-    source: str = ""  # authors, title and place of the paper
+    # Number of final generations that are averaged in each run.
+    last: int
+    claims: tuple[ClaimText, ...]
+    variants: tuple[VariantResult, ...]
+    # Authors, title and publication of the paper.
+    source: str = ""
 
     @property
     def singles(self) -> Multiverse:
-        """The standard variant, and those that make a single choice otherwise."""
-        return self.model_copy(
-            update={
-                "variants": tuple(variant for variant in self.variants if len(variant.choices) < 2)
-            }
-        )
+        """The standard variant, and the variants that change a single choice."""
+        variants = tuple(variant for variant in self.variants if len(variant.choices) < 2)
+        return self.model_copy(update={"variants": variants})
 
     @property
-    def combined(self) -> bool:
+    def has_combinations(self) -> bool:
+        """Whether a variant changes several choices."""
         return len(self.singles.variants) < len(self.variants)
 
     @property
     def choices(self) -> list[str]:
-        """The choices that are left open, by name."""
+        """The open choices, by name."""
         return sorted({choice for variant in self.variants for choice in variant.choices})
 
 
-def paper_claims(paper: Paper | None = None) -> tuple[Claim, ...]:
-    claims = (paper or load()).claims
+def list_claims(paper: Paper | None = None) -> tuple[ClaimText, ...]:
+    """Return the claims of a paper, or of the default paper."""
     return tuple(
-        Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure)
-        for claim in claims
+        ClaimText(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure)
+        for claim in (paper or load()).claims
     )
 
 
 def evaluate_variant(
-    dataset: xr.Dataset,
-    name: str,
-    description: str,
-    choices: Mapping[str, str],
-    fields: Mapping[str, Any],
-    last: int = 10,
-    paper: Paper | None = None,
-) -> Variant:
-    """The claims of a paper (the default unless given) decided for one variant.
+    data: xr.Dataset, variant: VariantSettings, last: int = 10, paper: Paper | None = None
+) -> VariantResult:
+    """Evaluate the claims of a paper for one variant.
 
-    `study` has the dimensions (condition, run, generation, agent), its conditions named as the paper's: evo/A. Raises ValueError
-    unless `last` is at least 1.
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent) and the paper's names of
+        conditions, such as evo/A.
+    variant : VariantSettings
+        The variant.
+    last : int
+        Number of final generations to average in each run, at least 1.
+    paper : Paper or None
+        The paper. Defaults to the default paper.
+
+    Returns
+    -------
+    VariantResult
+        The outcomes of all claims.
+
+    Raises
+    ------
+    ValueError
+        `last` is less than 1.
     """
-    outcomes = {
-        result.claim.id: _outcome(result.record()) for result in evaluate(dataset, last, paper)
-    }
-    counts = dataset["energy"].notnull().any(("generation", "agent")).sum("run").values
-    return Variant(
-        name=name,
-        description=description,
-        choices=dict(choices),
-        fields=dict(fields),
+    results = evaluate_claims(data, last, paper)
+    outcomes = {result.claim.id: _make_outcome(result.record()) for result in results}
+    counts = data["energy"].notnull().any(("generation", "agent")).sum("run").values
+    return VariantResult(
+        name=variant.name,
+        description=variant.description,
+        choices=dict(variant.choices),
+        fields=dict(variant.fields),
         runs=(int(counts.min()), int(counts.max())),
         held=sum(outcome.verdict == HOLDS for outcome in outcomes.values()),
-        distance=distance(outcomes, paper),
+        distance=compute_distance(outcomes, paper),
         outcomes=outcomes,
     )
 
 
-def _outcome(record: Mapping[str, Any]) -> Outcome:
+def _make_outcome(record: Mapping[str, Any]) -> Outcome:
     return Outcome(**{name: record[name] for name in Outcome.model_fields})
 
 
-def distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> float | None:
-    """The mean of |effect - figure| / figure over the claims for which the paper gives a size.
+def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> float | None:
+    """Return the mean of |effect - figure| / figure over the claims with an effect size.
 
-    None where it gives none, or one of them lacks an effect.
+    Parameters
+    ----------
+    outcomes : mapping of str to Outcome
+        Outcomes by claim.
+    paper : Paper or None
+        The paper. Defaults to the default paper.
+
+    Returns
+    -------
+    float or None
+        The distance, or None if the paper has no effect size or an effect is missing.
     """
-    sizes = {claim.id: claim.figure for claim in (paper or load()).claims if claim.figure}
-    effects = {claim: outcomes[claim].effect for claim in sizes if claim in outcomes}
-    found = [
-        abs(effect - sizes[claim]) / sizes[claim]
-        for claim, effect in effects.items()
-        if effect is not None
-    ]
-    return float(np.mean(found)) if sizes and len(found) == len(sizes) else None
+    figures = {claim.id: claim.figure for claim in (paper or load()).claims if claim.figure}
+    distances = []
+    for claim, figure in figures.items():
+        effect = outcomes[claim].effect if claim in outcomes else None
+        if effect is None:
+            return None
+        distances.append(abs(effect - figure) / figure)
+    return float(np.mean(distances)) if distances else None
 
 
-def by_verdict(multiverse: Multiverse, claim: str) -> dict[Verdict, tuple[Variant, ...]]:
-    """The variants under which a claim holds, is undecided, and does not hold. One that lacks its runs is in none."""
+def group_by_verdict(
+    multiverse: Multiverse, claim: str
+) -> dict[Verdict, tuple[VariantResult, ...]]:
+    """Return the variants by the verdict on a claim, without variants that lack runs."""
     return {
         verdict: tuple(
             variant for variant in multiverse.variants if variant.outcomes[claim].verdict == verdict
@@ -158,177 +215,288 @@ def by_verdict(multiverse: Multiverse, claim: str) -> dict[Verdict, tuple[Varian
     }
 
 
-def always(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
-    """The claims that have one of these verdicts under every variant that decides them, and are decided under any."""
-    found = []
+def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
+    """Return the claims that have one of these verdicts under every variant that decides them."""
+    selected = []
     for claim in multiverse.claims:
-        seen = {variant.outcomes[claim.id].verdict for variant in multiverse.variants} - {
-            NOT_EVALUATED
-        }
-        if seen and seen <= set(verdicts):
-            found.append(claim.id)
-    return found
+        decided = {variant.outcomes[claim.id].verdict for variant in multiverse.variants}
+        decided -= {NOT_EVALUATED}
+        if decided and decided <= set(verdicts):
+            selected.append(claim.id)
+    return selected
 
 
-def overturning(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
-    """The choices on which a claim depends, each with the variants that change its verdict from the standard variant's.
+def decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
+    """Return the choices on which the verdict of a claim depends.
 
-    Empty where the standard variant has not decided it. Only variants that make a single choice otherwise count.
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse. Only variants that change a single choice count.
+    claim : str
+        Identifier of the claim.
+
+    Returns
+    -------
+    dict of str to list of str
+        The variants that change the verdict, by choice. Empty if the standard variant does not
+        decide the claim.
     """
     verdicts = {variant.name: variant.outcomes[claim].verdict for variant in multiverse.variants}
-    unchanged = {verdicts.get(STANDARD, NOT_EVALUATED), NOT_EVALUATED}
-    found: dict[str, list[str]] = {}
-    if STANDARD in verdicts and len(unchanged) > 1:
-        for variant in multiverse.singles.variants:
-            for choice in variant.choices if verdicts[variant.name] not in unchanged else ():
-                found.setdefault(choice, []).append(variant.name)
-    return found
+    standard = verdicts.get(STANDARD, NOT_EVALUATED)
+    if standard == NOT_EVALUATED:
+        return {}
+    choices: dict[str, list[str]] = {}
+    for variant in multiverse.singles.variants:
+        if verdicts[variant.name] not in (standard, NOT_EVALUATED):
+            for choice in variant.choices:
+                choices.setdefault(choice, []).append(variant.name)
+    return choices
 
 
-def nearest(multiverse: Multiverse) -> Variant | None:
-    """The variant nearest to the paper: of those under which the most claims with a figure hold, that of the least distance.
+def find_nearest(multiverse: Multiverse) -> VariantResult | None:
+    """Return the variant nearest to the paper.
 
-    Without the first condition, a variant under which nobody eats would come near: it is at distance 1.
+    Under it, the most claims with an effect size hold. Among several such variants, it has the
+    smallest distance. A variant without any eaten item has a distance of only 1, so the distance
+    alone is not sufficient.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    VariantResult or None
+        The variant, or None if no variant has a distance.
     """
     measured = [variant for variant in multiverse.variants if variant.distance is not None]
-    with_figure = [claim.id for claim in multiverse.claims if claim.figure is not None]
+    sized = [claim.id for claim in multiverse.claims if claim.figure is not None]
 
-    def rank(variant: Variant) -> tuple[int, float]:
-        return -sum(
-            variant.outcomes[claim].verdict == HOLDS for claim in with_figure
-        ), variant.distance or 0.0
+    def rank(variant: VariantResult) -> tuple[int, float]:
+        held = sum(variant.outcomes[claim].verdict == HOLDS for claim in sized)
+        return -held, variant.distance or 0.0
 
     return min(measured, key=rank, default=None)
 
 
-def containing(multiverse: Multiverse) -> list[Variant]:
-    """The variants whose intervals contain the paper's figure for every claim that has a size."""
-    sizes = {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
+def variants_with_figures(multiverse: Multiverse) -> list[VariantResult]:
+    """Return the variants whose intervals contain all effect sizes of the paper."""
+    figures = {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
 
-    def contains(variant: Variant) -> bool:
-        intervals = [(variant.outcomes[claim].interval, size) for claim, size in sizes.items()]
-        return all(
-            interval is not None and interval[0] <= size <= interval[1]
-            for interval, size in intervals
-        )
+    def contains(variant: VariantResult) -> bool:
+        for claim, figure in figures.items():
+            interval = variant.outcomes[claim].interval
+            if interval is None or not interval[0] <= figure <= interval[1]:
+                return False
+        return True
 
     return [variant for variant in multiverse.variants if contains(variant)]
 
 
-def most_held(multiverse: Multiverse) -> list[Variant]:
-    """The variants under which the most claims hold."""
+def variants_with_most_claims(multiverse: Multiverse) -> list[VariantResult]:
+    """Return the variants under which the most claims hold."""
     most = max((variant.held for variant in multiverse.variants), default=0)
     return [variant for variant in multiverse.variants if variant.held == most]
 
 
 class Share(NamedTuple):
-    """Of the combinations with one alternative of a choice, those under which a claim holds."""
+    """Combinations with one alternative of a choice, and those of them that hold a claim."""
 
     choice: str
-    alternative: str  # "standard", or the name of a variant
+    # "standard", or the name of a variant.
+    alternative: str
     claim: str
     held: int
     decided: int
 
     @property
     def share(self) -> float | None:
+        """Share of the deciding combinations under which the claim holds."""
         return self.held / self.decided if self.decided else None
 
 
-def shares(multiverse: Multiverse) -> list[Share]:
-    """For each choice, each of its alternatives (the standard first) and each claim, how many combinations hold the claim."""
-    taken: dict[str, dict[str, list[Variant]]] = {
-        choice: {STANDARD: []} for choice in _choices(multiverse.variants)
+def compute_shares(multiverse: Multiverse) -> list[Share]:
+    """Return under how many combinations each claim holds, by choice and alternative.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    list of Share
+        Shares by choice, alternative (the standard first) and claim.
+    """
+    groups: dict[str, dict[str, list[VariantResult]]] = {
+        choice: {STANDARD: []} for choice in multiverse.choices
     }
     for variant in multiverse.variants:
-        for choice, group in taken.items():
-            group.setdefault(variant.choices.get(choice, STANDARD), []).append(variant)
-    return [
-        Share(choice, alternative, claim.id, *_held(group, claim.id))
-        for choice, groups in taken.items()
-        for alternative, group in groups.items()
-        for claim in multiverse.claims
-    ]
+        for choice, alternatives in groups.items():
+            alternatives.setdefault(variant.choices.get(choice, STANDARD), []).append(variant)
+    shares = []
+    for choice, alternatives in groups.items():
+        for alternative, variants in alternatives.items():
+            for claim in multiverse.claims:
+                held, decided = _count_held(variants, claim.id)
+                shares.append(Share(choice, alternative, claim.id, held, decided))
+    return shares
 
 
-def _choices(variants: Iterable[Variant]) -> list[str]:
-    return sorted({choice for variant in variants for choice in variant.choices})
-
-
-def _held(variants: Sequence[Variant], claim: str) -> tuple[int, int]:
+def _count_held(variants: Iterable[VariantResult], claim: str) -> tuple[int, int]:
     verdicts = [variant.outcomes[claim].verdict for variant in variants]
     return verdicts.count(HOLDS), sum(verdict in DECIDED for verdict in verdicts)
 
 
-def weightiest(found: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
-    """Of the choice that moves a claim most: the alternatives of the largest and of the smallest share."""
-    ends = []
-    for choice in dict.fromkeys(share.choice for share in found):
+def largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
+    """Return the largest and smallest share of the choice with the largest effect on a claim.
+
+    Parameters
+    ----------
+    shares : sequence of Share
+        The shares of `compute_shares`.
+    claim : str
+        Identifier of the claim.
+
+    Returns
+    -------
+    (Share, Share) or None
+        The two shares, or None if no combination decides the claim.
+    """
+    pairs = []
+    for choice in dict.fromkeys(share.choice for share in shares):
         group = [
             share
-            for share in found
+            for share in shares
             if share.choice == choice and share.claim == claim and share.share is not None
         ]
         if group:
-            ends.append(
-                (
-                    max(group, key=lambda one: one.share or 0),
-                    min(group, key=lambda one: one.share or 0),
-                )
-            )
-    return max(ends, key=lambda pair: (pair[0].share or 0) - (pair[1].share or 0), default=None)
+            pairs.append((max(group, key=_share_of), min(group, key=_share_of)))
+    return max(pairs, key=lambda pair: _share_of(pair[0]) - _share_of(pair[1]), default=None)
 
 
-def summary(multiverse: Multiverse) -> dict[str, Any]:
-    """What all variants come to, for JSON: the facts behind the report's sentences."""
-    near = nearest(multiverse)
+def _share_of(share: Share) -> float:
+    return share.share or 0.0
+
+
+def summarize(multiverse: Multiverse) -> dict[str, Any]:
+    """Return the facts of the report's sentences, for JSON.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    dict of str to Any
+        Plain data.
+    """
+    nearest = find_nearest(multiverse)
+    shares = compute_shares(multiverse) if multiverse.has_combinations else None
     return {
-        "hold_under_every_variant": always(multiverse, HOLDS),
-        "refuted_under_no_variant": always(multiverse, HOLDS, UNDECIDED),
-        "hold_under_no_variant": always(multiverse, UNDECIDED, FAILS),
-        "depends_on": {claim.id: overturning(multiverse, claim.id) for claim in multiverse.claims},
-        "nearest": near and {"variant": near.name, "distance": near.distance, "held": near.held},
-        "intervals_contain_the_figures": [variant.name for variant in containing(multiverse)],
-        "most_held": [variant.name for variant in most_held(multiverse)],
-        "shares": [share._asdict() for share in shares(multiverse)]
-        if multiverse.combined
-        else None,
+        "hold_under_every_variant": select_claims(multiverse, HOLDS),
+        "refuted_under_no_variant": select_claims(multiverse, HOLDS, UNDECIDED),
+        "hold_under_no_variant": select_claims(multiverse, UNDECIDED, FAILS),
+        "depends_on": {
+            claim.id: decisive_choices(multiverse, claim.id) for claim in multiverse.claims
+        },
+        "nearest": nearest
+        and {"variant": nearest.name, "distance": nearest.distance, "held": nearest.held},
+        "intervals_contain_the_figures": [
+            variant.name for variant in variants_with_figures(multiverse)
+        ],
+        "most_held": [variant.name for variant in variants_with_most_claims(multiverse)],
+        "shares": None if shares is None else [share._asdict() for share in shares],
     }
 
 
-def write(multiverse: Multiverse, path: Path) -> Path:
-    """Write all of it as JSON, whole or not at all; null where a number does not exist. Raises OSError."""
+def write_multiverse(multiverse: Multiverse, path: Path) -> Path:
+    """Write a multiverse as JSON, atomically, with null for numbers that do not exist.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+    path : Path
+        File to write.
+
+    Returns
+    -------
+    Path
+        `path`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
     record = {
         "checksum": _checksum(multiverse),
-        "summary": summary(multiverse),
+        "summary": summarize(multiverse),
         **multiverse.model_dump(mode="json"),
     }
-    return write_atomically(
-        path, (json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
+    return write_atomically(path, f"{text}\n".encode())
+
+
+def read_multiverse(path: Path) -> Multiverse:
+    """Read a file of `write_multiverse`.
+
+    Parameters
+    ----------
+    path : Path
+        File to read.
+
+    Returns
+    -------
+    Multiverse
+        The multiverse.
+
+    Raises
+    ------
+    ValueError
+        The file has another format, or was changed.
+    OSError
+        The file cannot be read.
+    """
+    raw = _read_bytes(path)
+    try:
+        record = _upgrade_names(json.loads(raw))
+        multiverse = Multiverse.model_validate(record)
+    except ValidationError as error:
+        place = ".".join(str(key) for key in error.errors()[0]["loc"]) or "it is not an object"
+        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {place}") from None
+    except (ValueError, RecursionError):
+        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: not JSON") from None
+    if not _is_unchanged(multiverse, record):
+        raise ValueError(
+            f"{path} was changed after `baldwinlab multiverse` wrote it. Run that command again."
+        )
+    return multiverse
+
+
+def _upgrade_names(record: Any) -> Any:
+    """Rename the variants of a file that was written when they were called readings."""
+    if isinstance(record, dict) and "readings" in record and "variants" not in record:
+        return {**record, "variants": record["readings"]}
+    return record
+
+
+def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
+    if "checksum" not in record:
+        return True
+    if "readings" in record:
+        old_text = multiverse.model_dump_json().replace('"variants":', '"readings":', 1)
+        return bool(record["checksum"] == hashlib.sha256(old_text.encode()).hexdigest())
+    return bool(
+        record["checksum"] == _checksum(multiverse) and record["summary"] == summarize(multiverse)
     )
 
 
-def read(path: Path) -> Multiverse:
-    """What `write` wrote. Raises ValueError for a file of another kind, OSError for one that cannot be read."""
-    try:
-        raw = _bytes_of(path)
-        found = Multiverse.model_validate_json(raw)
-    except ValidationError as error:
-        place = ".".join(str(step) for step in error.errors()[0]["loc"])
-        raise ValueError(
-            f"{path} is not what `baldwinlab multiverse` writes: {place or 'it is no JSON'}"
-        ) from None
-    record = json.loads(raw)
-    if "checksum" in record and (
-        record["checksum"] != _checksum(found) or record["summary"] != summary(found)
-    ):
-        raise ValueError(
-            f"{path} has been changed since `baldwinlab multiverse` wrote it; that command makes it again"
-        )
-    return found
-
-
-def _bytes_of(path: Path) -> bytes:
+def _read_bytes(path: Path) -> bytes:
     try:
         return read_bytes(path, RESULTS_FILE)
     except ValueError as error:
@@ -336,5 +504,5 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def _checksum(multiverse: Multiverse) -> str:
-    """The SHA-256 of all but the summary, which follows from it."""
+    """Return the SHA-256 of everything except the summary, which follows from the rest."""
     return hashlib.sha256(multiverse.model_dump_json().encode()).hexdigest()

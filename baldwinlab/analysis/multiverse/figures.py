@@ -1,8 +1,9 @@
-"""The claims under every variant of the paper, as heat maps."""
+"""Verdicts on the claims under all variants of a paper, as tables of colored cells."""
 
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,91 +13,113 @@ from matplotlib.patches import Patch
 
 from baldwinlab.analysis.figures.palette import DARK_GRAY, MID_GRAY, VERDICTS
 from baldwinlab.analysis.figures.style import BLUE, WIDTH, styled
-from baldwinlab.analysis.multiverse.analysis import Multiverse, Outcome, Share, Variant, shares
+from baldwinlab.analysis.multiverse.analysis import (
+    Multiverse,
+    Outcome,
+    Share,
+    VariantResult,
+    compute_shares,
+)
 from baldwinlab.analysis.statistics.rules import MARKS
 
-WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
-DARK = 0.9  # from this share on, white letters are the more legible
+WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
+# From this share on, white text is easier to read than black text.
+DARK: Final = 0.9
 
 
 @styled
-def variants(multiverse: Multiverse) -> Figure:
-    """A row for each variant that makes at most one choice otherwise, a column a claim: its verdict, and the deciding effect."""
-    rows, names = multiverse.singles.variants, [claim.id for claim in multiverse.claims]
-    figure = Figure((WIDTH, 0.9 + 0.27 * len(rows)))
-    axes = _grid(figure, [_label(variant) for variant in rows], names)
-    for row, variant in enumerate(rows):
-        for column, name in enumerate(names):
-            outcome = variant.outcomes[name]
-            axes.axhspan(
-                row - 0.5,
-                row + 0.5,
-                column / len(names),
-                (column + 1) / len(names),
-                color=VERDICTS[outcome.verdict],
-                lw=0,
-            )
-            axes.text(column, row, _cell(outcome), ha="center", va="center")
-    _lines(axes, len(names), [min(variant.choices, default="") for variant in rows])
-    seen = {variant.outcomes[name].verdict for variant in rows for name in names}
+def draw_variants(multiverse: Multiverse) -> Figure:
+    """Draw the verdict and the deciding effect of each claim under each single-choice variant.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    Figure
+        One row per variant, one column per claim.
+    """
+    variants = multiverse.singles.variants
+    claims = [claim.id for claim in multiverse.claims]
+    figure = Figure((WIDTH, 0.9 + 0.27 * len(variants)))
+    axes = _make_grid(figure, [_label_variant(variant) for variant in variants], claims)
+    for row, variant in enumerate(variants):
+        for column, claim in enumerate(claims):
+            outcome = variant.outcomes[claim]
+            left = column / len(claims)
+            right = (column + 1) / len(claims)
+            color = VERDICTS[outcome.verdict]
+            axes.axhspan(row - 0.5, row + 0.5, left, right, color=color, lw=0)
+            axes.text(column, row, _format_outcome(outcome), ha="center", va="center")
+    choices = [min(variant.choices, default="") for variant in variants]
+    _draw_lines(axes, len(claims), choices)
+    shown = {variant.outcomes[claim].verdict for variant in variants for claim in claims}
     keys = [
         Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
         for verdict, mark in MARKS.items()
-        if verdict in seen
+        if verdict in shown
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
     return figure
 
 
-def _label(variant: Variant) -> str:
+def _label_variant(variant: VariantResult) -> str:
     return f"{variant.name}  {''.join(variant.choices)}".rstrip()
 
 
-def _cell(outcome: Outcome) -> str:
-    """Such as: ✓ +282; a level, as of shares, has no sign."""
+def _format_outcome(outcome: Outcome) -> str:
+    """Return a mark and the effect, such as "✓ +282". A level, such as a share, has no sign."""
     if outcome.effect is None:
         return MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""
-    digits = (
-        0
-        if abs(outcome.effect) >= 10 or outcome.effect == 0
-        else 1
-        if abs(outcome.effect) >= 1
-        else 2
-    )
-    return f"{MARKS[outcome.verdict]} {sign}{outcome.effect:.{digits}f}".replace("-", "−")
+    text = f"{outcome.effect:.{_decimals(outcome.effect)}f}"
+    return f"{MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
+
+
+def _decimals(effect: float) -> int:
+    if abs(effect) >= 10 or effect == 0:
+        return 0
+    return 1 if abs(effect) >= 1 else 2
 
 
 @styled
-def variants_shares(multiverse: Multiverse) -> Figure:
-    """For each alternative of each choice, the share of the combinations with it under which a claim holds."""
-    found, names = shares(multiverse), [claim.id for claim in multiverse.claims]
-    rows = list(dict.fromkeys((share.choice, share.alternative) for share in found))
-    table = {(share.choice, share.alternative, share.claim): share for share in found}
+def draw_shares(multiverse: Multiverse) -> Figure:
+    """Draw the share of combinations under which each claim holds, by choice and alternative.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    Figure
+        One row per alternative, one column per claim.
+    """
+    shares = compute_shares(multiverse)
+    claims = [claim.id for claim in multiverse.claims]
+    rows = list(dict.fromkeys((share.choice, share.alternative) for share in shares))
+    table = {(share.choice, share.alternative, share.claim): share for share in shares}
     figure = Figure((WIDTH, 0.6 + 0.27 * len(rows)))
-    axes = _grid(figure, [f"{alternative}  {choice}" for choice, alternative in rows], names)
-    values = np.array([[table[(*row, name)].share or 0.0 for name in names] for row in rows])
+    axes = _make_grid(figure, [f"{alternative}  {choice}" for choice, alternative in rows], claims)
+    values = np.array([[table[(*row, claim)].share or 0.0 for claim in claims] for row in rows])
     axes.imshow(values, WHITE_TO_BLUE, vmin=0, vmax=1, aspect="auto")
     for row, key in enumerate(rows):
-        for column, name in enumerate(names):
-            _percent(axes, column, row, table[(*key, name)])
-    _lines(axes, len(names), [choice for choice, _ in rows])
+        for column, claim in enumerate(claims):
+            _write_share(axes, column, row, table[(*key, claim)])
+    _draw_lines(axes, len(claims), [choice for choice, _ in rows])
     return figure
 
 
-def _percent(axes: Axes, column: int, row: int, share: Share) -> None:
+def _write_share(axes: Axes, column: int, row: int, share: Share) -> None:
     text = "–" if share.share is None else f"{share.share:.0%}"
-    axes.text(
-        column,
-        row,
-        text,
-        ha="center",
-        va="center",
-        color="white" if (share.share or 0) >= DARK else "black",
-    )
+    color = "white" if (share.share or 0) >= DARK else "black"
+    axes.text(column, row, text, ha="center", va="center", color=color)
 
 
-def _grid(figure: Figure, labels: list[str], names: list[str]) -> Axes:
+def _make_grid(figure: Figure, labels: list[str], names: list[str]) -> Axes:
     axes = figure.subplots()
     axes.grid(visible=False)
     axes.set_xlim(-0.5, len(names) - 0.5)
@@ -108,9 +131,10 @@ def _grid(figure: Figure, labels: list[str], names: list[str]) -> Axes:
     return axes
 
 
-def _lines(axes: Axes, columns: int, choices: list[str]) -> None:
-    """White lines between the cells, and a dark one where a choice ends and the next begins."""
+def _draw_lines(axes: Axes, columns: int, choices: list[str]) -> None:
+    """Draw white lines between cells, and dark lines between the rows of different choices."""
     for column in range(1, columns):
         axes.axvline(column - 0.5, color="white", lw=1.5)
-    for row, (above, below) in enumerate(pairwise(choices)):
-        axes.axhline(row + 0.5, color="white" if above == below else DARK_GRAY, lw=1.0)
+    for row, (choice, following) in enumerate(pairwise(choices)):
+        color = "white" if choice == following else DARK_GRAY
+        axes.axhline(row + 0.5, color=color, lw=1.0)

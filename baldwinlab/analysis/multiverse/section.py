@@ -1,147 +1,194 @@
-"""What every variant of the paper says of its claims: figures, a table, and a verdict in plain language."""
+"""The report section on the variants of a paper: sentences, figures and a table."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from baldwinlab.analysis.multiverse import analysis, figures
-from baldwinlab.analysis.multiverse.analysis import Multiverse, Variant
-from baldwinlab.analysis.report.content import span
-from baldwinlab.analysis.report.figures import Picture, embed
-from baldwinlab.analysis.report.phrases import number, signed
+from baldwinlab.analysis.multiverse.analysis import Multiverse, VariantResult
+from baldwinlab.analysis.report.content import format_range
+from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.phrases import format_number, format_signed
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 from baldwinlab.papers import load
 
-WORDS = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
-FEW, MANY = 2, 8  # variants beside the standard that are named, and without it; more are counted
+PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
+# Up to so many variants are named. More are counted.
+MAX_NAMED: Final = 8
+MAX_NAMED_WITH_STANDARD: Final = 2
 
 
-class Beside(NamedTuple):
-    """The study under the standard variant in whose report the section stands."""
+class StandardStudy(NamedTuple):
+    """A study under the standard variant, whose report has the section."""
 
-    verdicts: Mapping[str, Verdict]  # by claim
-    runs: tuple[int, int]  # of the condition with the fewest, and with the most
+    # Verdicts by claim.
+    verdicts: Mapping[str, Verdict]
+    # Runs of the conditions with the fewest and the most runs.
+    runs: tuple[int, int]
 
 
-def section(multiverse: Multiverse, folder: Path, study: Beside | None = None) -> Section:
-    """The section "Every variant" of a report. Its figures are kept in `folder` as SVG and PNG. Raises OSError.
+def section(multiverse: Multiverse, folder: Path, study: StandardStudy | None = None) -> Section:
+    """Make the section of a report on the variants of a paper, and save its figures.
 
-    Where it stands in the report of a `study`, it says why verdicts differ between the two.
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+    folder : Path
+        Folder for the figures.
+    study : StandardStudy or None
+        The study whose report has the section. The section explains why verdicts differ from it.
+
+    Returns
+    -------
+    Section
+        The section.
+
+    Raises
+    ------
+    OSError
+        A figure cannot be written.
     """
     singles = multiverse.singles
-    why = other_runs(multiverse, study) if study else ""
-    said = verdict(singles)
+    explanation = explain_differences(multiverse, study) if study else ""
+    sentences = compose_sentences(singles)
+    figures_by_claim = _paper_figures(multiverse)
     body = render(
         "multiverse/section.html",
-        variants=len(singles.variants),
-        choices=_listed(singles.choices),
-        open=len(singles.choices),
-        combinations=len(multiverse.variants),
-        runs=span(count for variant in multiverse.variants for count in variant.runs),
-        sentences=[*filter(None, [why]), *said],
-        sentences_of_combinations=combinations(multiverse),
-        figures=[embed(picture, folder) for picture in _pictures(multiverse)],
+        n_variants=len(singles.variants),
+        choices=singles.choices,
+        n_combinations=len(multiverse.variants),
+        runs=format_range(count for variant in multiverse.variants for count in variant.runs),
+        sentences=[*filter(None, [explanation]), *sentences],
+        combinations=describe_combinations(multiverse),
+        figures=[save_and_inline(figure, folder) for figure in _draw_figures(multiverse)],
         claims=multiverse.claims,
-        sized=_sized(multiverse),
-        rows=[_row(variant, list(_sized(multiverse))) for variant in singles.variants],
+        paper_figures=figures_by_claim,
+        rows=[_make_row(variant, list(figures_by_claim)) for variant in singles.variants],
     )
-    return Section("every-variant", "Every variant", body, short=said[0], of_claims=why)
+    return Section(
+        "variants", "Variants of the paper", body, short=sentences[0], of_claims=explanation
+    )
 
 
-def other_runs(multiverse: Multiverse, study: Beside) -> str:
-    """Why the standard variant has other verdicts here than in a study of other runs; nothing where it has not."""
-    standard = next((variant for variant in multiverse.variants if not variant.choices), None)
+def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
+    """Explain why the standard variant and the study have different verdicts.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+    study : StandardStudy
+        The study under the standard variant.
+
+    Returns
+    -------
+    str
+        Sentences, or "" if the numbers of runs or the verdicts are equal.
+    """
+    standard = _standard_variant(multiverse)
     if standard is None or standard.runs == study.runs:
         return ""
     differing: dict[tuple[Verdict, Verdict], list[str]] = {}
-    for name, outcome in standard.outcomes.items():
-        there, here = study.verdicts.get(name, NOT_EVALUATED), outcome.verdict
-        if there != here and NOT_EVALUATED not in (there, here):
-            differing.setdefault((there, here), []).append(name)
+    for claim, outcome in standard.outcomes.items():
+        verdicts = (study.verdicts.get(claim, NOT_EVALUATED), outcome.verdict)
+        if verdicts[0] != verdicts[1] and NOT_EVALUATED not in verdicts:
+            differing.setdefault(verdicts, []).append(claim)
     if not differing:
         return ""
-    verdicts = "; ".join(
-        f"{_listed(names)} ({WORDS[there]} with {span(study.runs)}, {WORDS[here]} with {span(standard.runs)})"
-        for (there, here), names in differing.items()
+    study_runs = format_range(study.runs)
+    variant_runs = format_range(standard.runs)
+    changes = "; ".join(
+        f"{_join(claims)} ({PHRASES[in_study]} with {study_runs}, {PHRASES[in_variant]} with "
+        f"{variant_runs})"
+        for (in_study, in_variant), claims in differing.items()
     )
     return (
-        f"The study and the standard variant differ in their number of runs alone, {span(study.runs)} of each condition and "
-        f"{span(standard.runs)} under every variant, so some verdicts differ: {verdicts}. That is no contradiction: the fewer "
-        "runs there are, the larger a difference must be to be told from chance, and undecided says only that these runs cannot "
-        "tell. Trust the verdicts of more runs; compare variants with each other, as they have equally many."
+        f"This study has {study_runs} runs of each condition, and every variant has "
+        f"{variant_runs}. Some verdicts therefore differ: {changes}. With fewer runs, only larger "
+        "differences are significant. Prefer the verdicts of the study with more runs, and compare "
+        "variants only with each other."
     )
 
 
-def lead(multiverse: Multiverse) -> str:
-    """What a page of its own begins with."""
+def _standard_variant(multiverse: Multiverse) -> VariantResult | None:
+    return next((variant for variant in multiverse.variants if not variant.choices), None)
+
+
+def compose_lead(multiverse: Multiverse) -> str:
+    """Return the first paragraph of the page of a multiverse."""
     return (
-        f"{multiverse.source or load().about.source} leaves choices open. "
-        "Here they are made otherwise, to see which of its claims depend on them. "
-        f"Seed {multiverse.seed}; each run counts with its average over the last {multiverse.last} generations."
+        f"{multiverse.source or load().about.source} does not specify all settings. This page "
+        "shows which claims depend on these open choices. "
+        f"Seed {multiverse.seed}; the value of a run is its average over the last "
+        f"{multiverse.last} generations."
     )
 
 
-def _sized(multiverse: Multiverse) -> dict[str, float]:
-    """The paper's figures for the size of an effect, by claim."""
+def _paper_figures(multiverse: Multiverse) -> dict[str, float]:
+    """Return the effect sizes of the paper by claim."""
     return {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
 
 
-def _row(variant: Variant, sized: Sequence[str]) -> dict[str, Any]:
+def _make_row(variant: VariantResult, claims: Sequence[str]) -> dict[str, Any]:
     verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
+    distance = "–" if variant.distance is None else format_number(variant.distance)
     return {
         "name": variant.name,
         "description": variant.description,
-        "counts": [verdicts.count(name) for name in WORDS],
-        "effects": [_effect(variant, claim) for claim in sized],
-        "distance": "–" if variant.distance is None else number(variant.distance),
+        "counts": [verdicts.count(verdict) for verdict in PHRASES],
+        "effects": [_format_effect(variant, claim) for claim in claims],
+        "distance": distance,
     }
 
 
-def _effect(variant: Variant, claim: str) -> str:
+def _format_effect(variant: VariantResult, claim: str) -> str:
     outcome = variant.outcomes[claim]
     if outcome.effect is None:
         return "–"
-    interval = (
-        f" [{number(outcome.interval[0])}, {number(outcome.interval[1])}]"
-        if outcome.interval
-        else ""
-    )
-    return signed(outcome.effect) + interval
+    effect = format_signed(outcome.effect)
+    if not outcome.interval:
+        return effect
+    low, high = outcome.interval
+    return f"{effect} [{format_number(low)}, {format_number(high)}]"
 
 
-def _pictures(multiverse: Multiverse) -> Iterator[Picture]:
+def _draw_figures(multiverse: Multiverse) -> Iterator[ReportFigure]:
     singles = multiverse.singles
-    held = [
-        f"{variant.name}: {_listed([name for name, outcome in variant.outcomes.items() if outcome.verdict == HOLDS]) or 'none'}"
-        for variant in singles.variants
-    ]
-    yield Picture(
-        "variants",
-        "The claims under each variant",
-        "A row for each variant, with the choice that it makes otherwise; a column for each claim. The number is the effect in "
-        "the comparison that decides: with a sign, a difference of medians (items an agent, or a share of agents); "
-        "without, a level.",
-        f"A table of verdicts. Claims that hold, by variant: {'; '.join(held)}.",
-        figures.variants(multiverse),
-        list(_outcomes(singles)),
+    held = "; ".join(
+        f"{variant.name}: {_list_held(variant) or 'none'}" for variant in singles.variants
     )
-    if multiverse.combined:
-        yield Picture(
+    yield ReportFigure(
+        "variants",
+        "Claims under each variant",
+        "Each row is a variant with its changed choice, and each column is a claim. The number is "
+        "the effect in the deciding comparison: with a sign, a difference of medians (items per "
+        "agent, or a share of agents); without a sign, a level.",
+        f"A table of verdicts. Claims that hold, by variant: {held}.",
+        figures.draw_variants(multiverse),
+        list(_tabulate_outcomes(singles)),
+    )
+    if multiverse.has_combinations:
+        yield ReportFigure(
             "variants-shares",
-            "The claims under all combinations",
-            "Of all combinations that take one alternative of a choice, the share under which a claim holds. Where the rows of a "
-            "choice differ, the claim depends on it.",
-            " ".join(combinations(multiverse)),
-            figures.variants_shares(multiverse),
-            [share._asdict() for share in analysis.shares(multiverse)],
+            "Claims under all combinations",
+            "Share of the combinations with an alternative under which a claim holds. A claim "
+            "depends on a choice if the rows of the choice differ.",
+            " ".join(describe_combinations(multiverse)),
+            figures.draw_shares(multiverse),
+            [share._asdict() for share in analysis.compute_shares(multiverse)],
         )
 
 
-def _outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
-    """A row a variant and claim."""
+def _list_held(variant: VariantResult) -> str:
+    return _join([claim for claim, outcome in variant.outcomes.items() if outcome.verdict == HOLDS])
+
+
+def _tabulate_outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
+    """Yield one row per variant and claim."""
     for variant in multiverse.variants:
         for claim, outcome in variant.outcomes.items():
             low, high = outcome.interval or (None, None)
@@ -154,146 +201,188 @@ def _outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
             }
 
 
-def verdict(multiverse: Multiverse) -> list[str]:
-    """What came of variants that make a single choice otherwise, a sentence each, from the numbers alone."""
-    titles = {
-        claim.id: f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})"
-        for claim in multiverse.claims
-    }
-    always = analysis.always(multiverse, HOLDS)
-    unrefuted = [
-        claim for claim in analysis.always(multiverse, HOLDS, UNDECIDED) if claim not in always
-    ]
-    never = analysis.always(multiverse, UNDECIDED, FAILS)
+def compose_sentences(multiverse: Multiverse) -> list[str]:
+    """Return the results of all variants as sentences.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse, with variants that change a single choice.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
+    titles = {claim.id: _format_title(claim) for claim in multiverse.claims}
+    robust = analysis.select_claims(multiverse, HOLDS)
     return [
-        f"No single open choice overturns what holds under every variant: {_listed([titles[claim] for claim in always])}."
-        if always
-        else "No claim holds under every variant.",
+        *_describe_robust(multiverse, titles, robust),
+        *_describe_nearest(multiverse),
+        _describe_most(multiverse),
+        *_describe_equal(multiverse),
         *(
-            [
-                f"Contradicted under no variant, though under some these runs cannot tell: {_listed(unrefuted)}."
-            ]
-            if unrefuted
-            else []
-        ),
-        *([f"Holding under no variant: {_listed(never)}."] if never else []),
-        *_nearness(multiverse),
-        _most(multiverse),
-        *_without_effect(multiverse),
-        *(
-            f"{titles[claim.id]} {_standing(multiverse, claim.id)}."
+            f"{titles[claim.id]} {_describe_verdicts(multiverse, claim.id)}."
             for claim in multiverse.claims
-            if claim.id not in always
+            if claim.id not in robust
         ),
     ]
 
 
-def _standing(multiverse: Multiverse, claim: str) -> str:
-    """Such as: holds under the standard variant and 13 others; is undecided under biases (R3)."""
+def _format_title(claim: analysis.ClaimText) -> str:
+    return f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})"
+
+
+def _describe_robust(
+    multiverse: Multiverse, titles: Mapping[str, str], robust: Sequence[str]
+) -> Iterator[str]:
+    """Name the claims that no variant changes."""
+    if robust:
+        names = _join([titles[claim] for claim in robust])
+        yield f"These claims hold under every variant: {names}."
+    else:
+        yield "No claim holds under every variant."
+    unrefuted = analysis.select_claims(multiverse, HOLDS, UNDECIDED)
+    if partly := [claim for claim in unrefuted if claim not in robust]:
+        yield f"Undecided under some variants, and contradicted by none: {_join(partly)}."
+    if never := analysis.select_claims(multiverse, UNDECIDED, FAILS):
+        yield f"These claims hold under no variant: {_join(never)}."
+
+
+def _describe_verdicts(multiverse: Multiverse, claim: str) -> str:
+    """Return the verdicts on a claim by variant.
+
+    For example: "holds under the standard variant and 13 others; is undecided under biases (R3)".
+    """
     groups = {
-        name: found for name, found in analysis.by_verdict(multiverse, claim).items() if found
+        verdict: variants
+        for verdict, variants in analysis.group_by_verdict(multiverse, claim).items()
+        if variants
     }
+    if not groups:
+        return "is not evaluated under any variant, because runs are missing"
     if len(groups) == 1:
-        (only,) = groups
-        return f"{WORDS[only]} under {'any' if only == FAILS else 'every'} variant"
-    parts = [f"{WORDS[name]} under {_named(found)}" for name, found in groups.items()]
-    return "; ".join(parts) or "is not decided under any variant, for want of runs"
+        (verdict,) = groups
+        return f"{PHRASES[verdict]} under {'any' if verdict == FAILS else 'every'} variant"
+    parts = [f"{PHRASES[verdict]} under {_name_all(group)}" for verdict, group in groups.items()]
+    return "; ".join(parts)
 
 
-def _named(found: Sequence[Variant]) -> str:
-    """By name, with the choice; of those beside the standard variant, or of very many, the number."""
-    others = [variant for variant in found if variant.choices]
-    with_standard = len(others) < len(found)
-    if len(others) <= (FEW if with_standard else MANY):
-        return _listed([_name(variant) for variant in found])
-    return (
-        f"the standard variant and {len(others)} others"
-        if with_standard
-        else f"{len(found)} variants"
-    )
+def _name_all(variants: Sequence[VariantResult]) -> str:
+    """Return the names of a few variants, or the number of many."""
+    others = [variant for variant in variants if variant.choices]
+    has_standard = len(others) < len(variants)
+    if len(others) <= (MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED):
+        return _join([_name(variant) for variant in variants])
+    if has_standard:
+        return f"the standard variant and {len(others)} others"
+    return f"{len(variants)} variants"
 
 
-def _name(variant: Variant) -> str:
-    return (
-        f"{variant.name} ({', '.join(variant.choices)})"
-        if variant.choices
-        else "the standard variant"
-    )
+def _name(variant: VariantResult) -> str:
+    if not variant.choices:
+        return "the standard variant"
+    return f"{variant.name} ({', '.join(variant.choices)})"
 
 
-def _nearness(multiverse: Multiverse) -> Iterator[str]:
-    near = analysis.nearest(multiverse)
-    if near is None or near.distance is None:
+def _describe_nearest(multiverse: Multiverse) -> Iterator[str]:
+    nearest = analysis.find_nearest(multiverse)
+    if nearest is None or nearest.distance is None:
         return
-    sized = _sized(multiverse)
-    paper = _listed([f"{figure:+g} for {claim}" for claim, figure in sized.items()])
+    paper_figures = _paper_figures(multiverse)
+    values = _join([f"{figure:+g} for {claim}" for claim, figure in paper_figures.items()])
     yield (
-        f"Nearest to the paper's own figures ({paper}) comes {_name(near)}: {_effects(near, sized)}, at a distance of "
-        f"{number(near.distance)}; under it {near.held} of {len(near.outcomes)} claims hold."
+        f"The variant nearest to the effect sizes of the paper ({values}) is {_name(nearest)}: "
+        f"{_list_effects(nearest, paper_figures)}, at a distance of "
+        f"{format_number(nearest.distance)}. Under it, {nearest.held} of {len(nearest.outcomes)} "
+        "claims hold."
     )
-    inside = analysis.containing(multiverse)
-    yield f"These figures all lie inside the measured 95 % intervals under {_named(inside) if inside else 'no variant'}."
-    for variant in multiverse.variants:
-        if not variant.choices and variant != near and variant.distance is not None:
-            yield f"The standard variant is at a distance of {number(variant.distance)}: {_effects(variant, sized)}."
+    inside = analysis.variants_with_figures(multiverse)
+    names = _name_all(inside) if inside else "no variant"
+    yield f"All these values are inside the measured 95 % intervals under {names}."
+    standard = _standard_variant(multiverse)
+    if standard and standard != nearest and standard.distance is not None:
+        yield (
+            "The standard variant is at a distance of "
+            f"{format_number(standard.distance)}: {_list_effects(standard, paper_figures)}."
+        )
 
 
-def _effects(variant: Variant, claims: dict[str, float]) -> str:
-    return _listed(
-        [f"{signed(variant.outcomes[claim].effect or 0)} for {claim}" for claim in claims]
+def _list_effects(variant: VariantResult, claims: Mapping[str, float]) -> str:
+    return _join(
+        [f"{format_signed(variant.outcomes[claim].effect or 0)} for {claim}" for claim in claims]
     )
 
 
-def _most(multiverse: Multiverse) -> str:
-    best = analysis.most_held(multiverse)
+def _describe_most(multiverse: Multiverse) -> str:
+    best = analysis.variants_with_most_claims(multiverse)
     if not best or not best[0].held:
         return "No claim holds under any variant."
-    held, count = best[0].held, len(multiverse.claims)
-    number_held = (
-        f"all {count} claims hold"
-        if held == count
-        else f"{held} of {count} claims hold, and under no other do more"
-    )
-    return f"Under {_named(best)}, {number_held}."
+    held = best[0].held
+    count = len(multiverse.claims)
+    if held == count:
+        return f"Under {_name_all(best)}, all {count} claims hold."
+    return f"Under {_name_all(best)}, {held} of {count} claims hold, the highest number."
 
 
-def _without_effect(multiverse: Multiverse) -> Iterator[str]:
-    came = [
-        (variant, [(outcome.verdict, outcome.effect) for outcome in variant.outcomes.values()])
+def _describe_equal(multiverse: Multiverse) -> Iterator[str]:
+    """Name the variants with the verdicts and effects of the standard variant."""
+    standard = _standard_variant(multiverse)
+    if standard is None:
+        return
+    equal = [
+        _name(variant)
         for variant in multiverse.variants
+        if variant.choices and _list_results(variant) == _list_results(standard)
     ]
-    standard = [found for variant, found in came if not variant.choices]
-    same = [_name(variant) for variant, found in came if variant.choices and found in standard]
-    if same:
-        yield f"Every verdict and every effect is the standard variant's under {_listed(same)}."
+    if equal:
+        yield f"All verdicts and effects equal those of the standard variant under {_join(equal)}."
 
 
-def combinations(multiverse: Multiverse) -> list[str]:
-    """What came of all combinations, a sentence a claim; nothing where there are none."""
-    if not multiverse.combined:
+def _list_results(variant: VariantResult) -> list[tuple[Verdict, float | None]]:
+    return [(outcome.verdict, outcome.effect) for outcome in variant.outcomes.values()]
+
+
+def describe_combinations(multiverse: Multiverse) -> list[str]:
+    """Return the results of all combinations, one sentence per claim.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    list of str
+        Sentences, or nothing if no variant changes several choices.
+    """
+    if not multiverse.has_combinations:
         return []
-    found = analysis.shares(multiverse)
-    return [_combined(multiverse, claim.id, found) for claim in multiverse.claims]
+    shares = analysis.compute_shares(multiverse)
+    return [_describe_claim(multiverse, claim.id, shares) for claim in multiverse.claims]
 
 
-def _combined(multiverse: Multiverse, claim: str, found: Sequence[analysis.Share]) -> str:
-    counts = {
-        name: len(variants) for name, variants in analysis.by_verdict(multiverse, claim).items()
-    }
-    decided = sum(counts.values())
+def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysis.Share]) -> str:
+    groups = analysis.group_by_verdict(multiverse, claim)
+    decided = sum(len(variants) for variants in groups.values())
     if not decided:
-        return f"{claim} is not decided under any combination, for want of runs."
-    held, failed = counts[HOLDS] / decided, counts[FAILS] / decided
+        return f"{claim} is not evaluated under any combination, because runs are missing."
+    held = len(groups[HOLDS]) / decided
+    failed = len(groups[FAILS]) / decided
     text = (
-        f"{claim} holds under {held:.0%} of {decided:,} combinations, does not under {failed:.0%}"
+        f"{claim} holds under {held:.0%} of {decided:,} combinations and fails under {failed:.0%}."
     )
-    ends = analysis.weightiest(found, claim)
-    if ends is None or ends[0].share == ends[1].share:
-        return f"{text}."
-    most, least = (f"{end.share:.0%} with {end.alternative}" for end in ends)
-    return f"{text}; the choice that moves it most is {ends[0].choice}: {most}, {least}."
+    pair = analysis.largest_effect(shares, claim)
+    if pair is None or pair[0].share == pair[1].share:
+        return text
+    largest, smallest = pair
+    return (
+        f"{text} The choice with the largest effect is {largest.choice}: the claim holds under "
+        f"{largest.share:.0%} with {largest.alternative} and {smallest.share:.0%} with "
+        f"{smallest.alternative}."
+    )
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Such as: C1, C2 and C3."""
+def _join(names: Sequence[str]) -> str:
+    """Return a list in words, such as "C1, C2 and C3"."""
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))

@@ -1,27 +1,24 @@
-"""A study as one HTML file that needs nothing else: claims, figures, summaries, and everything needed to make it again."""
+"""HTML report of a study: claims, figures, tables, and the experiments."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
-
-import xarray as xr
+from typing import Any, Final
 
 from baldwinlab.analysis.claims import ClaimResult, describe_claims_too_few
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.figures import EXPLAINING, SUMMING_UP, Looks, embed, pictures
-from baldwinlab.analysis.report.phrases import measures
-from baldwinlab.analysis.report.sections import InShort, Section, finished, render, write_page
-from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.report.content import ReportData
+from baldwinlab.analysis.report.figures import EXPLAINING, SUMMING_UP, draw_figures, save_and_inline
+from baldwinlab.analysis.report.phrases import name_measures
+from baldwinlab.analysis.report.sections import Section, Summary, complete_page, render, write_page
 from baldwinlab.analysis.statistics.summary import summarize_conditions
 from baldwinlab.core.files import write_atomically
-from baldwinlab.papers import Paper
 
 __all__ = [
-    "InShort",
+    "ReportData",
     "Section",
+    "Summary",
     "draw_report",
     "emergence_generations",
     "render",
@@ -29,113 +26,127 @@ __all__ = [
     "write_report",
 ]
 
-PANELS = 6
+# Number of generations in the figure of emergence.
+PANELS: Final = 6
 
 
 def emergence_generations(generations: int) -> list[int]:
-    """The generations at which emergence is shown: up to six, the first, the last, and each of the others a few times as late.
+    """Return the generations that the figure of emergence shows.
 
-    What emerges does so early: of a hundred generations they are 0, 1, 3, 10, 31 and 99.
-    """
-    if generations <= PANELS:
-        return list(range(generations))
-    return sorted(
-        {0, *(round((generations - 1) ** (number / (PANELS - 2))) for number in range(PANELS - 1))}
-    )
-
-
-def draw_report(
-    directory: Path,
-    dataset: xr.Dataset,
-    results: Sequence[ClaimResult],
-    traces: Sequence[xr.Dataset],
-    provenance: Mapping[str, Any],
-    last: int = 10,
-    paper: Paper | None = None,
-    looks: Looks = MappingProxyType({}),
-    contrasts: Contrasts | None = None,
-    reproduced: bool = False,
-) -> dict[str, Any]:
-    """Collect the contents of a report, and write its figures to `directory`/figures as SVG and PNG.
+    Foraging emerges early, so the interval between generations grows geometrically: of 100
+    generations, the figure shows 0, 1, 3, 10, 31 and 99.
 
     Parameters
     ----------
-    dataset
-        Dataset with the dimensions (condition, run, generation, agent).
-    results
-        The decided claims of `paper`.
-    traces
-        Lifetimes of one population at `emergence_generations`, or none.
-    provenance
-        Facts shown as far as they are there: seed, versions, platform, seconds, agent_steps, workers, compile_seconds.
-    last
-        The number of generations over which a run is averaged, counted from its last one.
-    paper
-        The paper whose claims are decided. Without one, the report mentions no paper.
-    looks
-        The looks of the conditions of foragers whose parts are installed.
-    contrasts
-        The comparisons of the conditions.
-    reproduced
-        Whether `paper` made the study.
+    generations : int
+        Number of generations of a run.
+
+    Returns
+    -------
+    list of int
+        At most six generations, with the first and the last.
+    """
+    if generations <= PANELS:
+        return list(range(generations))
+    last = generations - 1
+    return sorted({0, *(round(last ** (step / (PANELS - 2))) for step in range(PANELS - 1))})
+
+
+def draw_report(report: ReportData) -> dict[str, Any]:
+    """Draw the figures of a report and compute its contents.
+
+    Parameters
+    ----------
+    report : ReportData
+        The study and its results. Figures are written to `report.directory`/figures.
+
+    Returns
+    -------
+    dict of str to Any
+        The contents, for `write_report`.
 
     Raises
     ------
     OSError
         A figure cannot be written.
     """
-    texts = content.experiment_texts(dataset)
-    conditions = content.experiments(texts)
-    differing = content.differing(results)
-    shown = [
-        embed(picture, directory / "figures")
-        for picture in pictures(dataset, results, traces, conditions, last, paper, looks)
-    ]
+    folder = report.directory / "figures"
     return {
-        "paper": paper,
-        "reproduced": reproduced,
-        "contrasts": contrasts if contrasts and contrasts.rows else None,
-        "too_few": describe_claims_too_few(results),
-        "overview": content.overview(dataset, conditions, provenance, paper),
-        "verdict_counts": content.verdict_counts(results),
-        "results": results,
-        "of_paper": any(result.claim.of_paper for result in results),
-        "figures": shown,
+        "paper": report.paper,
+        "is_reproduction": report.is_reproduction,
+        "contrasts": report.contrasts if report.contrasts and report.contrasts.rows else None,
+        "overview": content.summarize_setup(
+            report.data, report.experiments, report.provenance, report.paper
+        ),
+        "figures": [save_and_inline(figure, folder) for figure in draw_figures(report)],
         "explaining": EXPLAINING,
         "summing_up": SUMMING_UP,
-        "measures": measures("food_eaten" in dataset),
-        "last": last,
-        "pairs": any(
-            finding.comparison.paired for result in results for finding in result.findings
-        ),
-        "survival": any(
-            finding.comparison.rule == "survives_longer"
-            for result in results
-            for finding in result.findings
-        ),
-        "own_measures": any(finding.meaning for result in results for finding in result.findings),
+        "measures": name_measures("food_eaten" in report.data),
+        "last": report.last,
+        "changed_settings": _list_changed_settings(report),
+        "summary": summarize_conditions(report.data, report.last),
+        "experiments": content.experiment_texts(report.data),
+        "provenance": report.provenance,
+        "timing": content.format_timing(report.provenance),
+        **_summarize_claims(report),
+    }
+
+
+def _list_changed_settings(report: ReportData) -> list[str]:
+    if report.paper is None:
+        return []
+    return content.changed_settings(report.data, report.experiments, report.paper)
+
+
+def _summarize_claims(report: ReportData) -> dict[str, Any]:
+    """Return the contents of a report that depend on its claims."""
+    results: Sequence[ClaimResult] = report.results
+    findings = [finding for result in results for finding in result.findings]
+    differing = content.differing_claims(results)
+    return {
+        "results": results,
+        "too_few": describe_claims_too_few(results),
+        "verdict_counts": content.describe_verdicts(results),
+        "of_paper": any(result.claim.of_paper for result in results),
+        "has_pairs": any(finding.comparison.paired for finding in findings),
+        "has_survival": any(finding.comparison.rule == "survives_longer" for finding in findings),
+        "has_model_measures": any(finding.meaning for finding in findings),
         "differing": differing,
-        "open_choices": content.open_choices(differing, conditions),
-        "departures": content.departures(dataset, conditions, paper) if paper else [],
-        "summary": summarize_conditions(dataset, last),
-        "experiments": texts,
-        "provenance": provenance,
-        "timing": content.timing(provenance),
+        "open_choices": content.relevant_choices(differing, report.experiments),
     }
 
 
 def write_report(
     directory: Path,
-    drawn: Mapping[str, Any],
+    contents: Mapping[str, Any],
     out: Path,
     sections: Sequence[Section] = (),
-    in_short: InShort | None = None,
+    summary: Summary | None = None,
 ) -> Path:
-    """Write what was `drawn` of the study in `directory` to `out`, with `sections` after the claims; gives `out`.
+    """Write a report as one HTML file, atomically.
 
-    At its head stands what is said `in_short`.
+    Parameters
+    ----------
+    directory : Path
+        Directory of the study, with the folder of the figures.
+    contents : mapping of str to Any
+        The result of `draw_report`.
+    out : Path
+        File to write.
+    sections : sequence of Section
+        Sections of assays and of the multiverse.
+    summary : Summary or None
+        Sentences and a table at the top of the report.
 
-    The file appears whole or not at all. Raises OSError.
+    Returns
+    -------
+    Path
+        `out`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
-    page = render("report/report.html", sections=sections, in_short=in_short, **drawn)
-    return write_atomically(out, finished(page, out, directory / "figures").encode())
+    page = render("report/report.html", sections=sections, top=summary, **contents)
+    return write_atomically(out, complete_page(page, out, directory / "figures").encode())

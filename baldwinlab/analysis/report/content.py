@@ -1,18 +1,22 @@
-"""What the report says: from a study and its findings to the words and rows that the template lays out."""
+"""Text and table rows of a report, computed from a study and its findings."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from itertools import product
-from typing import Any
+from pathlib import Path
+from typing import Any, Final
 
 import xarray as xr
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.claims import ClaimResult, Finding, ModelMeasure
 from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS
+from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS, Verdict
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.factors import Factors, of_study
 from baldwinlab.experiment.toml import from_toml
@@ -21,30 +25,98 @@ from baldwinlab.papers.claims import Choice
 from baldwinlab.papers.paper import STANDARD
 
 Experiments = Mapping[str, Experiment]
+# Appearances of MiniWorld conditions whose parts are installed.
+Looks = Mapping[str, figures.Look]
 
-MOST_NAMED = 12  # conditions, one after the other
+# Above this number of conditions, a report lists learners and maps instead of conditions.
+MOST_LISTED: Final = 12
+# Singular and plural of each verdict.
+VERBS: Final = (
+    ("holds", "hold"),
+    ("is undecided", "are undecided"),
+    ("does not hold", "do not hold"),
+    ("is not evaluated", "are not evaluated"),
+)
 
 
-def experiment_texts(dataset: xr.Dataset) -> dict[str, str]:
-    """Each condition's experiment as TOML."""
-    return {
-        str(name): str(text)
-        for name, text in zip(
-            dataset["condition"].values, dataset["experiment"].values, strict=True
-        )
-    }
+@dataclass(frozen=True)
+class ReportData:
+    """A study and its results, from which a report is drawn.
+
+    Parameters
+    ----------
+    directory : Path
+        Directory of the study. Figures are written to its folder `figures`.
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    experiments : mapping of str to Experiment
+        Experiments by condition.
+    results : sequence of ClaimResult
+        The evaluated claims.
+    traces : sequence of xr.Dataset
+        Lifetimes of one population at `emergence_generations`, or none.
+    provenance : mapping of str to Any
+        Known facts: seed, versions, platform, seconds, agent_steps, workers, compile_seconds.
+    last : int
+        Number of final generations to average in each run.
+    paper : Paper or None
+        The paper of the claims. Without a paper, the report mentions none.
+    looks : mapping of str to Look
+        Appearances of MiniWorld conditions whose parts are installed.
+    contrasts : Contrasts or None
+        The comparisons of the conditions.
+    model_measures : sequence of ModelMeasure
+        Measures of the models that claims compare.
+    is_reproduction : bool
+        Whether `paper` defines the study.
+    """
+
+    directory: Path
+    data: xr.Dataset
+    experiments: Experiments
+    results: Sequence[ClaimResult] = ()
+    traces: Sequence[xr.Dataset] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    last: int = 10
+    paper: Paper | None = None
+    looks: Looks = field(default_factory=dict)
+    contrasts: Contrasts | None = None
+    model_measures: Sequence[ModelMeasure] = ()
+    is_reproduction: bool = False
 
 
-def experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
-    """Each condition's experiment. Raises ExperimentError for one that cannot be."""
+def experiment_texts(data: xr.Dataset) -> dict[str, str]:
+    """Return the experiment of each condition as TOML."""
+    pairs = zip(data["condition"].values, data["experiment"].values, strict=True)
+    return {str(name): str(text) for name, text in pairs}
+
+
+def parse_experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
+    """Return the experiment of each condition.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        TOML by condition.
+
+    Returns
+    -------
+    dict of str to Experiment
+        Experiments by condition.
+
+    Raises
+    ------
+    ExperimentError
+        A text is not a valid experiment.
+    """
     return {
         name: from_toml(text, where=f"the experiment of {name}", lenient=True)
         for name, text in texts.items()
     }
 
 
-def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
-    """Those of MiniWorld: what has a world, senses and food."""
+def select_foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
+    """Return the conditions of the MiniWorld model, which have a map, senses and food."""
     return {
         name: experiment
         for name, experiment in conditions.items()
@@ -52,86 +124,123 @@ def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
     }
 
 
-def shares(dataset: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
-    """Return the shares that the models of all conditions declare, as (condition, run, generation).
+def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
+    """Return the composition of each generation, such as the shares of alleles.
 
-    `long_name` is the meaning of a share. The dataset is empty if the conditions declare different shares, and for MiniWorld.
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to BaseExperiment
+        Experiments by condition.
+
+    Returns
+    -------
+    xr.Dataset
+        Shares with the dimensions (condition, run, generation) and their meaning as `long_name`.
+        Empty unless all conditions have models that define the same shares.
     """
-    found = [model.all_shares() for model in _other_models(conditions)]
-    meanings = [{name: share.meaning for name, share in each.items()} for each in found]
-    if len(found) < len(conditions) or any(each != meanings[0] for each in meanings):
+    shares = [model.all_shares() for model in _loaded_models(conditions)]
+    meanings = [
+        {name: share.meaning for name, share in model_shares.items()} for model_shares in shares
+    ]
+    if len(shares) < len(conditions) or any(meaning != meanings[0] for meaning in meanings):
         return xr.Dataset()
-    named = {
-        name: share.of(dataset).assign_attrs(long_name=share.meaning, valid_max=1.0)
-        for name, share in found[0].items()
-    }
-    return xr.Dataset(named)
+    return xr.Dataset(
+        {
+            name: share.of(data).assign_attrs(long_name=share.meaning, valid_max=1.0)
+            for name, share in shares[0].items()
+        }
+    )
 
 
-def clock(conditions: Mapping[str, BaseExperiment]) -> str:
-    """The record by which all conditions count how often an agent asked its world; "" where they do not."""
-    found = [model.clock for model in _other_models(conditions)]
-    return found[0] if len(found) == len(conditions) and len({*found}) == 1 else ""
+def find_clock(conditions: Mapping[str, BaseExperiment]) -> str:
+    """Return the variable that counts evaluations, or "" if the conditions do not share one."""
+    clocks = [model.clock for model in _loaded_models(conditions)]
+    is_shared = len(clocks) == len(conditions) and len({*clocks}) == 1
+    return clocks[0] if is_shared else ""
 
 
-def _other_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
-    """The models that are not MiniWorld and are loaded: a report needs no part."""
+def _loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
+    """Yield the loaded models other than MiniWorld. A report needs no parts."""
     models = (experiment.loaded_model for experiment in conditions.values())
     return (model for model in models if model is not None)
 
 
-def run_counts(dataset: xr.Dataset) -> dict[str, int]:
-    """The finished runs of each condition."""
-    finished = fitness.best(dataset).notnull().any("generation").sum("run")
-    return {
-        str(name): int(count)
-        for name, count in zip(dataset["condition"].values, finished.values, strict=True)
-    }
+def count_runs(data: xr.Dataset) -> dict[str, int]:
+    """Return the number of finished runs of each condition."""
+    counts = fitness.best(data).notnull().any("generation").sum("run")
+    pairs = zip(data["condition"].values, counts.values, strict=True)
+    return {str(name): int(count) for name, count in pairs}
 
 
-def overview(
-    dataset: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
+def summarize_setup(
+    data: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
 ) -> list[tuple[str, str]]:
-    """What was run, as pairs of a heading and what it is."""
-    settings, foraging = conditions.values(), foragers(conditions).values()
-    found = [
-        *named(of_study(dataset)),
-        ("models", ", ".join(dict.fromkeys(experiment.model for experiment in settings))),
-        ("independent runs", span(run_counts(dataset).values())),
-        ("generations a run", span(experiment.evolution.generations for experiment in settings)),
-        ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
+    """Return what was run, as pairs of a heading and a text.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    provenance : mapping of str to Any
+        Known facts about the study, such as its seed.
+    paper : Paper or None
+        The paper whose variant is named.
+
+    Returns
+    -------
+    list of (str, str)
+        Headings and texts. Headings without a text are left out.
+    """
+    experiments = conditions.values()
+    foraging = select_foragers(conditions).values()
+    variants = [describe_variant(experiment, paper) for experiment in foraging] if paper else []
+    models = ", ".join(dict.fromkeys(experiment.model for experiment in experiments))
+    rows = [
+        *describe_conditions(of_study(data)),
+        ("models", "" if models == "miniworld" else models),
+        ("runs per condition", format_range(count_runs(data).values())),
         (
-            "agents in a world" if foraging else "agents",
-            span(experiment.population.size for experiment in settings),
+            "generations per run",
+            format_range(experiment.evolution.generations for experiment in experiments),
         ),
-        ("fitness", fitness_in_words(foraging)),
         (
-            "variant of the paper",
-            "; ".join(dict.fromkeys(describe_variant(one, paper) for one in foraging))
-            if paper
-            else "",
+            "time steps per lifetime",
+            format_range(experiment.lifetime.steps for experiment in foraging),
         ),
-        ("seed", str(provenance.get("seed", dataset.attrs.get("seed", "not known")))),
+        (
+            "agents per population",
+            format_range(experiment.population.size for experiment in experiments),
+        ),
+        ("fitness", describe_fitness(foraging)),
+        ("variant of the paper", "; ".join(dict.fromkeys(variants))),
+        ("seed", str(provenance.get("seed", data.attrs.get("seed", "unknown")))),
     ]
-    return [
-        (heading, text)
-        for heading, text in found
-        if text and (heading, text) != ("models", "miniworld")
-    ]
+    return [(heading, text) for heading, text in rows if text]
 
 
-def named(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
-    """The conditions; where they are many, and each learner lives on each map, learners and maps instead."""
-    learners, maps = (
-        dict.fromkeys(getattr(one, name) for one in factors.values()) for name in ("learner", "map")
-    )
-    whole = {(one.learner, one.map) for one in factors.values()} == {*product(learners, maps)}
-    if (
-        len(factors) <= MOST_NAMED
-        or not whole
-        or len(factors) != len(learners) * len(maps)
-        or len(maps) < 2
-    ):
+def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
+    """Return the conditions as pairs of a heading and a text.
+
+    Parameters
+    ----------
+    factors : mapping of str to Factors
+        Factors by condition.
+
+    Returns
+    -------
+    list of (str, str)
+        All conditions, or learners and maps if many conditions combine each learner with each map.
+    """
+    learners = dict.fromkeys(condition.learner for condition in factors.values())
+    maps = dict.fromkeys(condition.map for condition in factors.values())
+    combinations = {(condition.learner, condition.map) for condition in factors.values()}
+    is_complete = combinations == {*product(learners, maps)}
+    is_complete = is_complete and len(factors) == len(learners) * len(maps)
+    if len(factors) <= MOST_LISTED or not is_complete or len(maps) < 2:
         return [("conditions", ", ".join(factors))]
     return [
         (
@@ -143,97 +252,145 @@ def named(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
     ]
 
 
-def fitness_in_words(foraging: Iterable[Experiment]) -> str:
-    """What fitness is, in which unit, and what an item counts; nothing where nobody forages."""
-    items, costs = set[float](), False
+def describe_fitness(foraging: Iterable[Experiment]) -> str:
+    """Return the definition and unit of fitness.
+
+    Parameters
+    ----------
+    foraging : iterable of Experiment
+        Experiments of the MiniWorld model.
+
+    Returns
+    -------
+    str
+        A phrase, or "" if there is no such experiment.
+    """
+    energies = set[float]()
+    has_costs = False
     for experiment in foraging:
-        items |= {region.energy for region in experiment.world.food}
-        costs |= experiment.learning.cost_per_step > 0 or experiment.learning.cost_per_change > 0
-    if not items:
+        energies |= {region.energy for region in experiment.world.food}
+        learning = experiment.learning
+        has_costs |= learning.cost_per_step > 0 or learning.cost_per_change > 0
+    if not energies:
         return ""
-    less = ", less what learning costs" if costs else ""
-    gives = " or ".join(f"{energy:g}" for energy in sorted(items))
-    same = ", so it is the number of items eaten" if items == {1.0} and not costs else ""
-    return f"energy of the items that an agent eats in its life{less}; an item gives {gives}{same}"
+    costs = ", minus the cost of learning" if has_costs else ""
+    values = " or ".join(f"{energy:g}" for energy in sorted(energies))
+    is_count = energies == {1.0} and not has_costs
+    count = ", so fitness is the number of eaten items" if is_count else ""
+    return f"energy of the items that an agent eats in its lifetime{costs}; an item gives {values}{count}"
 
 
-def span(values: Iterable[int]) -> str:
-    found = sorted(set(values))
-    if not found:
+def format_range(values: Iterable[int]) -> str:
+    """Return the smallest and the largest value, for example ``8 to 30``."""
+    distinct = sorted(set(values))
+    if not distinct:
         return ""
-    return f"{found[0]:,}" if len(found) == 1 else f"{found[0]:,} to {found[-1]:,}"
+    if len(distinct) == 1:
+        return f"{distinct[0]:,}"
+    return f"{distinct[0]:,} to {distinct[-1]:,}"
 
 
 def describe_variant(experiment: Experiment, paper: Paper) -> str:
-    """The variant of the paper that an experiment follows, or how it departs from the standard one."""
-    departures = dict[str, list[str]]()
+    """Return the variant of the paper that an experiment follows.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        An experiment of the MiniWorld model.
+    paper : Paper
+        The paper.
+
+    Returns
+    -------
+    str
+        The name of the variant, or a phrase with all differences from the standard one.
+    """
+    differences = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD, *paper.names("variants")]):
-        with suppress(
-            ExperimentError, PaperError
-        ):  # not a condition of the paper, or not one that this variant can be laid over
-            departures[name] = _changes(paper.experiment(experiment.name, name), experiment)
-            if not departures[name]:
+        # The paper may lack the condition, or the variant may not apply to it.
+        with suppress(ExperimentError, PaperError):
+            differences[name] = _list_changes(paper.experiment(experiment.name, name), experiment)
+            if not differences[name]:
                 return name
-    if STANDARD not in departures:
-        return f"{experiment.name} is an experiment of its own"
-    return f"{experiment.name} is standard but for {', '.join(departures[STANDARD])}"
+    if STANDARD not in differences:
+        return f"{experiment.name} is not a condition of the paper"
+    return f"{experiment.name} is standard except for {', '.join(differences[STANDARD])}"
 
 
-def _changes(base: Experiment, experiment: Experiment) -> list[str]:
-    there, here = dict(_leaves(base.to_dict())), dict(_leaves(experiment.to_dict()))
+def _list_changes(base: Experiment, experiment: Experiment) -> list[str]:
+    base_settings = dict(_iterate_settings(base.to_dict()))
+    settings = dict(_iterate_settings(experiment.to_dict()))
     return [
-        f"{path} = {toml_value(value)}"
-        for path, value in here.items()
-        if there.get(path) != value and not path.startswith("record.")
+        f"{path} = {format_value(value)}"
+        for path, value in settings.items()
+        if base_settings.get(path) != value and not path.startswith("record.")
     ]
 
 
-def _leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+def _iterate_settings(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the path and value of every setting."""
     for key, value in tree.items():
         if isinstance(value, dict):
-            yield from _leaves(value, f"{path}{key}.")
+            yield from _iterate_settings(value, f"{path}{key}.")
         else:
             yield f"{path}{key}", value
 
 
-def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
-    """The first condition of each different world, by a title: its map where that tells them apart, else its conditions."""
-    names: dict[
-        str, list[str]
-    ] = {}  # by the world as text, for of other rules its table is of another class
+def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
+    """Return the first condition of each distinct world.
+
+    Parameters
+    ----------
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    factors : mapping of str to Factors
+        Factors by condition.
+
+    Returns
+    -------
+    dict of str to str
+        Conditions by a title: the map if each world has its own, else the conditions.
+    """
+    names: dict[str, list[str]] = {}
     for name, experiment in conditions.items():
-        alike = experiment.world.start.model_copy(
-            update={"headings": "equal"}
-        )  # a map shows where, not whereto
-        names.setdefault(
-            experiment.world.model_copy(update={"start": alike}).model_dump_json(), []
-        ).append(name)
+        names.setdefault(_world_key(experiment), []).append(name)
     maps = {
         world: sorted({factors[name].map for name in shared} - {""})
         for world, shared in names.items()
     }
-    single = {found[0] for found in maps.values() if len(found) == 1}
-    if len(single) == len(names):
-        return {f"Map {found[0]}": names[world][0] for world, found in maps.items()}
-    others = {
-        world: f" and {len(shared) - 1} more" if len(shared) > 1 else ""
-        for world, shared in names.items()
-    }
-    return {f"{shared[0]}{others[world]}": shared[0] for world, shared in names.items()}
+    unique_maps = {world_maps[0] for world_maps in maps.values() if len(world_maps) == 1}
+    if len(unique_maps) == len(names):
+        return {f"Map {world_maps[0]}": names[world][0] for world, world_maps in maps.items()}
+    titles = {}
+    for shared in names.values():
+        more = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
+        titles[f"{shared[0]}{more}"] = shared[0]
+    return titles
 
 
-def verdict_counts(results: Sequence[ClaimResult]) -> str:
-    """Such as: 7 hold, 1 is undecided, 1 does not hold."""
-    verbs = dict(zip(VERDICTS, (("holds", "hold"), ("is undecided", "are undecided"), ("does not hold", "do not hold"),
-                                ("is not evaluated", "are not evaluated")), strict=True))  # fmt: skip
-    counts = {verdict: sum(result.verdict == verdict for result in results) for verdict in VERDICTS}
-    return ", ".join(
-        f"{count} {verbs[verdict][count > 1]}" for verdict, count in counts.items() if count
-    )
+def _world_key(experiment: Experiment) -> str:
+    """Return a world as text. A map shows positions, so headings do not distinguish worlds."""
+    start = experiment.world.start.model_copy(update={"headings": "equal"})
+    # Worlds with other features have other classes, so equal worlds are compared as text.
+    return experiment.world.model_copy(update={"start": start}).model_dump_json()
 
 
-def shown(result: ClaimResult) -> list[Finding]:
-    """The weakest finding under each of the claim's rules."""
+def describe_verdicts(results: Sequence[ClaimResult]) -> str:
+    """Return the number of claims by verdict, such as "7 hold, 1 is undecided"."""
+    phrases = []
+    for verdict, (singular, plural) in zip(VERDICTS, VERBS, strict=True):
+        count = _count(results, verdict)
+        if count:
+            phrases.append(f"{count} {plural if count > 1 else singular}")
+    return ", ".join(phrases)
+
+
+def _count(results: Sequence[ClaimResult], verdict: Verdict) -> int:
+    return sum(result.verdict == verdict for result in results)
+
+
+def weakest_findings(result: ClaimResult) -> list[Finding]:
+    """Return the weakest finding under each rule of a claim."""
     rules = dict.fromkeys(finding.comparison.rule for finding in result.findings)
     parts = [
         tuple(finding for finding in result.findings if finding.comparison.rule == rule)
@@ -243,75 +400,107 @@ def shown(result: ClaimResult) -> list[Finding]:
     return [finding for finding in weakest if finding]
 
 
-def differing(results: Sequence[ClaimResult]) -> list[ClaimResult]:
-    """The claims that were evaluated and do not come out as in the paper, in their verdict or in their size."""
+def differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:
+    """Return the evaluated claims whose verdict or effect size differs from the paper."""
     return [
         result
         for result in results
-        if result.findings and (result.verdict != HOLDS or not phrases.agrees(result))
+        if result.findings and (result.verdict != HOLDS or not phrases.agrees_with_paper(result))
     ]
 
 
-def open_choices(
+def relevant_choices(
     results: Sequence[ClaimResult], conditions: Experiments
 ) -> list[tuple[Choice, str, list[str]]]:
-    """What the paper leaves open and could account for how these claims come out: the choice, what it is here, the claims."""
+    """Return the open choices of the paper that may explain these claims.
+
+    Parameters
+    ----------
+    results : sequence of ClaimResult
+        The claims that differ from the paper.
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+
+    Returns
+    -------
+    list of (Choice, str, list of str)
+        Each choice with its value in the study and the identifiers of the claims.
+    """
     claims_of: dict[Choice, list[str]] = {}
     for result in results:
         for choice in result.claim.choices:
             claims_of.setdefault(choice, []).append(result.claim.id)
     return [
-        (choice, setting(choice.field, conditions), names) for choice, names in claims_of.items()
+        (choice, format_setting(choice.field, conditions), names)
+        for choice, names in claims_of.items()
     ]
 
 
-def setting(field: str, conditions: Experiments) -> str:
-    """What a field, such as senses.visual_radius, is in the study's experiments."""
-    found = [dict(_leaves(experiment.to_dict())).get(field) for experiment in conditions.values()]
-    return " or ".join(dict.fromkeys(toml_value(value) for value in found if value is not None))
+def format_setting(field: str, conditions: Experiments) -> str:
+    """Return the values of a setting, such as senses.visual_radius, in the study."""
+    values = [
+        dict(_iterate_settings(experiment.to_dict())).get(field)
+        for experiment in conditions.values()
+    ]
+    return " or ".join(dict.fromkeys(format_value(value) for value in values if value is not None))
 
 
-def toml_value(value: Any) -> str:
-    return (
-        str(value).lower()
-        if isinstance(value, bool)
-        else f"{value:g}"
-        if isinstance(value, float)
-        else str(value)
-    )
+def format_value(value: Any) -> str:
+    """Return the value of a setting as text."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def departures(dataset: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
-    """What sets this study apart from the paper's, before any open choice."""
-    own = paper.own()
-    found = [
+def changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
+    """Return a sentence for each difference between the study and the paper.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    paper : Paper
+        The paper.
+
+    Returns
+    -------
+    list of str
+        Sentences on changed settings, on the variant and on the number of runs.
+    """
+    declared = paper.own()
+    variants = [
         describe_variant(experiment, paper)
-        for name, experiment in foragers(conditions).items()
-        if name in own
+        for name, experiment in select_foragers(conditions).items()
+        if name in declared
     ]
-    sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
-    named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
-    sentences += [f"The variant is {name}: {paper.describe('variants', name)}." for name in named]
-    counts = run_counts(dataset)
+    sentences = [f"{variant}." for variant in dict.fromkeys(variants) if " " in variant]
+    for variant in dict.fromkeys(variants):
+        if " " not in variant and variant != STANDARD:
+            description = paper.describe("variants", variant)
+            sentences.append(f"The variant is {variant}: {description}.")
+    counts = count_runs(data)
     if max(counts.values()) < paper.about.runs:
         sentences.append(
-            f"There are {span(counts.values())} runs, where the paper has {paper.about.runs}: intervals are wider."
+            f"This study has {format_range(counts.values())} runs per condition, and the paper "
+            f"has {paper.about.runs}. Its intervals are therefore wider."
         )
     return sentences
 
 
-def timing(provenance: Mapping[str, Any]) -> str:
-    """How long the study took, as far as it is known."""
+def format_timing(provenance: Mapping[str, Any]) -> str:
+    """Return the run time of the study, the number of workers and the compile time, if known."""
     parts = []
     if seconds := provenance.get("seconds"):
-        parts.append(f"{phrases.number(seconds)} s")
+        time = f"{phrases.format_number(seconds)} s"
         if steps := provenance.get("agent_steps"):
-            parts[0] = (
-                f"{steps:,} agent-steps in {parts[0]} ({steps / seconds / 1e6:,.1f} million a second)"
-            )
+            rate = steps / seconds / 1e6
+            time = f"{steps:,} agent-steps in {time} ({rate:,.1f} million per second)"
+        parts.append(time)
     if workers := provenance.get("workers"):
         counts = workers if isinstance(workers, list) else [workers]
         parts.append(f"workers: {', '.join(str(count) for count in counts)}")
     if provenance.get("compile_seconds") is not None:
-        parts.append(f"compiling: {phrases.number(provenance['compile_seconds'])} s")
+        parts.append(f"compilation: {phrases.format_number(provenance['compile_seconds'])} s")
     return "; ".join(parts)

@@ -1,130 +1,114 @@
-"""The report's figures: drawn, kept as files, and put into the page with a caption and a text for those who cannot see them."""
+"""Figures of a report: drawn, saved as files, and embedded in the page with a caption."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.claims import ClaimResult, compared
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.content import Experiments, foragers, worlds
-from baldwinlab.analysis.report.phrases import number
+from baldwinlab.analysis.report.content import ReportData, select_foragers, title_worlds
+from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.core.files import write_atomically
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import of_study
-from baldwinlab.papers import Paper, load
+from baldwinlab.papers import load
 from baldwinlab.papers.texts import FIGURES, Figure
 
-Looks = Mapping[
-    str, figures.Look
-]  # of conditions of foragers, by name, as far as their parts are here
-NARROW, SLIM = 4.0, 6.0  # inches
-OF_ANY_MODEL = (
-    "shares",
-    "clocks",
-    "measures",
-    "survival",
-)  # figures of what only models other than the foragers record
-EXPLAINING = ("networks", "senses", "maps")  # figures that say what was run, not what came of it
-SUMMING_UP = ("overview",)  # figures that stand at the head of a report
+# Widths in inches below which a figure is shown narrower than the page.
+NARROW: Final = 4.0
+SLIM: Final = 6.0
+# Figures that models other than MiniWorld record.
+OF_ANY_MODEL: Final = ("shares", "clocks", "measures", "survival")
+# Figures that show what was run. The section "What was run" shows them.
+EXPLAINING: Final = ("networks", "senses", "maps")
+# Figures at the top of a report.
+SUMMING_UP: Final = ("overview",)
+BOXES: Final = (
+    "Each point is a run. The box shows the quartiles, and its thick line the median. Whiskers "
+    "extend to the most distant run within 1.5 times the interquartile range."
+)
 
 
-class Picture(NamedTuple):
+class ReportFigure(NamedTuple):
+    """A figure with its caption and its data."""
+
     name: str
     title: str
     caption: str
+    # Text for readers who cannot see the figure.
     alternative: str
     figure: Drawing
-    table: Sequence[Mapping[str, Any]] = ()  # its numbers, a row each
-    again: Sequence[str] = ()  # commands that live again what it shows, in the study's folder
+    # Rows of its CSV file.
+    table: Sequence[Mapping[str, Any]] = ()
+    # Commands that compute the figure's data again, in the directory of the study.
+    commands: Sequence[str] = ()
 
 
-def pictures(
-    dataset: xr.Dataset,
-    results: Sequence[ClaimResult],
-    traces: Sequence[xr.Dataset],
-    conditions: Experiments,
-    last: int,
-    paper: Paper | None,
-    looks: Looks,
-) -> Iterator[Picture]:
-    """Draw the figures of the paper in its order, or without a paper those of any study, as far as there is data."""
-    foraging = foragers(conditions)
-    names = paper.about.figures if paper else FIGURES
-    captions = paper.words.captions if paper else {}
-    shares = content.shares(dataset, conditions) if "shares" in names else xr.Dataset()
-    clock = content.clock(conditions)
-    measured = (
-        [figures.MeasureValues(*one) for one in compared(dataset, paper)]
-        if paper and "measures" in names
-        else []
-    )
-    there = {
-        "emergence": bool(traces),
-        "maps": bool(foraging),
-        "senses": bool(looks),
-        "networks": bool(looks),
-    }
-    there |= {"shares": bool(shares), "clocks": bool(clock), "measures": bool(measured)}
-    draw: Mapping[Figure, Callable[[], Picture]] = {
-        "overview": lambda: _overview(dataset, results, last),
-        "fitness": lambda: _fitness(dataset, last),
-        "final-fitness": lambda: _final_fitness(dataset, results, last),
-        "emergence": lambda: _emergence(dataset, traces),
-        "networks": lambda: _networks(dataset, foraging, looks, paper or load()),
-        "maps": lambda: _maps(dataset, foraging, looks),
-        "senses": lambda: _senses(looks),
-        "shares": lambda: _shares(shares),
-        "clocks": lambda: _clocks(dataset, clock),
-        "measures": lambda: _measures(dataset, measured),
-        "survival": lambda: _survival(dataset),
-    }
+def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
+    """Draw the figures of a report.
+
+    Parameters
+    ----------
+    report : ReportData
+        The study and its results.
+
+    Yields
+    ------
+    ReportFigure
+        The figures that apply to the study: those of its paper, or the standard ones.
+    """
+    names = report.paper.about.figures if report.paper else FIGURES
+    captions = report.paper.words.captions if report.paper else {}
+    is_foraging = bool(select_foragers(report.experiments))
     for name in names:
-        if there.get(name, True):
-            picture = draw[name]()
-            beside = captions.get(name) if foraging or name in OF_ANY_MODEL else None
-            yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
+        drawn = DRAW[name](report)
+        if drawn:
+            has_caption = name in captions and (is_foraging or name in OF_ANY_MODEL)
+            addition = captions[name] if has_caption else ""
+            yield drawn._replace(caption=f"{drawn.caption} {addition}".rstrip())
 
 
-def _overview(dataset: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
-    standings = figures.overview_cells(dataset, results, last)
-    return Picture(
+def _draw_overview(report: ReportData) -> ReportFigure:
+    standings = figures.overview_cells(report.data, report.results, report.last)
+    measure = _name_fitness(report.data, "average")
+    return ReportFigure(
         "overview",
-        "Who forages where",
-        f"{_of_whom(dataset, 'average')}, mean over the last {last} generations, the median over runs; the darker, the nearer "
-        "to the best of that map. A triangle stands where a claim says that this is greater than something else: up where it "
-        "holds, down where it does not; none where that is undecided.",
-        final_medians(dataset, last),
+        "Fitness by learner and map",
+        f"{measure}, mean over the last {report.last} generations, median over runs. Darker cells "
+        "are closer to the highest value of their map. A triangle marks a condition that a claim "
+        "compares: it points up if the claim holds, and down if it does not hold.",
+        describe_final_medians(report.data, report.last),
         figures.draw_overview({"": standings}),
-        [one._asdict() for one in standings],
+        [cell._asdict() for cell in standings],
     )
 
 
-def _fitness(dataset: xr.Dataset, last: int) -> Picture:
-    return Picture(
+def _draw_fitness(report: ReportData) -> ReportFigure:
+    data = report.data
+    return ReportFigure(
         "fitness",
         "Fitness over generations",
-        f"{_of_whom(dataset, 'best', 'average')} of each generation: mean over runs, and the "
-        "95 % interval of that mean (Student's t) as a band.",
-        f"Curves of fitness by generation for each condition. {final_medians(dataset, last)}",
-        figures.draw_fitness_curves(dataset),
-        [row for measure in ("best", "mean") for row in _over_generations(dataset, measure)],
-        _typical_lives(dataset),
+        f"{_name_fitness(data, 'best', 'average')} of each generation. Lines are means over runs. "
+        "Bands are 95 % intervals of the mean (Student's t).",
+        f"Curves of fitness by generation for each condition. {describe_final_medians(data, report.last)}",
+        figures.draw_fitness_curves(data),
+        [row for measure in ("best", "mean") for row in _tabulate_generations(data, measure)],
+        _list_typical_replays(data),
     )
 
 
-def _over_generations(dataset: xr.Dataset, measure: str) -> list[dict[str, Any]]:
-    """Mean over runs and its interval: a row a condition and generation in which anybody lived."""
-    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](dataset))
+def _tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
+    """Return the mean over runs and its interval: one row per condition and generation."""
+    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](data))
     numbers = xr.Dataset({"mean": average, "low": low, "high": high})[["mean", "low", "high"]]
     table = numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index()
     return [
@@ -133,271 +117,342 @@ def _over_generations(dataset: xr.Dataset, measure: str) -> list[dict[str, Any]]
     ]
 
 
-def _typical_lives(dataset: xr.Dataset) -> list[str]:
-    """The commands that show a typical life of each condition of foragers at last."""
-    if "food_eaten" not in dataset:
+def _list_typical_replays(data: xr.Dataset) -> list[str]:
+    """Return the commands that replay the last generation of a typical run of each condition."""
+    if "food_eaten" not in data:
         return []
-    lived = dataset["energy"].notnull().any(("run", "agent"))
-    last = {
-        str(name): lived.sel(condition=name)
-        for name in dataset["condition"].values
-        if bool(lived.sel(condition=name).any())
-    }
-    return [
-        replayed(name, fitness.typical_run(dataset, name), int(there["generation"][there][-1]))
-        for name, there in last.items()
-    ]
+    has_data = data["energy"].notnull().any(("run", "agent"))
+    commands = []
+    for name in map(str, data["condition"].values):
+        present = has_data.sel(condition=name)
+        if bool(present.any()):
+            generation = int(present["generation"][present][-1])
+            run = fitness.typical_run(data, name)
+            commands.append(format_replay_command(name, run, generation))
+    return commands
 
 
-def _of_whom(dataset: xr.Dataset, *whom: str) -> str:
-    """What is shown, and of whom: the energy of foragers, or what another model calls it."""
-    if "food_eaten" in dataset:
-        return f"Energy of the items eaten by {' and by '.join(f'the {one} agent' for one in whom)}"
-    gain = str(dataset["energy"].attrs.get("long_name", "fitness"))
-    return f"{gain[0].upper()}{gain[1:]} of {' and of '.join(f'the {one} agent' for one in whom)}"
+def _name_fitness(data: xr.Dataset, *agents: str) -> str:
+    """Return the name of fitness, for example "Energy of the items eaten by the best agent"."""
+    if "food_eaten" in data:
+        names = " and by ".join(f"the {agent} agent" for agent in agents)
+        return f"Energy of the items eaten by {names}"
+    names = " and of ".join(f"the {agent} agent" for agent in agents)
+    gain = str(data["energy"].attrs.get("long_name", "fitness"))
+    return f"{gain[0].upper()}{gain[1:]} of {names}"
 
 
-def _final_fitness(dataset: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
-    claimed = any(result.findings for result in results)
+def _draw_final_fitness(report: ReportData) -> ReportFigure:
+    has_claims = any(result.findings for result in report.results)
     brackets = (
-        " Brackets: p of the Mann-Whitney test, corrected for all claims (Holm)." if claimed else ""
+        " Brackets show the Mann-Whitney p-value, corrected for all claims (Holm)."
+        if has_claims
+        else ""
     )
-    return Picture(
+    return ReportFigure(
         "final-fitness",
-        f"Fitness in the last {last} generations",
-        "Each point is a run, averaged over these generations. Box: quartiles, with the median as the thick line; whiskers reach "
-        f"the farthest run within 1.5 times the box.{brackets}",
-        f"Box plots of final fitness by condition. {final_medians(dataset, last)}",
-        figures.draw_fitness_boxes(dataset, results, last),
-        _final_of_runs(dataset, last),
+        f"Fitness in the last {report.last} generations",
+        f"Fitness, averaged over the last {report.last} generations of each run. {BOXES}{brackets}",
+        f"Box plots of final fitness by condition. {describe_final_medians(report.data, report.last)}",
+        figures.draw_fitness_boxes(report.data, report.results, report.last),
+        _tabulate_runs(report.data, report.last),
     )
 
 
-def _final_of_runs(dataset: xr.Dataset, last: int) -> list[dict[str, Any]]:
-    """A row a condition and run that was lived."""
-    numbers = xr.Dataset(
-        {measure: fitness.final(dataset, measure, last) for measure in ("best", "mean")}
-    )
-    return [
-        *numbers.reset_coords(drop=True)
-        .to_dataframe()
-        .dropna(how="all")
-        .reset_index()
-        .to_dict("records")
-    ]
+def _tabulate_runs(data: xr.Dataset, last: int) -> list[dict[str, Any]]:
+    """Return the final fitness: one row per condition and finished run."""
+    finals = {measure: fitness.final(data, measure, last) for measure in ("best", "mean")}
+    table = xr.Dataset(finals).reset_coords(drop=True).to_dataframe()
+    return [*table.dropna(how="all").reset_index().to_dict("records")]
 
 
-def _shares(shares: xr.Dataset) -> Picture:
-    said = "; ".join(f"{name}: {share.attrs['long_name']}" for name, share in shares.items())
-    rows = [
-        {
-            "condition": str(condition),
-            "share": str(name),
-            "generation": int(generation),
-            "mean": float(value),
-        }
-        for name, share in shares.items()
-        for condition, values in share.mean("run").groupby("condition")
-        for generation, value in zip(
-            shares["generation"].values, values.values.ravel(), strict=True
-        )
-    ]
-    return Picture(
+def _draw_shares(report: ReportData) -> ReportFigure | None:
+    shares = content.compute_shares(report.data, report.experiments)
+    if not shares:
+        return None
+    meanings = "; ".join(f"{name}: {share.attrs['long_name']}" for name, share in shares.items())
+    return ReportFigure(
         "shares",
-        "What generations are made of",
-        f"Mean over agents and runs, and the 95 % interval of the mean over runs (Student's t) as a band. {said}.",
-        f"Curves by generation for each condition: {said}.",
+        "Composition of the generations",
+        "Lines are means over agents and runs. Bands are 95 % intervals of the mean over runs "
+        f"(Student's t). {meanings}.",
+        f"Curves by generation for each condition: {meanings}.",
         figures.draw_shares(shares),
+        _tabulate_shares(shares),
+    )
+
+
+def _tabulate_shares(shares: xr.Dataset) -> list[dict[str, Any]]:
+    generations = shares["generation"].values
+    rows = []
+    for name, share in shares.items():
+        for condition, values in share.mean("run").groupby("condition"):
+            for generation, value in zip(generations, values.values.ravel(), strict=True):
+                row = {"condition": str(condition), "share": str(name)}
+                rows.append(row | {"generation": int(generation), "mean": float(value)})
+    return rows
+
+
+def _draw_measures(report: ReportData) -> ReportFigure | None:
+    if not report.model_measures:
+        return None
+    measures = [figures.MeasureValues(*measure) for measure in report.model_measures]
+    medians = []
+    rows = []
+    for measure in report.model_measures:
+        values = {name: sample for name, sample in measure.values.items() if sample.size}
+        texts = [
+            f"{name} {format_number(float(np.median(sample)))}" for name, sample in values.items()
+        ]
+        medians.append(f"{measure.meaning}: {', '.join(texts)}")
+        for name, sample in values.items():
+            row = {"condition": name, "measure": measure.name}
+            rows += [row | {"value": value} for value in sample.tolist()]
+    return ReportFigure(
+        "measures",
+        "Measures that the claims compare",
+        BOXES,
+        f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
+        figures.draw_measures(report.data, measures),
         rows,
     )
 
 
-def _measures(dataset: xr.Dataset, found: Sequence[figures.MeasureValues]) -> Picture:
-    medians = [
-        f"{one.meaning}: {', '.join(f'{name} {number(float(np.median(of)))}' for name, of in one.values.items() if of.size)}"
-        for one in found
+def _draw_clocks(report: ReportData) -> ReportFigure | None:
+    clock = content.find_clock(report.experiments)
+    if not clock:
+        return None
+    return ReportFigure(
+        "clocks",
+        "Fitness by generations and by evaluations",
+        "Fitness of the average agent, mean over runs. The horizontal axis is the generation, or "
+        "the total number of evaluations by all agents of a run. Learning uses many evaluations "
+        "within one generation.",
+        "The same curves of fitness by generation and by evaluations. "
+        f"{describe_final_medians(report.data, 1)}",
+        figures.draw_clocks(report.data, clock),
+    )
+
+
+def _draw_survival(report: ReportData) -> ReportFigure:
+    return ReportFigure(
+        "survival",
+        "Survival of the populations",
+        "Share of runs that survive, by time (Kaplan-Meier). A curve that ends above 0 has runs "
+        "that still survive at the end of the study.",
+        f"Curves of survival for each condition. {describe_final_medians(report.data, 1)}",
+        figures.draw_survival(report.data),
+        _tabulate_runs(report.data, 1),
+    )
+
+
+def _draw_maps(report: ReportData) -> ReportFigure | None:
+    conditions = select_foragers(report.experiments)
+    if not conditions:
+        return None
+    titles = title_worlds(conditions, of_study(report.data))
+    worlds = {title: conditions[name].world for title, name in titles.items()}
+    looks = {title: report.looks[name] for title, name in titles.items() if name in report.looks}
+    starts = [
+        f"{title}: agents start around ({world.start.x:g}, {world.start.y:g})"
+        for title, world in worlds.items()
     ]
-    return Picture(
-        "measures",
-        "What the claims compare",
-        "Each point is a run. Box: quartiles, with the median as the thick line; whiskers reach the farthest run within 1.5 "
-        "times the box.",
-        f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
-        figures.draw_measures(dataset, found),
+    n_agents = min(experiment.population.size for experiment in conditions.values())
+    return ReportFigure(
+        "maps",
+        "The maps",
+        "Maps to scale, in map units, with y pointing down. An agent that leaves a map at one edge "
+        "enters it at the opposite edge. The positions of agents (blue, with a line in the "
+        "direction of their heading) and of items are examples.",
+        f"{'; '.join(starts)}.",
+        figures.draw_world_maps(worlds, n_agents, looks),
+    )
+
+
+def _draw_emergence(report: ReportData) -> ReportFigure | None:
+    if not report.traces:
+        return None
+    condition = str(report.traces[0].attrs["condition"])
+    run = int(report.traces[0].attrs["run"])
+    is_typical = fitness.typical_run(report.data, condition) == run
+    reason = ", the run closest to the median final mean fitness" if is_typical else ""
+    counts = []
+    for trace in report.traces:
+        eaters = int((trace["eaten"].sum("step") > 0).sum())
+        counts.append(f"generation {trace.attrs['generation']}: {eaters} of {trace.sizes['agent']}")
+    rows = _tabulate_generations(report.data, "share")
+    return ReportFigure(
+        "emergence",
+        "The emergence of foraging",
+        f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; darker "
+        "is longer, with one scale for all maps. The circle is the birthplace, and rectangles "
+        "contain items. Bottom: share of agents that ate an item, mean over runs with its 95 % "
+        "interval.",
+        f"Maps of agent positions at several generations. Agents that ate: {', '.join(counts)}.",
+        figures.draw_emergence(report.data, report.traces),
+        [row for row in rows if row["condition"] == condition],
         [
-            {"condition": name, "measure": one.name, "value": value}
-            for one in found
-            for name, of in one.values.items()
-            for value in of.tolist()
+            format_replay_command(condition, run, int(trace.attrs["generation"]))
+            for trace in report.traces
         ],
     )
 
 
-def _clocks(dataset: xr.Dataset, used: str) -> Picture:
-    return Picture(
-        "clocks",
-        "Two clocks",
-        "Fitness of the average agent, mean over runs: by generation, and by how often all agents of a run had asked their world "
-        "until then. Learning asks often within one generation.",
-        f"The same curves of fitness, once by generations and once by evaluations. {final_medians(dataset, 1)}",
-        figures.draw_clocks(dataset, used),
-    )
-
-
-def _survival(dataset: xr.Dataset) -> Picture:
-    return Picture(
-        "survival",
-        "Who survives",
-        "The share of runs that survive, by time; a curve that does not come down has runs that live still at the end.",
-        f"Curves of survival for each condition. {final_medians(dataset, 1)}",
-        figures.draw_survival(dataset),
-        _final_of_runs(dataset, 1),
-    )
-
-
-def _maps(dataset: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
-    named = worlds(conditions, of_study(dataset))
-    found = {title: conditions[name].world for title, name in named.items()}
-    known = {title: looks[name] for title, name in named.items() if name in looks}
-    return Picture(
-        "maps",
-        "The maps",
-        "To scale, in units of length, y pointing down; what leaves the map at one edge enters at the opposite one. Places of "
-        "agents (blue, with a line in the direction of their heading) and items are examples.",
-        "; ".join(
-            f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})"
-            for title, world in found.items()
-        )
-        + ".",
-        figures.draw_world_maps(
-            found, min(experiment.population.size for experiment in conditions.values()), known
-        ),
-    )
-
-
-def _emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
-    condition, run = str(traces[0].attrs["condition"]), int(traces[0].attrs["run"])
-    why = (
-        ", the one nearest to the median in final mean fitness"
-        if fitness.typical_run(dataset, condition) == run
-        else ""
-    )
-    counts = ", ".join(
-        f"generation {trace.attrs['generation']}: {int((trace['eaten'].sum('step') > 0).sum())} of {trace.sizes['agent']}"
-        for trace in traces
-    )
-    return Picture(
-        "emergence",
-        "The emergence of foraging",
-        f"{condition}, run {run}{why}. Above: where all agents together spent their life, the darker the longer, all in one "
-        "scale; the circle is where they are born, rectangles are where items lie. Below: the share of agents that ate at least "
-        "one item, mean over runs with its 95 % interval.",
-        f"Maps of where the agents were, at several generations. Agents that ate: {counts}.",
-        figures.draw_emergence(dataset, traces),
-        [row for row in _over_generations(dataset, "share") if row["condition"] == condition],
-        [replayed(condition, run, int(trace.attrs["generation"])) for trace in traces],
-    )
-
-
-def _networks(dataset: xr.Dataset, conditions: Experiments, looks: Looks, paper: Paper) -> Picture:
+def _draw_networks(report: ReportData) -> ReportFigure | None:
+    if not report.looks:
+        return None
+    paper = report.paper or load()
+    experiments = select_foragers(report.experiments)
     kinds: dict[str, figures.AgentKind] = {}
-    for name, found in of_study(dataset).items():
-        if name in looks and name in conditions:
-            kinds.setdefault(found.learner, _kind(found.learner, conditions[name], looks[name]))
-    described = {
+    for name, factors in of_study(report.data).items():
+        if name in report.looks and name in experiments:
+            kind = _make_kind(factors.learner, experiments[name], report.looks[name])
+            kinds.setdefault(factors.learner, kind)
+    sources = {
         learner: kind
         for kind in ("conditions", "controls")
         for learner in paper.names(kind)
         if learner in kinds
     }
-    said = " ".join(
-        f"{learner}: {paper.describe(kind, learner)}." for learner, kind in described.items()
+    descriptions = " ".join(
+        f"{learner}: {paper.describe(kind, learner)}." for learner, kind in sources.items()
     )
-    return Picture(
+    alternatives = [
+        f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"
+        for kind in kinds.values()
+    ]
+    return ReportFigure(
         "networks",
-        "Who lives there",
-        "What an agent senses (orange) goes through its action module, whose strongest output is what it does. A second network, "
-        f"where there is one, senses the same and stays as it was born; learning changes the first by its answers. {said}",
-        "; ".join(
-            f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"
-            for kind in kinds.values()
-        )
-        + ".",
+        "The agents' networks",
+        "The action module computes the action from the inputs (orange): the strongest output is "
+        "the action. A second module, if there is one, receives the same inputs and keeps its "
+        "weights from birth. Its outputs are the targets from which the action module learns. "
+        f"{descriptions}",
+        f"{'; '.join(alternatives)}.",
         figures.draw_networks(list(kinds.values())),
     )
 
 
-def _kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.AgentKind:
+def _make_kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.AgentKind:
     inherits = experiment.evolution.inheritance != "none"
-    lines = (
-        "evolves: inherits weights"
-        if inherits
-        else "does not evolve: all weights\ndrawn anew at birth",
-        f"learns in life: {experiment.learning.rule}" if experiment.learns else "does not learn",
+    heredity = (
+        "evolves: inherits weights" if inherits else "does not evolve: new random\nweights at birth"
+    )
+    learning = (
+        f"learns in its lifetime: {experiment.learning.rule}"
+        if experiment.learns
+        else "does not learn"
     )
     return figures.AgentKind(
-        learner, lines, look["inputs"], experiment.network.hidden, look["actions"], look["modules"]
+        learner,
+        (heredity, learning),
+        look["inputs"],
+        experiment.network.hidden,
+        look["actions"],
+        look["modules"],
     )
 
 
-def _senses(looks: Looks) -> Picture:
-    name, look = next(iter(looks.items()))
-    found = [(" and ".join(names), *place) for place, names in figures.group_sectors(look).items()]
-    looking = [
-        f"{names} from {first:g} to {past:g} degrees, to {radius:g} units"
-        for names, first, past, radius in found
+def _draw_senses(report: ReportData) -> ReportFigure | None:
+    if not report.looks:
+        return None
+    name, look = next(iter(report.looks.items()))
+    sectors = figures.group_sectors(look)
+    ranges = [
+        f"{' and '.join(inputs)} from {first:g} to {last:g} degrees, to {radius:g} units"
+        for (first, last, radius), inputs in sectors.items()
     ]
-    elsewhere = [
-        each for each, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
+    without_sector = [
+        sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
     ]
-    others = f" Inputs that look nowhere: {', '.join(elsewhere)}." if elsewhere else ""
-    shown = f" The item lies where {found[-1][0]} looks." if found else ""
-    return Picture(
+    others = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
+    last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
+    item = f" The item is in the sector of {last_inputs}." if sectors else ""
+    return ReportFigure(
         "senses",
-        "What an agent senses",
-        f"To scale, as in {name}: the sectors in which inputs look. The agent heads to the right of the page, its right hand is "
-        f"below.{shown}{others}",
-        f"An agent and its sectors, clockwise from where it heads: {'; '.join(looking) or 'none'}.",
+        "The agents' senses",
+        f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
+        f"right of the page, and its right hand is below.{item}{others}",
+        f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
         figures.draw_agent_senses(look),
     )
 
 
-def final_medians(dataset: xr.Dataset, last: int) -> str:
-    """For those who cannot see the picture: the median over runs of the final mean fitness of each condition."""
-    medians = fitness.final(dataset, "mean", last).median("run")
+DRAW: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
+    "overview": _draw_overview,
+    "fitness": _draw_fitness,
+    "final-fitness": _draw_final_fitness,
+    "emergence": _draw_emergence,
+    "networks": _draw_networks,
+    "maps": _draw_maps,
+    "senses": _draw_senses,
+    "shares": _draw_shares,
+    "clocks": _draw_clocks,
+    "measures": _draw_measures,
+    "survival": _draw_survival,
+}
+
+
+def describe_final_medians(data: xr.Dataset, last: int) -> str:
+    """Return the median over runs of the final mean fitness, for readers who see no figure."""
+    medians = fitness.final(data, "mean", last).median("run")
     values = [
-        f"{name} {number(float(medians.sel(condition=name)))}"
+        f"{name} {format_number(float(medians.sel(condition=name)))}"
         for name in medians["condition"].values
     ]
-    return f"Average agent at last, median over runs: {', '.join(values)}."
+    return f"Final fitness of the average agent, median over runs: {', '.join(values)}."
 
 
-def embed(picture: Picture, folder: Path) -> dict[str, Any]:
-    """Keep the picture in `folder` as SVG and PNG, its numbers as CSV, and give what the page needs to show it without them."""
-    drawing = figures.save_figure(picture.figure, folder, picture.name)
-    files = {"SVG": f"{picture.name}.svg", "PNG": f"{picture.name}.png"}
-    if picture.table:
-        files["CSV"] = f"{picture.name}.csv"
-        columns = dict.fromkeys(column for row in picture.table for column in row)
-        write_atomically(folder / files["CSV"], to_csv(list(columns), picture.table))
-    width, height = picture.figure.get_size_inches()
-    shape = (
-        ["narrow"]
-        if width < NARROW
-        else [*(["slim"] if width < SLIM else []), *(["tall"] if height > width else [])]
-    )
+def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
+    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it.
+
+    Parameters
+    ----------
+    figure : ReportFigure
+        The figure.
+    folder : Path
+        Folder for the files.
+
+    Returns
+    -------
+    dict of str to Any
+        Arguments of the template macro `drawing`, with the SVG as a data URL.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
+    """
+    drawing = figures.save_figure(figure.figure, folder, figure.name)
+    files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
+    if figure.table:
+        files["CSV"] = f"{figure.name}.csv"
+        columns = dict.fromkeys(column for row in figure.table for column in row)
+        write_atomically(folder / files["CSV"], to_csv(list(columns), figure.table))
     return {
-        "name": picture.name,
-        "title": picture.title,
-        "caption": picture.caption,
-        "alternative": picture.alternative,
-        "shape": " ".join(shape),
+        "name": figure.name,
+        "title": figure.title,
+        "caption": figure.caption,
+        "alternative": figure.alternative,
+        "shape": _name_shape(figure.figure),
         "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
         "files": files,
-        "again": picture.again,
+        "commands": figure.commands,
     }
 
 
-def replayed(condition: str, run: int, generation: int) -> str:
-    """The command that lives a life of the study again."""
-    return f"baldwinlab replay . --condition {condition} --run {run} --generation {generation} --out life.mp4"
+def _name_shape(figure: Drawing) -> str:
+    """Return the CSS classes of a figure, by its size."""
+    width, height = figure.get_size_inches()
+    if width < NARROW:
+        return "narrow"
+    classes = {"slim": width < SLIM, "tall": height > width}
+    return " ".join(name for name, applies in classes.items() if applies)
+
+
+def format_replay_command(condition: str, run: int, generation: int) -> str:
+    """Return the command that replays a lifetime of the study."""
+    return (
+        f"baldwinlab replay . --condition {condition} --run {run} --generation {generation} "
+        "--out life.mp4"
+    )

@@ -1,4 +1,4 @@
-"""Numbers and findings in words."""
+"""Text for numbers and findings in reports."""
 
 from __future__ import annotations
 
@@ -11,20 +11,29 @@ MEASURES = {
     "best": "best agent",
     "mean": "average agent",
     "share": "share of agents that ate",
-    "most": "most that any agent ate",
+    "most": "highest number of items that an agent ate",
 }
-
-
-OVER_RUNS = {
+AGGREGATES = {
     "mean_within": ", mean over runs",
     "mean_at_most": ", mean over runs",
-    "every_at_most": ", largest of all runs",
-    "every_at_least": ", least of all runs",
+    "every_at_most": ", maximum over runs",
+    "every_at_least": ", minimum over runs",
 }
 
 
-def measures(food: bool) -> dict[str, str]:
-    """What each measure is called: where there is no food, nobody eats."""
+def name_measures(food: bool) -> dict[str, str]:
+    """Return the name of each measure.
+
+    Parameters
+    ----------
+    food : bool
+        Whether the agents eat food. Otherwise, the names speak of fitness.
+
+    Returns
+    -------
+    dict of str to str
+        Names by measure.
+    """
     if food:
         return MEASURES
     return MEASURES | {
@@ -33,94 +42,142 @@ def measures(food: bool) -> dict[str, str]:
     }
 
 
-def number(value: float) -> str:
-    """Three digits or so; a dash where there is no number."""
+def format_number(value: float) -> str:
+    """Return about three digits of a number, or a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     if value == 0:
         return "0"
-    digits = 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2
-    text = f"{value:,.{digits}f}"
-    return text.replace("-", "−") if float(text.replace(",", "")) else text.removeprefix("-")
+    text = f"{value:,.{_decimals(value)}f}"
+    is_zero = float(text.replace(",", "")) == 0
+    return text.removeprefix("-") if is_zero else text.replace("-", "−")
 
 
-def signed(value: float) -> str:
-    return f"+{number(value)}" if value > 0 else number(value)
+def _decimals(value: float) -> int:
+    if abs(value) >= 100:
+        return 0
+    return 1 if abs(value) >= 10 else 2
 
 
-def probability(p: float) -> str:
+def format_signed(value: float) -> str:
+    """Return a number with its sign."""
+    return f"+{format_number(value)}" if value > 0 else format_number(value)
+
+
+def format_p_value(p: float) -> str:
+    """Return a p-value, or a dash if it is NaN."""
     if math.isnan(p):
         return "–"
-    return f"{p:.1e}" if p < 0.001 else f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
+    if p < 0.001:
+        return f"{p:.1e}"
+    return f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
 
 
-def interval(finding: Finding) -> str:
-    return span(finding.numbers)
+def format_interval(numbers: Comparison) -> str:
+    """Return the 95 % interval of the effect, or "" if there is none."""
+    if math.isnan(numbers.low):
+        return ""
+    return f"[{format_number(numbers.low)}, {format_number(numbers.high)}]"
 
 
-def span(numbers: Comparison) -> str:
-    """The 95 % interval of the effect; empty where there is none."""
-    return "" if math.isnan(numbers.low) else f"[{number(numbers.low)}, {number(numbers.high)}]"
-
-
-def effect(finding: Finding) -> str:
-    """The difference with its sign, or the level where there is but one sample."""
+def format_effect(finding: Finding) -> str:
+    """Return the difference with its sign, or the level if there is only one sample."""
     value = finding.numbers.effect
-    return signed(value) if finding.comparison.b else number(value)
+    return format_signed(value) if finding.comparison.b else format_number(value)
 
 
-def measure(finding: Finding) -> str:
+def name_measure(finding: Finding) -> str:
+    """Return the name of the measure of a finding."""
     return finding.meaning or MEASURES[finding.comparison.measure]
 
 
-def compared(finding: Finding) -> str:
-    """What was held against what, with the medians."""
-    comparison, numbers = finding.comparison, finding.numbers
-    if comparison.b:
-        how = (
-            "; runs in pairs"
-            if comparison.paired
-            else "; medians"
-            if comparison.rule == "survives_longer"
-            else ""
-        )
-        return f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)}{how})"
-    return f"{comparison.a}, {measure(finding)}{OVER_RUNS.get(comparison.rule, '')}; the bound is {comparison.other}"
-
-
-def sentence(finding: Finding) -> str:
-    """A finding for a reader in a hurry."""
-    comparison, numbers = finding.comparison, finding.numbers
-    if comparison.measure == "most":
-        return f"the most that any agent of {comparison.a} ever ate is {number(numbers.effect)}"
-    if not comparison.b and comparison.measure != "share":
-        return f"{comparison.a}: {measure(finding)}{OVER_RUNS.get(comparison.rule, ', median over runs')}: {number(numbers.effect)}"
+def describe_comparison(finding: Finding) -> str:
+    """Return both conditions of a comparison with their medians."""
+    comparison = finding.comparison
+    measure = name_measure(finding)
     if not comparison.b:
-        return (
-            f"at last, {number(numbers.effect)} of the agents of {comparison.a} eat in their life"
-        )
+        aggregate = AGGREGATES.get(comparison.rule, "")
+        return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.other}"
+    median_a = format_number(finding.numbers.median_a)
+    median_b = format_number(finding.numbers.median_b)
+    method = _name_method(finding)
+    return f"{comparison.a} {median_a}, {comparison.other} {median_b} ({measure}{method})"
+
+
+def _name_method(finding: Finding) -> str:
+    if finding.comparison.paired:
+        return "; paired runs"
+    return "; medians" if finding.comparison.rule == "survives_longer" else ""
+
+
+def describe_finding(finding: Finding) -> str:
+    """Return a finding as a short phrase."""
+    comparison = finding.comparison
+    measure = name_measure(finding)
+    effect = format_number(finding.numbers.effect)
+    if comparison.measure == "most":
+        return f"{comparison.a}: {measure}: {effect}"
+    if not comparison.b and comparison.measure != "share":
+        aggregate = AGGREGATES.get(comparison.rule, ", median over runs")
+        return f"{comparison.a}: {measure}{aggregate}: {effect}"
+    if not comparison.b:
+        return f"{comparison.a}: share of agents that ate in the last generations: {effect}"
     if comparison.rule == "survives_longer":
-        return f"{measure(finding)}, restricted mean: {signed(numbers.effect)} in {comparison.a} against {comparison.other}"
-    medians = f"{number(numbers.median_a)} in {comparison.a}, {number(numbers.median_b)} in {comparison.other}"
-    return f"{measure(finding)}, median over runs: {medians}"
+        signed = format_signed(finding.numbers.effect)
+        return (
+            f"{measure}, restricted mean: {signed} in {comparison.a} compared with "
+            f"{comparison.other}"
+        )
+    median_a = format_number(finding.numbers.median_a)
+    median_b = format_number(finding.numbers.median_b)
+    return (
+        f"{measure}, median over runs: {median_a} in {comparison.a}, "
+        f"{median_b} in {comparison.other}"
+    )
 
 
-def from_paper(result: ClaimResult) -> str:
-    """How far the measured effect lies from the paper's figure; empty where the paper gives none, or nothing was measured."""
+def describe_distance(result: ClaimResult) -> str:
+    """Return the difference between the measured effect and the value of the paper.
+
+    Parameters
+    ----------
+    result : ClaimResult
+        A claim with its verdict.
+
+    Returns
+    -------
+    str
+        The difference, or "" if the paper has no value or the claim was not evaluated.
+    """
     if result.from_paper is None or result.deciding is None:
         return ""
     if result.from_paper == 0:
         return "measured: the same"
     side = "above" if result.from_paper > 0 else "below"
-    place = f"measured: {number(abs(result.from_paper))} {side}"
+    distance = f"measured: {format_number(abs(result.from_paper))} {side}"
     if math.isnan(result.deciding.numbers.low):
-        return place
-    return f"{place}, {'inside' if agrees(result) else 'outside'} the interval"
+        return distance
+    position = "inside" if agrees_with_paper(result) else "outside"
+    return f"{distance}; the value of the paper is {position} the interval"
 
 
-def agrees(result: ClaimResult) -> bool:
-    """Whether the paper's figure, where it gives one, lies in the measured interval, or is met where there is no interval."""
+def agrees_with_paper(result: ClaimResult) -> bool:
+    """Return whether the value of the paper, if it has one, is inside the measured interval.
+
+    Parameters
+    ----------
+    result : ClaimResult
+        A claim with its verdict.
+
+    Returns
+    -------
+    bool
+        True if the paper has no value. Without an interval, the two values must be equal.
+    """
     if result.from_paper is None or result.deciding is None or result.claim.figure is None:
         return True
-    low, high = result.deciding.numbers.low, result.deciding.numbers.high
-    return result.from_paper == 0 if math.isnan(low) else low <= result.claim.figure <= high
+    low = result.deciding.numbers.low
+    high = result.deciding.numbers.high
+    if math.isnan(low):
+        return result.from_paper == 0
+    return low <= result.claim.figure <= high

@@ -1,94 +1,152 @@
-"""Parts of a page: a template, filled; and the page that parts make."""
+"""Sections of an HTML page, and the page made from them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os.path import relpath
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis.figures import palette
-from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report import phrases as words
+from baldwinlab.analysis.report import content, phrases
 from baldwinlab.core.files import is_local, write_atomically
 
-FIGURE = re.compile(r'<figure id="([^"]+)"')
-REFERENCE = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
-HEADING = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
-CONTENTS = "<!-- contents -->"
+FIGURE: Final = re.compile(r'<figure id="([^"]+)"')
+REFERENCE: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
+HEADING: Final = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
+CONTENTS: Final = "<!-- contents -->"
+FILTERS: Final[dict[str, Callable[..., Any]]] = {
+    "number": phrases.format_number,
+    "signed": phrases.format_signed,
+    "p_value": phrases.format_p_value,
+    "interval": phrases.format_interval,
+    "effect": phrases.format_effect,
+    "measure_name": phrases.name_measure,
+    "comparison": phrases.describe_comparison,
+    "finding": phrases.describe_finding,
+    "distance": phrases.describe_distance,
+    "weakest": content.weakest_findings,
+}
 
 
 class Section(NamedTuple):
-    """A part of a report with a heading of its own."""
+    """A section of a report, with its own heading."""
 
     anchor: str
     title: str
-    body: str  # HTML
-    short: str = ""  # what a reader in a hurry is told of it
-    of_claims: str = ""  # what is said of it where the claims of the study stand
+    # HTML.
+    body: str
+    # The summary of the section at the top of the report.
+    short: str = ""
+    # A remark that the section adds to the claims of the study.
+    of_claims: str = ""
 
 
-class InShort(NamedTuple):
-    """What stands at the head of a report, round the figure that sums up many conditions."""
+class Summary(NamedTuple):
+    """Sentences and a table at the top of a report, around the figure of all conditions."""
 
     sentences: Sequence[str]
-    table: str  # HTML
+    # HTML.
+    table: str
 
 
 def render(template: str, **values: Any) -> str:
-    """A template of the package, such as report/page.html, filled. It may use the filters of `words`, and report/macros.html."""
-    loader = PackageLoader("baldwinlab.analysis", "")
+    """Fill a template of the package.
+
+    Parameters
+    ----------
+    template : str
+        Path below the package, for example ``report/page.html``. It may use `FILTERS` and the
+        macros of ``report/macros.html``.
+    **values : Any
+        The variables of the template.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     environment = Environment(
-        loader=loader,
+        loader=PackageLoader("baldwinlab.analysis", ""),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    numbers = (
-        words.number,
-        words.signed,
-        words.probability,
-        words.span,
-        words.interval,
-        words.effect,
-    )
-    phrases = (words.compared, words.measure, words.sentence, words.from_paper)
-    environment.filters |= {
-        phrase.__name__: phrase for phrase in (*numbers, *phrases, content.shown)
-    }
-    environment.globals |= {"measures": words.MEASURES, "colours": palette.report_css()}
+    environment.filters |= FILTERS
+    environment.globals |= {"measures": phrases.MEASURES, "colours": palette.report_css()}
     return environment.get_template(template).render(**values)
 
 
 def write_page(
     title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path
 ) -> Path:
-    """Write a self-contained page of these sections under a title and a lead (plain text). Raises OSError.
+    """Write a self-contained HTML page.
 
-    `figures` is the folder in which their figures are kept.
+    Parameters
+    ----------
+    title : str
+        Title of the page.
+    lead : str
+        First paragraph, as plain text.
+    sections : sequence of Section
+        The sections, in order.
+    out : Path
+        File to write.
+    figures : Path
+        Folder of the figures' files, to which the page links.
+
+    Returns
+    -------
+    Path
+        `out`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
     page = render("report/page.html", title=title, lead=lead, sections=sections)
-    return write_atomically(out, finished(page, out, figures).encode())
+    return write_atomically(out, complete_page(page, out, figures).encode())
 
 
-def finished(page: str, out: Path, figures: Path) -> str:
-    """A page with its contents, its figures numbered in their order, and links to the files of these as they lie from `out`."""
+def complete_page(page: str, out: Path, figures: Path) -> str:
+    """Return a page with its contents, numbered figures, and links to the figures' files.
+
+    Parameters
+    ----------
+    page : str
+        HTML with a placeholder for the contents.
+    out : Path
+        File that the page will be written to. Links are relative to it.
+    figures : Path
+        Folder of the figures' files.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     numbers = {name: number for number, name in enumerate(FIGURE.findall(page), 1)}
-    page = REFERENCE.sub(
-        lambda found: f"{found[1]}Figure\N{NO-BREAK SPACE}{numbers[found[2]]}</a>", page
-    )
-    entries = "".join(
-        f'<li><a href="#{anchor}">{title}</a></li>' for anchor, title in HEADING.findall(page)
-    )
+
+    def number_reference(match: re.Match[str]) -> str:
+        return f"{match[1]}Figure\N{NO-BREAK SPACE}{numbers[match[2]]}</a>"
+
+    page = REFERENCE.sub(number_reference, page)
     if is_local(out) and is_local(figures):
-        place = quote(Path(relpath(figures, out.parent)).as_posix())
-        page = page.replace('href="figures/', f'href="{place}/')
-    return page.replace(
-        CONTENTS,
-        f'<nav class="contents" aria-label="Contents"><ol>{entries}</ol></nav>' if entries else "",
-    )
+        folder = quote(Path(relpath(figures, out.parent)).as_posix())
+        page = page.replace('href="figures/', f'href="{folder}/')
+    return page.replace(CONTENTS, _list_contents(page))
+
+
+def _list_contents(page: str) -> str:
+    entries = [
+        f'<li><a href="#{anchor}">{title}</a></li>' for anchor, title in HEADING.findall(page)
+    ]
+    if not entries:
+        return ""
+    return f'<nav class="contents" aria-label="Contents"><ol>{"".join(entries)}</ol></nav>'

@@ -1,20 +1,19 @@
-"""How what a population achieves at last responds to the fields of a sweep.
+"""Response of the final fitness to the fields of a sweep.
 
-A sweep comes as `baldwinlab.open_sweep` gives it. In each run a point counts with its average over the last generations. In a
-grid or a list, runs are what is sampled: the interval is that of the mean over runs, each run averaged over the points that
-share a value. In a random or a Sobol sample, points are: the interval is that of the mean over points, each averaged over
-its runs.
+The value of a run is its average over the last generations. In a grid or a list, runs are
+sampled: intervals are those of the mean over runs, with each run averaged over the points that
+share a value. In a random or a Sobol sample, points are sampled: intervals are those of the mean
+over points, with each point averaged over its runs.
 
 Source: C. Spearman, American Journal of Psychology 15 (1904), for the rank correlation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import combinations
 from math import nan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,22 +26,24 @@ from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
 from baldwinlab.core.files import write_atomically
 
-MOST_GROUPS = 8
-POINTS_IN_A_GROUP = 5  # at least, where values are put together
+MAX_GROUPS: Final = 8
+# Points in a group of several values.
+MIN_POINTS: Final = 5
+# Columns of responses.csv after the fields.
+COLUMNS: Final = ("measure", "runs", "mean", "low", "high")
 
 
 class Group(NamedTuple):
-    """Points that share a value of a field, or have neighbouring ones."""
+    """Points with the same value of a field, or with neighboring values."""
 
     label: str
-    position: (
-        float  # on the field's axis: the value, or the median of several; for texts, their number
-    )
+    # On the axis of the field: the value, the median of several values, or the number of a text.
+    position: float
     points: npt.NDArray[np.intp]
 
 
 class Response(NamedTuple):
-    """A measure over a group of points; NaN where a number does not exist."""
+    """Mean of a measure over a group of points, with its 95 % interval, or NaN."""
 
     field: str
     group: str
@@ -50,152 +51,220 @@ class Response(NamedTuple):
     measure: str
     points: int
     mean: float
-    low: float  # 95 % interval of the mean
+    low: float
     high: float
 
 
 class Correlation(NamedTuple):
+    """Spearman's correlation of a field with the points' means over runs."""
+
     field: str
     measure: str
     points: int
-    rho: float  # Spearman's, of the field and the points' means over runs
-    p: float  # two-sided, by Student's t
-    p_holm: float  # corrected for all fields and measures
+    rho: float
+    # Two-sided, by Student's t.
+    p: float
+    # Corrected for all fields and measures.
+    p_holm: float
 
 
-def finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
-    """`best`, `mean` and `share` averaged over the last `last` generations: (point, run), with the fields along `point`.
+def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
+    """Average each measure over the last generations.
 
-    Raises ValueError unless `last` is at least 1.
+    Parameters
+    ----------
+    sweep : xr.Dataset
+        A sweep as `open_sweep` returns it.
+    last : int
+        Number of final generations to average in each run, at least 1.
+
+    Returns
+    -------
+    xr.Dataset
+        `best`, `mean` and `share` (point, run), with the fields as coordinates along `point`.
+
+    Raises
+    ------
+    ValueError
+        `last` is less than 1.
     """
     finals = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
     measured = xr.Dataset(finals, attrs=sweep.attrs | {"food": "food_eaten" in sweep})
     if "point" not in measured.dims:
-        fields = sweep.attrs["fields"]
-        meanings = {field: dict(sweep[field].attrs) for field in fields}
-        measured = measured.stack(corner=fields).reset_index("corner").rename(corner="point")
-        measured = measured.assign_coords(point=np.arange(measured.sizes["point"]))
-        for field in fields:
-            measured[field].attrs = meanings[field]
+        measured = _stack_grid(measured, sweep)
     return measured.transpose("point", "run")
 
 
+def _stack_grid(measured: xr.Dataset, sweep: xr.Dataset) -> xr.Dataset:
+    """Replace the dimensions of a grid by one dimension `point`."""
+    fields = sweep.attrs["fields"]
+    attributes = {field: dict(sweep[field].attrs) for field in fields}
+    measured = measured.stack(corner=fields).reset_index("corner").rename(corner="point")
+    measured = measured.assign_coords(point=np.arange(measured.sizes["point"]))
+    for field in fields:
+        measured[field].attrs = attributes[field]
+    return measured
+
+
 def is_sampled(sweep: xr.Dataset) -> bool:
-    """Whether the points are a random or a Sobol sample."""
+    """Return whether the points are a random or a Sobol sample."""
     return sweep.attrs["design"] in ("random", "sobol")
 
 
 def is_number(values: xr.DataArray) -> bool:
+    """Return whether the values of a field are numbers."""
     return bool(np.issubdtype(values.dtype, np.number))
 
 
-def label(value: Any) -> str:
-    return (
-        value
-        if isinstance(value, str)
-        else f"{value:.4g}"
-        if isinstance(value, float)
-        else f"{value}"
-    )
+def format_value(value: Any) -> str:
+    """Return the value of a field as text."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def groups(measured: xr.Dataset, field: str) -> list[Group]:
-    """The points by their value of a field, numbers ascending.
+def list_values(values: xr.DataArray) -> list[Any]:
+    """Return the distinct values of a field: numbers ascending, texts in their order."""
+    if is_number(values):
+        return list(np.unique(values.values).tolist())
+    return list(dict.fromkeys(values.values.tolist()))
 
-    Where a sample or a list has more than eight different numbers, they are put together by quantiles: in up to eight groups, of
-    about as many points, at least five.
+
+def group_points(measured: xr.Dataset, field: str) -> list[Group]:
+    """Group the points by their value of a field.
+
+    If a sample or a list has more than eight different numbers, quantiles form up to eight groups
+    of similar size, with at least five points each.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    field : str
+        A field of the sweep.
+
+    Returns
+    -------
+    list of Group
+        Groups, numbers ascending.
     """
     values = measured[field].values
-    distinct = (
-        np.unique(values).tolist()
-        if is_number(measured[field])
-        else list(dict.fromkeys(values.tolist()))
-    )
-    if (
-        measured.attrs["design"] == "grid"
-        or not is_number(measured[field])
-        or len(distinct) <= MOST_GROUPS
-    ):
-        places = distinct if is_number(measured[field]) else range(len(distinct))
+    distinct = list_values(measured[field])
+    has_numbers = is_number(measured[field])
+    if measured.attrs["design"] == "grid" or not has_numbers or len(distinct) <= MAX_GROUPS:
+        positions = distinct if has_numbers else range(len(distinct))
         return [
-            Group(label(value), float(place), np.flatnonzero(values == value))
-            for value, place in zip(distinct, places, strict=True)
+            Group(format_value(value), float(position), np.flatnonzero(values == value))
+            for value, position in zip(distinct, positions, strict=True)
         ]
-    number = min(MOST_GROUPS, max(2, values.size // POINTS_IN_A_GROUP))
-    edges = np.quantile(values, np.linspace(0, 1, number + 1)[1:-1])
+    n_groups = min(MAX_GROUPS, max(2, values.size // MIN_POINTS))
+    edges = np.quantile(values, np.linspace(0, 1, n_groups + 1)[1:-1])
     group_of = np.searchsorted(edges, values, side="right")
-    found = [np.flatnonzero(group_of == group) for group in np.unique(group_of)]
-    return [
-        Group(
-            f"{label(values[points].min())} to {label(values[points].max())}",
-            float(np.median(values[points])),
-            points,
-        )
-        for points in found
-    ]
+    return [_make_group(values, np.flatnonzero(group_of == group)) for group in np.unique(group_of)]
 
 
-def responses(measured: xr.Dataset, field: str, measure: str) -> list[Response]:
-    """The measure along one field, averaged over all others: one entry for each of the field's `groups`."""
-    over, averaged = ("point", "run") if is_sampled(measured) else ("run", "point")
-    found = []
-    for group in groups(measured, field):
-        values = measured[measure].isel(point=group.points)
-        average, low, high = (
-            float(number) for number in interval_of_mean(values.mean(averaged), over)
-        )
-        found.append(
+def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group:
+    selected = values[points]
+    label = f"{format_value(selected.min())} to {format_value(selected.max())}"
+    return Group(label, float(np.median(selected)), points)
+
+
+def compute_responses(measured: xr.Dataset, field: str, measure: str) -> list[Response]:
+    """Return the response of a measure to a field, averaged over all other fields.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    field : str
+        A field of the sweep.
+    measure : str
+        "best", "mean" or "share".
+
+    Returns
+    -------
+    list of Response
+        One response per group of `group_points`.
+    """
+    sampled, averaged = ("point", "run") if is_sampled(measured) else ("run", "point")
+    responses = []
+    for group in group_points(measured, field):
+        values = measured[measure].isel(point=group.points).mean(averaged)
+        mean, low, high = (float(number) for number in interval_of_mean(values, sampled))
+        responses.append(
             Response(
-                field, group.label, group.position, measure, len(group.points), average, low, high
+                field, group.label, group.position, measure, len(group.points), mean, low, high
             )
         )
-    return found
+    return responses
 
 
-def pairs(sweep: xr.Dataset) -> list[tuple[str, str]]:
-    """The pairs of fields of a grid that both have several values: those that a table can show."""
+def list_pairs(sweep: xr.Dataset) -> list[tuple[str, str]]:
+    """Return the pairs of fields of a grid that both have several values."""
+    if sweep.attrs["design"] != "grid":
+        return []
     fields = [field for field in sweep.attrs["fields"] if np.unique(sweep[field].values).size > 1]
-    return list(combinations(fields, 2)) if sweep.attrs["design"] == "grid" else []
+    return list(combinations(fields, 2))
 
 
-def table(measured: xr.Dataset, row: str, column: str, measure: str) -> npt.NDArray[np.float64]:
-    """Means over runs and all other fields: [value of `row`, value of `column`], in the order of `groups`."""
+def compute_table(
+    measured: xr.Dataset, row: str, column: str, measure: str
+) -> npt.NDArray[np.float64]:
+    """Return means over runs and all other fields.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    row, column : str
+        Fields of the sweep.
+    measure : str
+        "best", "mean" or "share".
+
+    Returns
+    -------
+    np.ndarray
+        Shape (values of `row`, values of `column`), in the order of `group_points`.
+    """
     means = measured[measure].mean("run").values
+    columns = group_points(measured, column)
     return np.array(
         [
-            [
-                _mean(means[np.intersect1d(down.points, across.points)])
-                for across in groups(measured, column)
-            ]
-            for down in groups(measured, row)
+            [_mean(means[np.intersect1d(down.points, across.points)]) for across in columns]
+            for down in group_points(measured, row)
         ]
     )
 
 
 def _mean(values: npt.NDArray[np.float64]) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if known.size else nan
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else nan
 
 
-def correlations(measured: xr.Dataset) -> list[Correlation]:
-    """Spearman's rank correlation of each measure with each field that is a number; NaN where either does not vary."""
-    found = []
+def compute_correlations(measured: xr.Dataset) -> list[Correlation]:
+    """Return Spearman's correlation of each measure with each numeric field.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+
+    Returns
+    -------
+    list of Correlation
+        Correlations, NaN if the field or the measure does not vary.
+    """
+    correlations = []
     for field in measured.attrs["fields"]:
         if is_number(measured[field]):
             for measure in fitness.MEASURES:
                 means = measured[measure].mean("run").dropna("point")
-                found.append(
-                    Correlation(
-                        field,
-                        measure,
-                        means.size,
-                        *_spearman(means[field].values, means.values),
-                        nan,
-                    )
-                )
-    known = [correlation for correlation in found if not np.isnan(correlation.p)]
-    corrected = iter(statistics.holm([correlation.p for correlation in known]).tolist())
-    return [one if np.isnan(one.p) else one._replace(p_holm=next(corrected)) for one in found]
+                rho, p = _spearman(means[field].values, means.values)
+                correlations.append(Correlation(field, measure, means.size, rho, p, nan))
+    tested = [correlation.p for correlation in correlations if not np.isnan(correlation.p)]
+    corrected = iter(statistics.holm(tested).tolist())
+    return [
+        correlation if np.isnan(correlation.p) else correlation._replace(p_holm=next(corrected))
+        for correlation in correlations
+    ]
 
 
 def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple[float, float]:
@@ -205,36 +274,47 @@ def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple
     return float(result.statistic), float(result.pvalue)
 
 
-def by_point(measured: xr.Dataset) -> list[dict[str, Any]]:
-    """A row for each point and measure: the fields, the runs there are, the mean over them and its 95 % interval."""
+def tabulate_points(measured: xr.Dataset) -> list[dict[str, Any]]:
+    """Return one row per point and measure.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+
+    Returns
+    -------
+    list of dict
+        Rows with the fields, the number of runs, and the mean over runs with its 95 % interval.
+    """
     fields = measured.attrs["fields"]
     intervals = {measure: interval_of_mean(measured[measure]) for measure in fitness.MEASURES}
     counts = measured["mean"].count("run").values
     rows = []
-    for point, number in enumerate(measured["point"].values.tolist()):
-        settings = {field: measured[field].values[point].item() for field in fields}
+    for position, point in enumerate(measured["point"].values.tolist()):
+        settings = {field: measured[field].values[position].item() for field in fields}
         for measure, numbers in intervals.items():
-            average, low, high = (float(values[point]) for values in numbers)
-            found = {
-                "measure": measure,
-                "runs": int(counts[point]),
-                "mean": average,
-                "low": low,
-                "high": high,
-            }
-            rows.append({"point": number, **settings, **found})
+            mean, low, high = (float(values[position]) for values in numbers)
+            row = {"measure": measure, "runs": int(counts[position])}
+            row |= {"mean": mean, "low": low, "high": high}
+            rows.append({"point": point, **settings, **row})
     return rows
 
 
-def write(measured: xr.Dataset, directory: Path) -> None:
-    """Write `responses.csv`, a row for each point and measure, whole or not at all. Raises OSError."""
-    columns: Sequence[str] = (
-        "point",
-        *measured.attrs["fields"],
-        "measure",
-        "runs",
-        "mean",
-        "low",
-        "high",
-    )
-    write_atomically(directory / "responses.csv", to_csv(columns, by_point(measured)))
+def write_responses(measured: xr.Dataset, directory: Path) -> None:
+    """Write `responses.csv`, with one row per point and measure, atomically.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    directory : Path
+        Folder for the file.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    columns = ("point", *measured.attrs["fields"], *COLUMNS)
+    write_atomically(directory / "responses.csv", to_csv(columns, tabulate_points(measured)))

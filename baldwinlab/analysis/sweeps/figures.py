@@ -1,13 +1,14 @@
-"""How fitness responds to the fields of a sweep: a curve for each field, and a heat map for each pair of fields of a grid.
+"""Response of fitness to the fields of a sweep: curves by field, and heat maps by two fields.
 
-The colours of heat maps are those of cividis, which look alike with every kind of colour vision: J. R. Nuñez, C. R. Anderton
-and R. S. Renslow, PLOS ONE 13 (2018).
+Heat maps use the colormap cividis, which people with any color vision can read: J. R. Nuñez,
+C. R. Anderton and R. S. Renslow, PLOS ONE 13 (2018).
 """
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -20,13 +21,29 @@ from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, WIDTH, styled
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group, Response
 
-COLUMNS = {"best": "Best agent", "mean": "Average agent", "share": "Share that ate"}
-MOST_TICKS = 8
-LONG = 26  # characters of an axis label in a line
+TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that ate"}
+MAX_TICKS: Final = 8
+# Characters in a line of an axis label.
+LINE_LENGTH: Final = 26
+# Largest heat map with numbers in its cells.
+MAX_COLUMNS: Final = 5
+MAX_ROWS: Final = 8
 
 
 def axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
-    """`log` where numbers span a factor of ten and lie more evenly on a log scale; `symlog` where 0 is besides; else `linear`."""
+    """Return the scale of an axis.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Values on the axis.
+
+    Returns
+    -------
+    str
+        "log" if the values span a factor of ten and are spaced more evenly on a log scale,
+        "symlog" if 0 is one of them, else "linear".
+    """
     numbers = np.unique(np.asarray(values, np.float64))
     positive = numbers[numbers > 0]
     if numbers.size == 0 or numbers[0] < 0 or positive.size < 2 or positive[-1] < 10 * positive[0]:
@@ -42,153 +59,157 @@ def _unevenness(numbers: npt.NDArray[np.float64]) -> float:
 
 
 @styled
-def response_curves(measured: xr.Dataset) -> Figure:
-    """A row for each field, a column for each measure; `measured` is that of `analysis.finals`.
+def draw_response_curves(measured: xr.Dataset) -> Figure:
+    """Draw the mean of each measure by the value of each field, with its 95 % interval.
 
-    The mean over all other fields, with its 95 % interval as bars; of a random or a Sobol sample, also a dot for each point.
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+
+    Returns
+    -------
+    Figure
+        One row per field, one column per measure. A random or Sobol sample has a dot per point.
     """
     fields = measured.attrs["fields"]
     figure = Figure((WIDTH, 0.3 + 2.2 * len(fields)))
-    grid = figure.subplots(len(fields), len(COLUMNS), squeeze=False, sharey="col")
+    grid = figure.subplots(len(fields), len(TITLES), squeeze=False, sharey="col")
     for row, field in zip(grid, fields, strict=True):
-        for axes, measure in zip(row, COLUMNS, strict=True):
-            _curve(axes, measured, field, measure)
-        row[0].set_xlabel(textwrap.fill(meaning(measured, field), 60), loc="left")
-    for axes, (measure, title) in zip(grid[0], COLUMNS.items(), strict=True):
-        axes.set_title(title, loc="left", fontweight="bold")
-        top = (
-            1.0 if measure == "share" else axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
-        )  # where nobody ate
-        axes.set_ylim(-0.025 * top, 1.025 * top)
-    for row in grid:
+        for axes, measure in zip(row, TITLES, strict=True):
+            _draw_responses(axes, measured, field, measure)
+        row[0].set_xlabel(textwrap.fill(describe_field(measured, field), 60), loc="left")
         row[0].set_ylabel(_unit(measured))
+    for axes, (measure, title) in zip(grid[0], TITLES.items(), strict=True):
+        axes.set_title(title, loc="left", fontweight="bold")
+        top = _axis_top(axes, measure)
+        axes.set_ylim(-0.025 * top, 1.025 * top)
     return figure
+
+
+def _axis_top(axes: Axes, measure: str) -> float:
+    has_values = axes.dataLim.y1 > 0
+    return axes.get_ylim()[1] if has_values and measure != "share" else 1.0
 
 
 def _unit(measured: xr.Dataset) -> str:
     return "fitness (energy)" if measured.attrs["food"] else "fitness"
 
 
-def meaning(measured: xr.Dataset, field: str) -> str:
-    """What a field is, in words; its path where nothing else is known."""
+def describe_field(measured: xr.Dataset, field: str) -> str:
+    """Return the description of a field, or its path if it has none."""
     return str(measured[field].attrs.get("long_name") or field)
 
 
-def _curve(axes: Axes, measured: xr.Dataset, field: str, measure: str) -> None:
-    found = analysis.responses(measured, field, measure)
-    numbers = analysis.is_number(measured[field])
+def _draw_responses(axes: Axes, measured: xr.Dataset, field: str, measure: str) -> None:
+    responses = analysis.compute_responses(measured, field, measure)
+    has_numbers = analysis.is_number(measured[field])
     if analysis.is_sampled(measured):
-        places = (
+        positions = (
             measured[field].values
-            if numbers
-            else _numbered(found, analysis.groups(measured, field))
+            if has_numbers
+            else _number_points(analysis.group_points(measured, field))
         )
-        axes.plot(
-            places,
-            measured[measure].mean("run"),
-            "o",
-            color=GRAY,
-            ms=3,
-            alpha=0.45,
-            mew=0,
-            clip_on=False,
-        )
-    _line(axes, found, joined=numbers)
-    if not numbers:
-        axes.set_xticks(
-            range(len(found)),
-            [response.group for response in found],
-            rotation=0 if len(found) < 4 else 30,
-        )
-        axes.set_xlim(-0.5, len(found) - 0.5)
-        return
-    scale = axis_scale(measured[field].values)
+        means = measured[measure].mean("run")
+        axes.plot(positions, means, "o", color=GRAY, ms=3, alpha=0.45, mew=0, clip_on=False)
+    _draw_line(axes, responses, is_joined=has_numbers)
+    if has_numbers:
+        _scale_axis(axes, measured[field].values)
+    else:
+        labels = [response.group for response in responses]
+        axes.set_xticks(range(len(labels)), labels, rotation=0 if len(labels) < 4 else 30)
+        axes.set_xlim(-0.5, len(labels) - 0.5)
+
+
+def _scale_axis(axes: Axes, values: npt.NDArray[np.float64]) -> None:
+    scale = axis_scale(values)
     if scale == "symlog":
-        positive = measured[field].values[measured[field].values > 0]
-        axes.set_xscale("symlog", linthresh=float(positive.min()))
+        axes.set_xscale("symlog", linthresh=float(values[values > 0].min()))
     elif scale == "log":
         axes.set_xscale("log")
-    elif np.issubdtype(measured[field].dtype, np.integer):
+    elif np.issubdtype(values.dtype, np.integer):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     if scale != "linear":
         axes.xaxis.set_minor_locator(NullLocator())
 
 
-def _numbered(found: Sequence[Response], groups: Sequence[Group]) -> npt.NDArray[np.float64]:
-    """For each point, the number of its text."""
-    places = np.empty(sum(len(group.points) for group in groups))
+def _number_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:
+    """Return the number of the text of each point."""
+    positions = np.empty(sum(len(group.points) for group in groups))
     for group in groups:
-        places[group.points] = group.position
-    return places
+        positions[group.points] = group.position
+    return positions
 
 
-def _line(axes: Axes, found: Sequence[Response], joined: bool) -> None:
-    place = [response.position for response in found]
-    mean, low, high = (
-        np.array([getattr(response, name) for response in found])
-        for name in ("mean", "low", "high")
-    )
+def _draw_line(axes: Axes, responses: Sequence[Response], is_joined: bool) -> None:
+    positions = [response.position for response in responses]
     axes.plot(
-        place,
-        mean,
-        ls="-" if joined else "none",
+        positions,
+        np.array([response.mean for response in responses]),
+        ls="-" if is_joined else "none",
         color=BLUE,
         lw=1.5,
         marker="o",
         ms=4,
         clip_on=False,
     )
-    axes.vlines(place, low, high, color=BLUE, lw=1.1)
+    low = np.array([response.low for response in responses])
+    high = np.array([response.high for response in responses])
+    axes.vlines(positions, low, high, color=BLUE, lw=1.1)
 
 
 @styled
-def heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
-    """A map for each measure: the mean over runs and all other fields, by the values of two fields of a grid."""
-    down, across = analysis.groups(measured, row), analysis.groups(measured, column)
-    figure = Figure((WIDTH, 1.5 + min(max(0.32 * len(down), 0.9), 3.2)))
-    grid = figure.subplots(1, len(COLUMNS), squeeze=False, sharey=True)[0]
-    for axes, (measure, title) in zip(grid, COLUMNS.items(), strict=True):
-        values = analysis.table(measured, row, column, measure)
-        top = 1.0 if measure == "share" else max(float(np.nanmax(values, initial=0.0)), 1e-9)
-        drawn = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
-        figure.colorbar(
-            drawn,
-            ax=axes,
-            location="top",
-            label=_unit(measured) if measure != "share" else "share of agents",
-            aspect=30,
-        )
+def draw_heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
+    """Draw means over runs and all other fields by the values of two fields of a grid.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    row, column : str
+        Fields of the sweep.
+
+    Returns
+    -------
+    Figure
+        One map per measure.
+    """
+    rows = analysis.group_points(measured, row)
+    columns = analysis.group_points(measured, column)
+    figure = Figure((WIDTH, 1.5 + min(max(0.32 * len(rows), 0.9), 3.2)))
+    grid = figure.subplots(1, len(TITLES), squeeze=False, sharey=True)[0]
+    for axes, (measure, title) in zip(grid, TITLES.items(), strict=True):
+        values = analysis.compute_table(measured, row, column, measure)
+        is_share = measure == "share"
+        top = 1.0 if is_share else max(float(np.nanmax(values, initial=0.0)), 1e-9)
+        image = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
+        label = "share of agents" if is_share else _unit(measured)
+        figure.colorbar(image, ax=axes, location="top", label=label, aspect=30)
         axes.set_title(title, loc="left", fontweight="bold")
         axes.grid(visible=False)
-        _name_values(axes, down, across)
+        _label_values(axes, rows, columns)
         _write_values(axes, values, top)
-    grid[0].set_ylabel(textwrap.fill(meaning(measured, row), LONG))
-    grid[1].set_xlabel(textwrap.fill(meaning(measured, column), 60))
+    grid[0].set_ylabel(textwrap.fill(describe_field(measured, row), LINE_LENGTH))
+    grid[1].set_xlabel(textwrap.fill(describe_field(measured, column), 60))
     return figure
 
 
-def _name_values(axes: Axes, down: Sequence[Group], across: Sequence[Group]) -> None:
-    for axis, groups in ((axes.xaxis, across), (axes.yaxis, down)):
-        every = -(-len(groups) // MOST_TICKS)
-        axis.set_ticks(range(0, len(groups), every), [group.label for group in groups[::every]])
-    longest = max(len(group.label) for group in across)
-    if longest * len(across) > LONG:
+def _label_values(axes: Axes, rows: Sequence[Group], columns: Sequence[Group]) -> None:
+    for axis, groups in ((axes.xaxis, columns), (axes.yaxis, rows)):
+        step = -(-len(groups) // MAX_TICKS)
+        axis.set_ticks(range(0, len(groups), step), [group.label for group in groups[::step]])
+    longest = max(len(group.label) for group in columns)
+    if longest * len(columns) > LINE_LENGTH:
         axes.tick_params(axis="x", rotation=90)
 
 
 def _write_values(axes: Axes, values: npt.NDArray[np.float64], top: float) -> None:
-    """The number in each cell, where there is room."""
-    rows, columns = values.shape
-    if columns > 5 or rows > 8:
+    """Write the number in each cell of a small map."""
+    n_rows, n_columns = values.shape
+    if n_columns > MAX_COLUMNS or n_rows > MAX_ROWS:
         return
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
-            colour = BLACK if value > 0.55 * top else "white"
-            axes.text(
-                column,
-                row,
-                f"{value:.3g}" if value < 1000 else f"{value:,.0f}",
-                ha="center",
-                va="center",
-                color=colour,
-            )
+            color = BLACK if value > 0.55 * top else "white"
+            text = f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
+            axes.text(column, row, text, ha="center", va="center", color=color)

@@ -1,31 +1,31 @@
-"""A sweep as a page: what was swept, how fitness responds to it, and every point."""
+"""The page of a sweep: its design, the response of fitness to its fields, and all points."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.figures import Picture, embed
-from baldwinlab.analysis.report.phrases import measures, number
+from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.phrases import format_number, name_measures
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 
-DESIGNS = {
-    "grid": "grid: every combination of the fields' values",
-    "list": "list: the fields take their values together, point by point",
+DESIGNS: Final = {
+    "grid": "grid: all combinations of the fields' values",
+    "list": "list: one value of each field per point",
     "random": "random sample",
-    "sobol": "Sobol sample: quasi-random points, which fill the space more evenly than random ones",
+    "sobol": "Sobol sample: quasi-random points, which cover the space more evenly",
 }
-AVERAGE = "mean"  # the measure that a reader in a hurry is told about
+# The measure of the summary.
+AVERAGE: Final = "mean"
 
 
 def write_sweep_report(
@@ -36,21 +36,37 @@ def write_sweep_report(
     last: int = 10,
     contrasts: Contrasts | None = None,
 ) -> Path:
-    """Write the page of a sweep to `out`, and its figures to `directory`/figures as SVG and PNG; return `out`.
+    """Write the page of a sweep, and its figures as SVG and PNG, each atomically.
 
-    `measured` is that of `analysis.finals`; of `provenance`, the page shows the facts that are there, as `draw_report` does;
-    `contrasts` are the comparisons of the points. Each file appears whole or not at all. Raises OSError.
+    Parameters
+    ----------
+    directory : Path
+        Directory of the sweep. Figures are written to its folder `figures`.
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    provenance : mapping of str to Any
+        Known facts about the study, as in `report.ReportData`.
+    out : Path
+        HTML file to write.
+    last : int
+        Number of final generations that were averaged in each run.
+    contrasts : Contrasts or None
+        Comparisons of the points.
+
+    Returns
+    -------
+    Path
+        `out`.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
     """
-    fields = measured.attrs["fields"]
-    title = f"{measured.attrs['base']}, swept over {_listed(fields)}"
-    lead = f"Each run counts with its average over its last {last} generations."
-    return write_page(
-        title,
-        lead,
-        [section(directory, measured, provenance, contrasts)],
-        out,
-        directory / "figures",
-    )
+    title = f"{measured.attrs['base']}: sweep of {_join(measured.attrs['fields'])}"
+    lead = f"The value of a run is its average over the last {last} generations."
+    sections = [section(directory, measured, provenance, contrasts)]
+    return write_page(title, lead, sections, out, directory / "figures")
 
 
 def section(
@@ -59,142 +75,205 @@ def section(
     provenance: Mapping[str, Any],
     contrasts: Contrasts | None = None,
 ) -> Section:
-    """Everything that a page says of a sweep; its figures are also written to `directory`/figures. Raises OSError."""
+    """Make the section of a sweep, and save its figures.
+
+    Parameters
+    ----------
+    directory : Path
+        Directory of the sweep. Figures are written to its folder `figures`.
+    measured : xr.Dataset
+        The result of `compute_finals`.
+    provenance : mapping of str to Any
+        Known facts about the study, as in `report.ReportData`.
+    contrasts : Contrasts or None
+        Comparisons of the points.
+
+    Returns
+    -------
+    Section
+        The section.
+
+    Raises
+    ------
+    OSError
+        A figure cannot be written.
+    """
     fields = measured.attrs["fields"]
+    is_sampled = analysis.is_sampled(measured)
     body = render(
         "sweeps/section.html",
-        overview=overview(measured),
-        findings=list(findings(measured)),
+        overview=summarize_design(measured),
+        findings=list(describe_responses(measured)),
         contrasts=contrasts if contrasts and contrasts.rows else None,
-        figures=[embed(picture, directory / "figures") for picture in pictures(measured)],
-        sampled=analysis.is_sampled(measured),
+        figures=[
+            save_and_inline(figure, directory / "figures") for figure in draw_figures(measured)
+        ],
+        sampled=is_sampled,
         fields=fields,
-        responses={field: side_by_side(measured, field) for field in fields},
-        correlations=analysis.correlations(measured) if analysis.is_sampled(measured) else [],
-        points=analysis.by_point(measured),
-        label=analysis.label,
-        measures=measures(measured.attrs["food"]),
+        responses={field: _responses_of_all_measures(measured, field) for field in fields},
+        correlations=analysis.compute_correlations(measured) if is_sampled else [],
+        points=analysis.tabulate_points(measured),
+        format_value=analysis.format_value,
+        measures=name_measures(measured.attrs["food"]),
         provenance=provenance,
-        timing=content.timing(provenance),
+        timing=content.format_timing(provenance),
     )
     return Section("responses", "Responses", body)
 
 
-def _listed(names: list[str]) -> str:
+def _join(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def overview(measured: xr.Dataset) -> list[tuple[str, str]]:
-    """What was swept, as pairs of a heading and what it is."""
+def summarize_design(measured: xr.Dataset) -> list[tuple[str, str]]:
+    """Return the design of a sweep, as pairs of a heading and a text.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+
+    Returns
+    -------
+    list of (str, str)
+        Headings and texts.
+    """
     fields = [
-        (field, f"{_values(measured, field)} ({measured[field].attrs['long_name']})")
+        (field, f"{_list_values(measured, field)} ({measured[field].attrs['long_name']})")
         for field in measured.attrs["fields"]
     ]
+    settings = [text.replace("=", " = ", 1) for text in measured.attrs["set"]]
+    counts = measured[AVERAGE].count("run").values.tolist()
     return [
-        (
-            "experiment",
-            ", ".join(
-                [
-                    measured.attrs["base"],
-                    *(text.replace("=", " = ", 1) for text in measured.attrs["set"]),
-                ]
-            ),
-        ),
+        ("experiment", ", ".join([measured.attrs["base"], *settings])),
         ("design", DESIGNS[measured.attrs["design"]]),
         *fields,
         ("points", f"{measured.sizes['point']:,}"),
-        (
-            "independent runs of a point",
-            content.span(measured[AVERAGE].count("run").values.tolist()),
-        ),
+        ("runs per point", content.format_range(counts)),
         ("seed", str(measured.attrs["seed"])),
     ]
 
 
-def _values(measured: xr.Dataset, field: str) -> str:
-    values = measured[field].values
-    distinct = (
-        np.unique(values).tolist()
-        if analysis.is_number(measured[field])
-        else list(dict.fromkeys(values.tolist()))
-    )
-    if len(distinct) <= analysis.MOST_GROUPS or not analysis.is_number(measured[field]):
-        return ", ".join(map(analysis.label, distinct))
-    return f"{analysis.label(distinct[0])} to {analysis.label(distinct[-1])}, {len(distinct)} different values"
+def _list_values(measured: xr.Dataset, field: str) -> str:
+    values = [analysis.format_value(value) for value in analysis.list_values(measured[field])]
+    if len(values) <= analysis.MAX_GROUPS or not analysis.is_number(measured[field]):
+        return ", ".join(values)
+    return f"{values[0]} to {values[-1]}, {len(values)} different values"
 
 
-def findings(measured: xr.Dataset) -> Iterator[str]:
-    """For a reader in a hurry: the best point, and how far each field moves the average agent."""
+def describe_responses(measured: xr.Dataset) -> Iterator[str]:
+    """Yield sentences on the best point and on the effect of each field on the average agent.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+
+    Yields
+    ------
+    str
+        Sentences.
+    """
+    fields = measured.attrs["fields"]
     means = measured[AVERAGE].mean("run")
-    top = measured.isel(point=int(means.argmax("point")))
-    where = ", ".join(
-        f"{field} = {analysis.label(top[field].item())}" for field in measured.attrs["fields"]
+    best = measured.isel(point=int(means.argmax("point")))
+    settings = ", ".join(
+        f"{field} = {analysis.format_value(best[field].item())}" for field in fields
     )
-    yield f"The mean over runs of the average agent is highest at {where}: {number(float(means.max()))}."
-    for field in measured.attrs["fields"]:
-        found = [
+    yield (
+        "The mean fitness of the average agent is highest at "
+        f"{settings}: {format_number(float(means.max()))}."
+    )
+    for field in fields:
+        responses = [
             response
-            for response in analysis.responses(measured, field, AVERAGE)
+            for response in analysis.compute_responses(measured, field, AVERAGE)
             if np.isfinite(response.mean)
         ]
-        if len(found) > 1:
-            low, high = min(found, key=lambda one: one.mean), max(found, key=lambda one: one.mean)
-            yield f"By {field}, it ranges from {number(low.mean)} ({low.group}) to {number(high.mean)} ({high.group})."
+        if len(responses) > 1:
+            low = min(responses, key=lambda response: response.mean)
+            high = max(responses, key=lambda response: response.mean)
+            yield (
+                f"By {field}, it ranges from {format_number(low.mean)} ({low.group}) to "
+                f"{format_number(high.mean)} ({high.group})."
+            )
 
 
-def side_by_side(measured: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
-    """For each group of a field's values, the response of each measure."""
-    return list(
-        zip(
-            *(analysis.responses(measured, field, measure) for measure in fitness.MEASURES),
-            strict=True,
-        )
-    )
+def _responses_of_all_measures(measured: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
+    """Return the responses of all measures for each group of a field's values."""
+    responses = [
+        analysis.compute_responses(measured, field, measure) for measure in fitness.MEASURES
+    ]
+    return list(zip(*responses, strict=True))
 
 
-def pictures(measured: xr.Dataset) -> Iterator[Picture]:
-    sampled = analysis.is_sampled(measured)
-    dots = "Each gray dot is a point, the mean over its runs. Blue: the mean over the points that share a value or, where there "
-    dots += "are more than eight values, have neighbouring ones (groups of about as many points, placed at their median), with "
-    lines = "The mean over the points that share a value, that is over all other fields, and over runs, with "
-    yield Picture(
+def draw_figures(measured: xr.Dataset) -> Iterator[ReportFigure]:
+    """Draw the response to each field, and a heat map for each pair of fields of a grid.
+
+    Parameters
+    ----------
+    measured : xr.Dataset
+        The result of `compute_finals`.
+
+    Yields
+    ------
+    ReportFigure
+        The figures.
+    """
+    findings = " ".join(describe_responses(measured))
+    yield ReportFigure(
         "responses",
         "Response to each field",
-        f"{dots if sampled else lines}its 95 % interval over {'points' if sampled else 'runs'} (Student's t) as a bar.",
-        f"Fitness by {_listed(measured.attrs['fields'])}. {' '.join(findings(measured))}",
-        figures.response_curves(measured),
-        analysis.by_point(measured),
+        _describe_curves(measured),
+        f"Fitness by {_join(measured.attrs['fields'])}. {findings}",
+        figures.draw_response_curves(measured),
+        analysis.tabulate_points(measured),
     )
-    for row, column in analysis.pairs(measured):
-        values = analysis.table(measured, row, column, AVERAGE)
-        known = values[np.isfinite(values)]
-        spread = f"from {number(float(known.min()))} to {number(float(known.max()))}"
-        yield Picture(
-            f"responses-{row}-{column}",
-            f"{_upper(figures.meaning(measured, row))}, and {figures.meaning(measured, column)}",
-            "Means over runs, and over all other fields. Values are evenly spaced, whatever their distance.",
-            f"Heat map of fitness by {row} and {column}. The average agent: {spread}.",
-            figures.heat_maps(measured, row, column),
-            _cells(measured, row, column),
+    for row, column in analysis.list_pairs(measured):
+        yield _draw_heat_map(measured, row, column)
+
+
+def _describe_curves(measured: xr.Dataset) -> str:
+    """Return the caption of the response curves."""
+    if analysis.is_sampled(measured):
+        return (
+            "Each gray dot is the mean over the runs of a point. Blue marks are means over points "
+            "with the same value, or over groups of neighboring values if a field has more than "
+            "eight. Bars are 95 % intervals over points (Student's t)."
         )
+    return (
+        "Marks are means over runs and over all points that share a value. Bars are 95 % intervals "
+        "over runs (Student's t)."
+    )
 
 
-def _cells(measured: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
-    """A row a cell of the heat maps."""
+def _draw_heat_map(measured: xr.Dataset, row: str, column: str) -> ReportFigure:
+    values = analysis.compute_table(measured, row, column, AVERAGE)
+    finite = values[np.isfinite(values)]
+    low = format_number(float(finite.min()))
+    high = format_number(float(finite.max()))
+    row_title = figures.describe_field(measured, row)
+    column_title = figures.describe_field(measured, column)
+    return ReportFigure(
+        f"responses-{row}-{column}",
+        f"{row_title[0].upper()}{row_title[1:]}, and {column_title}",
+        "Means over runs and over all other fields. The axes are not to scale: all values are "
+        "evenly spaced.",
+        f"Heat map of fitness by {row} and {column}. The average agent: from {low} to {high}.",
+        figures.draw_heat_maps(measured, row, column),
+        _tabulate_cells(measured, row, column),
+    )
+
+
+def _tabulate_cells(measured: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
+    """Return one row per cell of the heat maps."""
     tables = {
-        measure: analysis.table(measured, row, column, measure) for measure in fitness.MEASURES
+        measure: analysis.compute_table(measured, row, column, measure)
+        for measure in fitness.MEASURES
     }
-    down, across = analysis.groups(measured, row), analysis.groups(measured, column)
-    return [
-        {
-            row: one.label,
-            column: other.label,
-            **{measure: float(values[place]) for measure, values in tables.items()},
-        }
-        for (i, one), (j, other) in product(enumerate(down), enumerate(across))
-        for place in ((i, j),)
-    ]
-
-
-def _upper(text: str) -> str:
-    return text[0].upper() + text[1:]
+    cells = []
+    for i, row_group in enumerate(analysis.group_points(measured, row)):
+        for j, column_group in enumerate(analysis.group_points(measured, column)):
+            values = {measure: float(table[i, j]) for measure, table in tables.items()}
+            cells.append({row: row_group.label, column: column_group.label, **values})
+    return cells

@@ -1,4 +1,4 @@
-"""From the studies of papers in a folder to one page, one table and one figure."""
+"""Write the gallery: one page, one table and one figure for the studies of papers in a folder."""
 
 from __future__ import annotations
 
@@ -6,128 +6,192 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from math import isnan
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from baldwinlab.analysis.assays.analysis import NO, YES
-from baldwinlab.analysis.gallery.analysis import QUESTIONS, Clock, Size, System
-from baldwinlab.analysis.gallery.figures import answers
+from baldwinlab.analysis.gallery.analysis import EFFECTS, Clock, Size, System
+from baldwinlab.analysis.gallery.figures import draw_effect_sizes
 from baldwinlab.analysis.report import Section, render, write_page
-from baldwinlab.analysis.report.figures import Picture, embed
+from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
 from baldwinlab.analysis.statistics.csv import finite_or_none
-from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
-from baldwinlab.analysis.statistics.rules import UNDECIDED as OPEN
-from baldwinlab.api.publish.gallery_entries import Entry, entries
+from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
+from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core.files import write_atomically
 
-PAGE, RECORD = "gallery.html", "gallery.json"
-TITLE = "Is it the Baldwin effect?"
+PAGE: Final = "gallery.html"
+RECORD: Final = "gallery.json"
+TITLE: Final = "Is there a Baldwin effect?"
 
 
-def publish(folder: Path, out: Path, last: int, tell: Callable[[str], None]) -> list[Entry]:
-    """Write gallery.json and the figure into `folder`, and the page of all papers whose studies lie in it; gives these.
+def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
+    """Write gallery.json, the figure, and the page of all papers whose studies are in a folder.
 
-    A run counts with its average over its `last` generations. Raises RefusedError where no study of a paper is there.
+    Parameters
+    ----------
+    folder : Path
+        Folder with the studies.
+    out : Path
+        HTML file to write.
+    last : int
+        Number of final generations to average in each run.
+    log : callable
+        Called with progress messages.
+
+    Returns
+    -------
+    list of Entry
+        The papers, in the order of their years.
+
+    Raises
+    ------
+    RefusedError
+        The folder has no study of a paper.
+    OSError
+        A file cannot be written.
     """
-    found = entries(folder, last, tell)
-    record = {"last": last, "papers": [_record(entry) for entry in found]}
+    entries = read_entries(folder, last, log)
+    record = {"last": last, "papers": [_entry_record(entry) for entry in entries]}
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(folder / RECORD, f"{text}\n".encode())
-    tell("drawing the figure")
+    log("drawing the figure")
     figures = folder / "figures"
+    clocks = render("gallery/clocks.html", rows=list(_list_clocks(entries)))
+    claims = render("gallery/claims.html", entries=entries, verdicts=(HOLDS, UNDECIDED, FAILS))
     sections = [
-        Section("answers", "Systems by answers", _answers(found, figures, last)),
-        Section(
-            "clocks", "On both clocks", render("gallery/clocks.html", rows=list(_clocks(found)))
-        ),
-        Section(
-            "claims",
-            "The papers' claims",
-            render("gallery/claims.html", entries=found, verdicts=(HOLDS, OPEN, FAILS)),
-        ),
+        Section("answers", "Effects by system", _render_answers(entries, figures, last)),
+        Section("clocks", "Time to half of the final fitness", clocks),
+        Section("claims", "Claims of the papers", claims),
     ]
-    write_page(TITLE, " ".join(lead(found)), sections, out, figures)
-    return found
+    write_page(TITLE, " ".join(summarize(entries)), sections, out, figures)
+    return entries
 
 
-def lead(found: Sequence[Entry]) -> Iterator[str]:
-    """What came of it in some sentences, counted."""
-    asked = [system for entry in found for system in entry.systems]
-    papers = sum(bool(entry.systems) for entry in found)
-    yield f"{len(asked)} systems of {papers} papers, conditions that evolve and learn, were asked the same by the same assays."
-    first, not_first = (
-        sum(system.phases[0] == verdict for system in asked) for verdict in (YES, NO)
+def summarize(entries: Sequence[Entry]) -> Iterator[str]:
+    """Yield the summary of the gallery, one sentence at a time.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        The papers.
+
+    Yields
+    ------
+    str
+        Sentences.
+    """
+    systems = [system for entry in entries for system in entry.systems]
+    n_papers = sum(bool(entry.systems) for entry in entries)
+    yield (
+        f"This page tests {len(systems)} systems of {n_papers} papers with the same assays. A "
+        "system is a condition that evolves and learns."
     )
-    both = sum(system.phases == (YES, YES) for system in asked)
-    yield f"Learning guides selection (phase one) in {first} and does not in {not_first}; the rest is undecided."
-    yield f"What was learned becomes innate as well (phase two) in {both}."
-    held = [system.answers["guidance"] for system in asked if system.rival]
-    higher, not_higher = (
-        [answer.size for answer in held if answer.verdict == verdict] for verdict in (YES, NO)
-    )
-    lower = sum(size is not None and size.median < 0 for size in not_higher)
-    yield f"Against evolution without learning, innate fitness ends higher in {len(higher)} of {len(held)}, and lower in {lower}."
-    claims = [verdict for entry in found for verdict in entry.claims.values()]
-    counts = [claims.count(verdict) for verdict in (HOLDS, FAILS, OPEN)]
-    for entry in found:
+    yield from _summarize_phases(systems)
+    yield _summarize_guidance(systems)
+    for entry in entries:
         if entry.changes:
-            yield f"{entry.paper.name} is a changed model ({', '.join(entry.changes)}), and counts in these numbers."
-    yield "Of {} claims of {} papers, {} hold, {} do not, and {} are undecided.".format(
-        len(claims), len(found), *counts
+            changes = ", ".join(entry.changes)
+            yield f"{entry.paper.name} is a changed model ({changes}) and is included."
+    yield _summarize_claims(entries)
+
+
+def _summarize_phases(systems: Sequence[System]) -> Iterator[str]:
+    first = sum(system.phases[0] == YES for system in systems)
+    not_first = sum(system.phases[0] == NO for system in systems)
+    both = sum(system.phases == (YES, YES) for system in systems)
+    yield (
+        f"Learning guides evolution (phase 1) in {first} systems and does not in {not_first}; the "
+        "others are undecided."
+    )
+    yield f"Learned behavior also becomes innate (phase 2) in {both}."
+
+
+def _summarize_guidance(systems: Sequence[System]) -> str:
+    answers = [system.answers["guidance"] for system in systems if system.control]
+    higher = sum(answer.verdict == YES for answer in answers)
+    lower = sum(
+        answer.verdict == NO and answer.size is not None and answer.size.median < 0
+        for answer in answers
+    )
+    return (
+        f"Compared with the no-learning control, final innate fitness is higher in {higher} of "
+        f"{len(answers)} systems and lower in {lower}."
     )
 
 
-def left_out(found: Sequence[Entry]) -> Iterator[str]:
-    """A sentence for each paper that is not asked, which says why."""
-    for entry in found:
-        if entry.why_not:
-            mend = (
-                f"; {' and then '.join(f'`{one}`' for one in entry.mend)} bring it in"
-                if entry.mend
-                else ""
-            )
-            yield f"{entry.paper.name} is not asked: {entry.why_not}{mend}."
+def _summarize_claims(entries: Sequence[Entry]) -> str:
+    verdicts = [verdict for entry in entries for verdict in entry.claims.values()]
+    return (
+        f"Of {len(verdicts)} claims of {len(entries)} papers, {verdicts.count(HOLDS)} hold, "
+        f"{verdicts.count(FAILS)} do not hold, and {verdicts.count(UNDECIDED)} are undecided."
+    )
 
 
-def _answers(found: Sequence[Entry], folder: Path, last: int) -> str:
-    asked = {entry.name: entry.systems for entry in found if entry.systems}
-    shown = [embed(_picture(asked, last), folder)] if asked else []
-    said = {
-        "papers": asked,
-        "questions": QUESTIONS,
-        "left_out": [entry for entry in found if entry.why_not],
-    }
-    return render("gallery/answers.html", figures=shown, percent=_percent, **said)
+def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
+    """Yield a sentence for each paper without a system, with the reason and the commands.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        The papers.
+
+    Yields
+    ------
+    str
+        Sentences.
+    """
+    for entry in entries:
+        if entry.reason:
+            commands = " and then ".join(f"`{command}`" for command in entry.commands)
+            fix = f" To include it, run {commands}." if entry.commands else ""
+            yield f"{entry.paper.name} is not included: {entry.reason}.{fix}"
 
 
-def _percent(share: float) -> str:
-    """Such as: +12, −3, 0; a dash where there is no number."""
-    return "–" if isnan(share) else f"{round(100 * share):+,}".replace("+0", "0").replace("-", "−")
+def _render_answers(entries: Sequence[Entry], folder: Path, last: int) -> str:
+    papers = {entry.name: entry.systems for entry in entries if entry.systems}
+    figures = [save_and_inline(_draw_figure(papers, last), folder)] if papers else []
+    return render(
+        "gallery/answers.html",
+        figures=figures,
+        percent=format_percent,
+        papers=papers,
+        effects=EFFECTS,
+        omitted=[entry for entry in entries if entry.reason],
+    )
 
 
-def _picture(asked: dict[str, tuple[System, ...]], last: int) -> Picture:
+def format_percent(share: float) -> str:
+    """Return a share in percent with its sign, such as +12, −3 or 0, or a dash for NaN."""
+    if isnan(share):
+        return "–"
+    return f"{round(100 * share):+,}".replace("+0", "0").replace("-", "−")
+
+
+def _draw_figure(papers: dict[str, tuple[System, ...]], last: int) -> ReportFigure:
     rows = [
-        row for paper, found in asked.items() for system in found for row in _rows(paper, system)
+        row
+        for paper, systems in papers.items()
+        for system in systems
+        for row in _tabulate_answers(paper, system)
     ]
-    meanings = "; ".join(f"{one.title}: {one.meaning}" for one in QUESTIONS)
+    meanings = "; ".join(f"{effect.title}: {effect.meaning}" for effect in EFFECTS)
     headlines = "; ".join(
         f"{paper}, {system.condition}: {system.headline}"
-        for paper, found in asked.items()
-        for system in found
+        for paper, systems in papers.items()
+        for system in systems
     )
-    return Picture(
+    return ReportFigure(
         "gallery",
-        "What learning gives evolution, paper by paper",
-        f"{meanings}. In percent of the fitness that agents have with learning in the last {last} generations of the same run; "
-        "medians over runs with 95 % bootstrap intervals, verdicts corrected within each study (Holm). What lies beyond 100 % "
-        "stands at the edge.",
+        "Effects of learning on evolution, by paper",
+        f"{meanings}. Sizes are in percent of the fitness with learning in the last {last} "
+        "generations of the same run: medians over runs with 95 % bootstrap intervals. Verdicts "
+        "are corrected within each study (Holm). Sizes above 100 % are drawn at the edge.",
         headlines,
-        answers(asked),
+        draw_effect_sizes(papers),
         rows,
     )
 
 
-def _rows(paper: str, system: System) -> Iterator[dict[str, Any]]:
-    """Of the figure's table, a row an answer."""
+def _tabulate_answers(paper: str, system: System) -> Iterator[dict[str, Any]]:
     for criterion, answer in system.answers.items():
         if answer.size:
             yield {
@@ -139,39 +203,40 @@ def _rows(paper: str, system: System) -> Iterator[dict[str, Any]]:
             }
 
 
-def _clocks(found: Sequence[Entry]) -> Iterator[dict[str, Any]]:
-    for entry in found:
+def _list_clocks(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
+    for entry in entries:
         for system in entry.systems:
             if system.clock:
                 yield {
                     "paper": entry.name,
                     "system": system,
                     "clock": system.clock,
-                    "said": _sooner(system.clock),
+                    "sooner": _describe_sooner(system.clock),
                 }
 
 
-def _sooner(clock: Clock) -> str:
-    """Which of the two is half-way sooner, on either clock."""
-    if isnan(clock.generations) or isnan(clock.generations_without):
-        only = {
-            (True, True): "neither",
-            (False, True): "only with learning",
-            (True, False): "only without learning",
-        }
-        return only[isnan(clock.generations), isnan(clock.generations_without)]
-    pairs = (
-        (clock.generations, clock.generations_without),
-        (clock.evaluations, clock.evaluations_without),
-    )
-    words = ["with" if one < other else "without" if one > other else "" for one, other in pairs]
-    if words[0] == words[1]:
-        return f"{words[0]} learning, on both" if words[0] else "alike, on both"
-    said = (f"{word} learning" if word else "alike" for word in words)
-    return "by generations {}, by evaluations {}".format(*said)
+def _describe_sooner(clock: Clock) -> str:
+    """Return which of the two conditions reaches the level sooner, by either count."""
+    is_reached = not isnan(clock.generations)
+    is_reached_without = not isnan(clock.generations_without)
+    if not is_reached:
+        return "only without learning" if is_reached_without else "neither"
+    if not is_reached_without:
+        return "only with learning"
+    by_generations = _name_smaller(clock.generations, clock.generations_without)
+    by_evaluations = _name_smaller(clock.evaluations, clock.evaluations_without)
+    if by_generations == by_evaluations:
+        return f"{by_generations} by both"
+    return f"{by_generations} by generations, {by_evaluations} by evaluations"
 
 
-def _record(entry: Entry) -> dict[str, Any]:
+def _name_smaller(with_learning: float, without_learning: float) -> str:
+    if with_learning == without_learning:
+        return "equal"
+    return "with learning" if with_learning < without_learning else "without learning"
+
+
+def _entry_record(entry: Entry) -> dict[str, Any]:
     about = entry.paper.about
     return {
         "paper": about.name,
@@ -186,26 +251,25 @@ def _record(entry: Entry) -> dict[str, Any]:
 
 
 def _system_record(system: System) -> dict[str, Any]:
-    answered = {
-        name: {"verdict": answer.verdict, **_numbers(answer.size)}
-        for name, answer in system.answers.items()
-    }
-    phases = {f"phase_{number}": verdict for number, verdict in enumerate(system.phases, 1)}
-    clock = {
-        name: finite_or_none(value) if isinstance(value, float) else value
-        for name, value in (system.clock._asdict() if system.clock else {}).items()
-    }
-    named = {
+    clock = system.clock._asdict() if system.clock else {}
+    return {
         "condition": system.condition,
-        "rival": system.rival or None,
+        "control": system.control or None,
         "headline": system.headline,
+        "phase_1": system.phases[0],
+        "phase_2": system.phases[1],
+        "answers": {
+            name: {"verdict": answer.verdict, **_size_record(answer.size)}
+            for name, answer in system.answers.items()
+        },
+        "correlation": _size_record(system.correlation) or None,
+        "clock": {
+            name: finite_or_none(value) if isinstance(value, float) else value
+            for name, value in clock.items()
+        }
+        or None,
     }
-    return (
-        named
-        | phases
-        | {"answers": answered, "seen": _numbers(system.seen) or None, "clock": clock or None}
-    )
 
 
-def _numbers(size: Size | None) -> dict[str, Any]:
+def _size_record(size: Size | None) -> dict[str, Any]:
     return {name: finite_or_none(value) for name, value in size._asdict().items()} if size else {}

@@ -1,4 +1,4 @@
-"""What is stored of the papers: studies in a folder, each with its claims and its systems."""
+"""Stored studies of papers, with their claims and systems."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from baldwinlab.analysis.gallery.analysis import System, systems
+from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import ExperimentError
@@ -21,97 +21,146 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class Entry:
-    """A paper, and what came of it in a study."""
+    """A paper with the results of its study."""
 
     paper: Paper
-    changes: tuple[str, ...]  # of the paper's model
+    # Changes of the paper's model.
+    changes: tuple[str, ...]
     directory: Path
-    runs: int  # of the condition with the most
-    claims: dict[str, str]  # verdicts by claim; empty where no report was written yet
+    # Number of runs of the condition with the most runs.
+    runs: int
+    # Verdicts by claim, without entries if the study has no report.
+    claims: dict[str, str]
     systems: tuple[System, ...]
-    why_not: str  # why there is no system, in words; empty where there is one
-    mend: tuple[str, ...]  # the commands that bring it in
+    # The reason why there is no system, or "".
+    reason: str
+    # Commands that add the missing results.
+    commands: tuple[str, ...]
 
     @property
     def name(self) -> str:
-        """The name of the paper, marked where the study is of a changed model."""
+        """The name of the paper, with a remark if the study changes its model."""
         return f"{self.paper.name} (changed model)" if self.changes else self.paper.name
 
-    def counted(self, verdict: str) -> int:
+    def count_claims(self, verdict: str) -> int:
+        """Return the number of claims with a verdict."""
         return Counter(self.claims.values())[verdict]
 
 
-def studies(folder: Path) -> dict[str, StudyStore]:
-    """Those of papers that lie in a folder, by paper; of several of a paper that with the most runs.
+def find_studies(folder: Path) -> dict[str, StudyStore]:
+    """Find the studies of papers in a folder.
 
-    A study of a changed model is taken only where the folder holds no other study of that paper with a run.
+    If a paper has several studies, one without changes of the model is preferred, and then the
+    one with the most runs.
 
-    Raises RefusedError where there is none.
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+
+    Returns
+    -------
+    dict of str to StudyStore
+        One study per paper.
+
+    Raises
+    ------
+    RefusedError
+        The folder has no study of a paper.
     """
-    found: dict[str, StudyStore] = {}
+    studies: dict[str, StudyStore] = {}
     for directory in sorted(folder.iterdir()) if folder.is_dir() else ():
         if not (directory.is_dir() and is_study(directory)):
             continue
         study = StudyStore(directory)
         name = study.paper or (DEFAULT if directory.name == "paper" else "")
-        is_first = name not in found or _rank(study) > _rank(found[name])
-        if study.kind == CONDITIONS and name and most_runs(study) and is_first:
-            found[name] = study
-    if not found:
+        if study.kind != CONDITIONS or not name or not count_most_runs(study):
+            continue
+        if name not in studies or _rank(study) > _rank(studies[name]):
+            studies[name] = study
+    if not studies:
         raise RefusedError(
-            f"{folder} holds no study of a paper with a finished run; `baldwinlab reproduce PAPER` makes one"
+            f"{folder} has no study of a paper with a finished run. "
+            "Run `baldwinlab reproduce PAPER` first."
         )
-    return found
+    return studies
 
 
 def _rank(study: StudyStore) -> tuple[bool, int]:
-    return not study.changes, most_runs(study)
+    return not study.changes, count_most_runs(study)
 
 
-def most_runs(study: StudyStore) -> int:
-    """Of the condition with the most."""
+def count_most_runs(study: StudyStore) -> int:
+    """Return the number of runs of the condition with the most runs."""
     return max(len(study.runs(name)) for name in study.experiments)
 
 
-def entries(folder: Path, last: int, tell: Callable[[str], None]) -> list[Entry]:
-    """What came of each paper that is stored in a folder, in the order of their years. Raises RefusedError for an empty one."""
-    found = []
-    for name, study in studies(folder).items():
-        tell(f"{study.directory}: {name}")
-        found.append(_entry(study, of_study(study.directory, name), last))
-    return sorted(found, key=lambda entry: (entry.paper.about.year, entry.paper.name))
+def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
+    """Read the results of all papers in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    last : int
+        Number of final generations to average in each run.
+    log : callable
+        Called with progress messages.
+
+    Returns
+    -------
+    list of Entry
+        Papers in the order of their years.
+
+    Raises
+    ------
+    RefusedError
+        The folder has no study of a paper.
+    """
+    entries = []
+    for name, study in find_studies(folder).items():
+        log(f"{study.directory}: {name}")
+        entries.append(_read_entry(study, of_study(study.directory, name), last))
+    return sorted(entries, key=lambda entry: (entry.paper.about.year, entry.paper.name))
 
 
-def _entry(study: StudyStore, paper: Paper, last: int) -> Entry:
-    measured = storage.read(study, ["innate"])
-    there = [name for name in study.experiments if study.runs(name)]
-    answered: tuple[System, ...] = ()
-    if measured:
-        wanted = [name for name in paper.about.compared if name in there]
-        answered = tuple(
-            systems(open_conditions(study, there), measured, study.experiments, wanted, last)
-        )
-    why_not, mend = ("", ()) if answered else _why_not(study, there, bool(measured))
+def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
+    assays = storage.read(study, ["innate"])
+    present = [name for name in study.experiments if study.runs(name)]
+    systems: list[System] = []
+    if assays:
+        selected = [name for name in paper.about.compared if name in present]
+        data = open_conditions(study, present)
+        systems = evaluate_systems(data, assays, study.experiments, selected, last)
+    reason, commands = ("", ()) if systems else _explain_omission(study, present, bool(assays))
     claims = {claim["id"]: claim["verdict"] for claim in claims_in(study)}
     return Entry(
-        paper, study.changes, study.directory, most_runs(study), claims, answered, why_not, mend
+        paper,
+        study.changes,
+        study.directory,
+        count_most_runs(study),
+        claims,
+        tuple(systems),
+        reason,
+        commands,
     )
 
 
-def _why_not(
-    study: StudyStore, there: Sequence[str], measured: bool
+def _explain_omission(
+    study: StudyStore, present: Sequence[str], has_assays: bool
 ) -> tuple[str, tuple[str, ...]]:
-    """Why nothing can be asked of a study with runs of these conditions, in words, and the commands that change it."""
+    """Return why a study has no system, and the commands that add one."""
+    # A part may not be loaded.
     try:
-        learning = [study.experiments[name] for name in there if study.experiments[name].learns]
-    except ExperimentError as error:  # a part is not loaded
+        learning = [study.experiments[name] for name in present if study.experiments[name].learns]
+    except ExperimentError as error:
         return str(error), ()
     if not learning:
-        return "nobody learns there", ()
-    if all(one.evolution.generations == 1 for one in learning):
-        return "there are no generations to compare", ()
-    if measured:
-        return "the assay innate has measured nobody who learns and evolves", ()
+        return "its conditions do not learn", ()
+    if all(experiment.evolution.generations == 1 for experiment in learning):
+        return "its runs have a single generation", ()
+    if has_assays:
+        return "the assay innate has no condition that learns and evolves", ()
     commands = (
         f"baldwinlab assay {study.directory} --assays innate",
         f"baldwinlab gallery {study.directory.parent}",

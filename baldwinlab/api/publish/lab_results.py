@@ -1,7 +1,7 @@
-"""Curves, final values and typical runs of a study as plain data: what the lab's Results show; and what is asked for on demand.
+"""Results that the lab shows: curves, final values and typical runs, as plain data.
 
-A large study takes seconds to read, so they are kept beside its report. The file says of which records it was made, and is
-believed only while these are the ones that are stored, and by the version that made it.
+Reading a large study takes seconds, so `results.json` caches them next to the report. The cache
+is used only by the version that wrote it, and only while the same records are stored.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any, Final
 import xarray as xr
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis.assays.phrases import of_foragers
-from baldwinlab.analysis.assays.reaction_norms import Panel, by_circumstance
+from baldwinlab.analysis.assays.phrases import has_foragers
+from baldwinlab.analysis.assays.reaction_norms import Panel, reaction_panels
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
@@ -30,50 +30,86 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings
 
 FILE: Final = "results.json"
-MOST: Final = 1000  # conditions, beyond which the file would be too large to be of use
-MOST_PLACES: Final = 1_000_000  # of the lines of a condition's runs: runs times generations
+# Larger studies have no cache, because the file would be slow to load.
+MAX_CONDITIONS: Final = 1000
+# Limit on the number of runs times the number of generations of a condition.
+MAX_POINTS: Final = 1_000_000
 
 
-def of_study(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
-    """Of every condition that has a run; None where a number does not exist. Raises StudyError for a record that is damaged.
+def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
+    """Compute the results of all conditions that have a run.
 
-    `data` is the study as `open_runs` gives it, where it has been read already.
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    data : xr.Dataset or None
+        The runs as `open_runs` returns them, if they are already loaded.
+
+    Returns
+    -------
+    dict of str to Any
+        Plain data for JSON, with None for numbers that do not exist.
+
+    Raises
+    ------
+    StudyError
+        A record is damaged.
     """
     names = [name for name in study.experiments if study.runs(name)]
     answer: dict[str, Any] = {
         "conditions": names,
-        "factors": factors(study, names),
+        "factors": distinguishing_factors(study, names),
         "generation": [],
-    }
-    answer["swept"] = study.kind == SWEEP
-    answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {
-        "typical_run": {}
+        "swept": study.kind == SWEEP,
+        "curves": {name: {} for name in names},
+        "final": {name: {} for name in names},
+        "typical_run": {},
     }
     if not names:
         return answer
     if data is None or data["condition"].values.tolist() != names:
         data = open_conditions(study, names)
     data = fitness.with_curves(data)
-    answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
+    # Without food, the lab does not say that agents eat.
+    answer["food"] = "food_eaten" in data
     answer["generation"] = data["generation"].values.tolist()
-    for measure, values in fitness.MEASURES.items():
-        average, low, high = fitness.interval_of_mean(values(data))
+    for measure, compute in fitness.MEASURES.items():
+        average, low, high = fitness.interval_of_mean(compute(data))
         curve = {"mean": average, "low": low, "high": high}
         final = fitness.final(data, measure)
         for name in names:
             answer["curves"][name][measure] = {
-                part: _plain(array.sel(condition=name)) for part, array in curve.items()
+                part: _to_list(array.sel(condition=name)) for part, array in curve.items()
             }
-            answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
-    answer["comparison"] = _comparison(study, data)
+            values = final.sel(condition=name, run=study.runs(name))
+            answer["final"][name][measure] = _to_list(values)
+    answer["comparison"] = _comparison_record(study, data)
     answer["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return answer
 
 
-def compare(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a stored study, of which one at a time is held in memory.
+def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
+    """Compare the conditions of a study, with one condition in memory at a time.
 
-    Raises StudyError where no run is stored, and for a baseline that the study does not have or of which no run is stored.
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    last : int
+        Number of final generations to average in each run.
+    baseline : str
+        Condition with which all others are compared, or "" for the default.
+
+    Returns
+    -------
+    Contrasts
+        The comparisons.
+
+    Raises
+    ------
+    StudyError
+        The study has no run, or no run of `baseline`.
     """
     study.require_runs()
     require_baseline(study, baseline)
@@ -82,19 +118,20 @@ def compare(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
     return _compare(study, xr.concat(finals, "condition", join="outer"), last, baseline)
 
 
-def _comparison(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
-    """The comparisons of the conditions as plain data; none where a report of the study has none."""
+def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
+    """Return the comparisons that the report of the study shows, as plain data."""
     if study.kind == MULTIVERSE or (study.kind == SWEEP and not has_comparisons(study)):
         return {"pairing": "", "too_few": "", "rows": []}
-    found = _compare(study, final_values(data), 10)
+    contrasts = _compare(study, final_values(data), 10)
     rows = [
-        {name: _number(value) for name, value in row.row().items()} | {"verdict": row.verdict}
-        for row in found.rows
+        {name: _finite_or_none(value) for name, value in contrast.row().items()}
+        | {"verdict": contrast.verdict}
+        for contrast in contrasts.rows
     ]
-    return {"pairing": found.pairing, "too_few": found.too_few, "rows": rows}
+    return {"pairing": contrasts.pairing, "too_few": contrasts.too_few, "rows": rows}
 
 
-def _number(value: Any) -> Any:
+def _finite_or_none(value: Any) -> Any:
     return finite_or_none(value) if isinstance(value, float) else value
 
 
@@ -106,114 +143,182 @@ def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "
 
 
 def require_baseline(study: StudyStore, baseline: str) -> None:
-    """Raise StudyError where a baseline is given and the study has no run of it."""
+    """Raise StudyError if a baseline is given and the study has no run of it."""
     if baseline:
         study.experiment(baseline)
         if not study.runs(baseline):
             raise StudyError(
-                f"baseline {baseline!r}: {study.directory} holds no finished run of this condition"
+                f"baseline {baseline!r}: {study.directory} has no finished run of this condition"
             )
 
 
-def of_runs(study: StudyStore, condition: str, measure: str) -> dict[str, list[float | None]]:
-    """The curve of every run of a condition, by its number: best, mean or share in each generation.
+def read_run_curves(
+    study: StudyStore, condition: str, measure: str
+) -> dict[str, list[float | None]]:
+    """Return the curve of every run of a condition.
 
-    Raises ValueError for another measure and for more than `MOST_PLACES`, and StudyError as `of_study` does.
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    condition : str
+        A condition of the study.
+    measure : str
+        A measure of `statistics.fitness.MEASURES`.
+
+    Returns
+    -------
+    dict of str to list of float or None
+        One value per generation, by run.
+
+    Raises
+    ------
+    ValueError
+        The measure is unknown, or the condition has more than `MAX_POINTS` values.
+    StudyError
+        The condition is unknown, or a record is damaged.
     """
     if measure not in fitness.MEASURES:
         raise ValueError(f"measure = {measure!r} must be one of {', '.join(fitness.MEASURES)}")
-    runs, generations = study.runs(condition), study.experiment(condition).evolution.generations
-    if len(runs) * generations > MOST_PLACES:
+    runs = study.runs(condition)
+    generations = study.experiment(condition).evolution.generations
+    if len(runs) * generations > MAX_POINTS:
         raise ValueError(
-            f"{condition} has {len(runs):,} runs of {generations:,} generations; "
-            f"lines of at most {MOST_PLACES:,} generations in all can be shown run by run"
+            f"{condition} has {len(runs):,} runs of {generations:,} generations. "
+            f"Curves of single runs are limited to {MAX_POINTS:,} values per condition."
         )
     if not runs:
         return {}
-    curves = fitness.MEASURES[measure](open_conditions(study, [condition])).sel(condition=condition)
-    return {str(run): _plain(curves.sel(run=run)) for run in runs}
+    data = open_conditions(study, [condition])
+    curves = fitness.MEASURES[measure](data).sel(condition=condition)
+    return {str(run): _to_list(curves.sel(run=run)) for run in runs}
 
 
-def reaction_norms(study: StudyStore) -> dict[str, Any]:
-    """What the stored assay `reaction` says, circumstance by circumstance and map by map: medians over runs with their bands.
+def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
+    """Return the reaction norms of a study: medians over runs with their intervals.
 
-    Raises ValueError for an assay that is not what it should be.
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+
+    Returns
+    -------
+    dict of str to Any
+        The unit of fitness, and one panel per varied setting and map. Plain data for JSON.
+
+    Raises
+    ------
+    ValueError
+        The stored assay is damaged, or belongs to another study.
     """
     assays = read(study, ["reaction"])
     if not assays:
         return {"unit": "", "panels": []}
-    found = [panel for panel in by_circumstance(assays["reaction"]) if panel.norms]
-    shown = [
-        one._asdict() | {"evolved": sorted(one.evolved), "norms": _bands(one)} for one in found
+    panels = [panel for panel in reaction_panels(assays["reaction"]) if panel.norms]
+    records = [
+        panel._asdict() | {"evolved": sorted(panel.evolved), "norms": _summarize_norms(panel)}
+        for panel in panels
     ]
-    return {"unit": "fitness (energy)" if of_foragers(assays) else "fitness", "panels": shown}
+    return {"unit": "fitness (energy)" if has_foragers(assays) else "fitness", "panels": records}
 
 
-def _bands(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
-    """By condition, at each of the panel's values; None where it was not lived."""
+def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
+    """Return the median and its interval by condition, with None for missing values."""
     places = range(len(panel.values))
-    return {
-        name: {
-            part: _plain(values.reindex(place=places))
-            for part, values in zip(
-                ("median", "low", "high"), fitness.interval_of_median(food), strict=True
-            )
-        }
-        for name, food in panel.norms.items()
-    }
+    summaries = {}
+    for name, food in panel.norms.items():
+        numbers = zip(("median", "low", "high"), fitness.interval_of_median(food), strict=True)
+        summaries[name] = {part: _to_list(values.reindex(place=places)) for part, values in numbers}
+    return summaries
 
 
-def factors(study: StudyStore, names: list[str]) -> dict[str, list[Any]]:
-    """What tells these conditions apart, by factor or, in a sweep, by field: a value each, unless all have the same."""
+def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, list[Any]]:
+    """Return the factors, or the fields of a sweep, in which these conditions differ.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    names : list of str
+        Conditions of the study.
+
+    Returns
+    -------
+    dict of str to list
+        One value per condition, by factor or field.
+    """
+    columns: dict[str, list[Any]]
     if study.kind == SWEEP:
-        there = [name in names for name in study.experiments]
-        known = {field: [*compress(values, there)] for field, values in settings(study).items()}
+        is_wanted = [name in names for name in study.experiments]
+        columns = {
+            field: [*compress(values, is_wanted)] for field, values in settings(study).items()
+        }
     else:
-        known = {
+        columns = {
             factor: [getattr(study.factors[name], factor) for name in names]
             for factor in Factors._fields
         }
-    return {factor: values for factor, values in known.items() if len(set(values)) > 1}
+    return {name: values for name, values in columns.items() if len(set(values)) > 1}
 
 
-def _plain(values: xr.DataArray) -> list[float | None]:
+def _to_list(values: xr.DataArray) -> list[float | None]:
     return [None if value != value else value for value in values.values.tolist()]
 
 
-def keep(study: StudyStore, data: xr.Dataset | None = None) -> None:
-    """Write them beside the report; `data` as for `of_study`. Raises StudyError as that does, and OSError."""
-    if len(study.experiments) <= MOST:
-        record = {
-            "version": __version__,
-            "records": digest_records(study),
-            "results": of_study(study, data),
-        }
-        write_atomically(
-            study.directory / FILE, json.dumps({"checksum": _checksum(record), **record}).encode()
-        )
+def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
+    """Write the results of a study to its cache, unless it has too many conditions.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    data : xr.Dataset or None
+        The runs as `open_runs` returns them, if they are already loaded.
+
+    Raises
+    ------
+    StudyError
+        A record is damaged.
+    OSError
+        The file cannot be written.
+    """
+    if len(study.experiments) > MAX_CONDITIONS:
+        return
+    record = {
+        "version": __version__,
+        "records": digest_records(study),
+        "results": compute_results(study, data),
+    }
+    text = json.dumps({"checksum": _checksum(record), **record})
+    write_atomically(study.directory / FILE, text.encode())
 
 
-def kept(study: StudyStore) -> dict[str, Any] | None:
-    """What was kept, if it is of the records that are stored now; else None."""
+def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
+    """Return the cached results, or None if they are not of the stored records.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+
+    Returns
+    -------
+    dict of str to Any or None
+        The results of `compute_results`.
+    """
     try:
         record = json.loads(read_text(study.directory / FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
-        if (record["version"], record["records"], checksum) == (
-            __version__,
-            digest_records(study),
-            _checksum(record),
-        ):
-            return dict(record["results"])
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        RecursionError,
-    ):  # none, or none of ours
-        pass
-    return None
+        is_valid = (
+            record["version"] == __version__
+            and record["records"] == digest_records(study)
+            and checksum == _checksum(record)
+        )
+        return dict(record["results"]) if is_valid else None
+    # The file is missing, or another program wrote it.
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
 
 
 def _checksum(record: dict[str, Any]) -> str:

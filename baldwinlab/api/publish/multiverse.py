@@ -1,61 +1,83 @@
-"""From a stored multiverse to its results, figures and page."""
+"""Write the results, figures and page of a stored multiverse."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
-from baldwinlab.analysis.multiverse.section import lead, section
+from baldwinlab.analysis.multiverse.section import compose_lead, section
 from baldwinlab.analysis.report import write_page
-from baldwinlab.papers import of_study
+from baldwinlab.api.publish.plan import ReportPlan
+from baldwinlab.papers import Paper, of_study
 from baldwinlab.studies.multiverse import by_variant
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import Progress
 from baldwinlab.studies.store import StudyStore
 
-FILE = "multiverse.json"  # what came of a multiverse, in its folder
-FOLDERS = (
-    "multiverse-full",
-    "multiverse",
-)  # in a study of the paper: the first that is there stands in its report
+FILE: Final = "multiverse.json"
+# Folders in a study of the paper. Its report shows the first that exists.
+FOLDERS: Final = ("multiverse-full", "multiverse")
 
 
-def publish(
-    study: StudyStore,
-    out: Path,
-    last: int,
+def publish_multiverse(
+    plan: ReportPlan,
     progress: Callable[[str, int, str], Progress],
-    tell: Callable[[str], None],
+    log: Callable[[str], None],
 ) -> analysis.Multiverse:
-    """Write multiverse.json, the figures and the page of a multiverse, and return what came of it.
+    """Write multiverse.json, the figures and the page of a multiverse.
 
-    A variant of which no run is stored is left out. Raises StudyError if there is no other.
+    Parameters
+    ----------
+    plan : ReportPlan
+        The plan of `plan_report`. Variants without runs are left out.
+    progress : callable
+        Opens a progress bar with a description, a total and a unit.
+    log : callable
+        Called with progress messages.
+
+    Returns
+    -------
+    Multiverse
+        The outcomes of all claims.
+
+    Raises
+    ------
+    StudyError
+        The study has no run, or a record is damaged.
+    OSError
+        A file cannot be written.
     """
+    study = plan.study
     study.require_runs()
-    found = []
-    paper = of_study(study.directory, study.paper)
-    wanted = by_variant(study.factors, paper)
-    with progress("deciding the claims", len(wanted), "variants") as show:
-        for variant, conditions in wanted.items():
+    paper = plan.paper or of_study(study.directory, study.paper)
+    variants = _evaluate_variants(study, paper, plan.last, progress)
+    multiverse = analysis.Multiverse(
+        seed=study.seed,
+        last=plan.last,
+        claims=analysis.list_claims(paper),
+        variants=tuple(variants),
+        source=paper.about.source,
+    )
+    analysis.write_multiverse(multiverse, study.directory / FILE)
+    log("drawing the figures")
+    figures = study.directory / "figures"
+    sections = [section(multiverse, figures)]
+    title = "Claims of the paper under all variants"
+    write_page(title, compose_lead(multiverse), sections, plan.out, figures)
+    return multiverse
+
+
+def _evaluate_variants(
+    study: StudyStore, paper: Paper, last: int, progress: Callable[[str, int, str], Progress]
+) -> list[analysis.VariantResult]:
+    results = []
+    groups = by_variant(study.factors, paper)
+    with progress("evaluating the claims", len(groups), "variants") as show:
+        for variant, conditions in groups.items():
             data = open_conditions(study, list(conditions))
             if data.sizes["run"]:
                 data = data.assign_coords(condition=list(conditions.values()))
-                about = (variant.name, variant.description, variant.choices, variant.fields)
-                found.append(analysis.evaluate_variant(data, *about, last, paper))
+                results.append(analysis.evaluate_variant(data, variant, last, paper))
             show(1)
-    claims = analysis.paper_claims(paper)
-    multiverse = analysis.Multiverse(
-        seed=study.seed, last=last, claims=claims, variants=tuple(found), source=paper.about.source
-    )
-    analysis.write(multiverse, study.directory / FILE)
-    tell("drawing the figures")
-    shown = section(multiverse, study.directory / "figures")
-    write_page(
-        "The paper's claims under every variant",
-        lead(multiverse),
-        [shown],
-        out,
-        study.directory / "figures",
-    )
-    return multiverse
+    return results

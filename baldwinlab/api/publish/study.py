@@ -1,233 +1,222 @@
-"""From a stored study to its statistics, figures and report."""
+"""Write the statistics, figures and report of a stored study."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from baldwinlab.analysis.assays import learner_comparison
 from baldwinlab.analysis.assays import section as assays
-from baldwinlab.analysis.assays.analysis import Analysis
-from baldwinlab.analysis.assays.analysis import evaluate as evaluate_assays
+from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.claims import ClaimResult, claim_records, evaluate, write
+from baldwinlab.analysis.claims import (
+    ClaimResult,
+    Samples,
+    claim_records,
+    evaluate_samples,
+    write_statistics,
+)
 from baldwinlab.analysis.multiverse import section as variants
-from baldwinlab.analysis.multiverse.analysis import STANDARD, read
+from baldwinlab.analysis.multiverse.analysis import STANDARD, read_multiverse
 from baldwinlab.analysis.report import (
-    InShort,
+    ReportData,
     Section,
+    Summary,
     draw_report,
     emergence_generations,
     write_report,
 )
-from baldwinlab.analysis.report.content import describe_variant, run_counts
+from baldwinlab.analysis.report.content import count_runs, describe_variant
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.api.publish import lab_results
 from baldwinlab.api.publish import sweep as sweeps
 from baldwinlab.api.publish.multiverse import FILE, FOLDERS
-from baldwinlab.core.resources import NOTHING, Need
-from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import CONDITIONS, SWEEP
+from baldwinlab.api.publish.plan import ReportPlan, can_replay
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.models.miniworld.appearance import look
-from baldwinlab.papers import Paper, of_study
-from baldwinlab.papers.texts import FIGURES
-from baldwinlab.simulation.memory import estimate_replay, estimate_tables
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
-from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import StudyStore
 
 
 class Published(NamedTuple):
-    """What came of a study."""
+    """The results of a study, and a function that writes its report again."""
 
     claims: Sequence[ClaimResult]
     contrasts: Contrasts
-    write: Callable[
-        [], object
-    ]  # the report again, with what other commands have left in the study's folder since
+    # Includes results that other commands have added to the study since.
+    write: Callable[[], object]
 
 
-def publish(
-    study: StudyStore,
-    out: Path,
-    last: int,
-    tell: Callable[[str], None],
-    baseline: str = "",
-    paper: Paper | None = None,
-) -> Published:
-    """Write claims.json, statistics.csv, summary.csv, the figures, the report and what the lab shows.
+def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
+    """Write the results, figures and report of a study or a sweep.
 
-    Claims are those of `paper`, or else of the paper that made the study; a study that no paper made has none. Conditions are
-    compared with `baseline` where one is given. A sweep has other results, those of `sweeps.publish`, and no claims. A run counts
-    with its average over its `last` generations. Raises StudyError if no run is stored yet.
+    The files are claims.json, statistics.csv, summary.csv, results.json, the figures and the
+    report. A sweep has no claims.
+
+    Parameters
+    ----------
+    plan : ReportPlan
+        The plan of `plan_report`.
+    log : callable
+        Called with progress messages.
+
+    Returns
+    -------
+    Published
+        The results.
+
+    Raises
+    ------
+    StudyError
+        The study has no run, or a record is damaged.
+    OSError
+        A file cannot be written.
     """
-    if study.kind == SWEEP:
-        compared = sweeps.publish(study, out, last, tell, baseline)
-        lab_results.keep(study)
-        return Published([], compared, lambda: sweeps.publish(study, out, last, tell, baseline))
+    if plan.study.kind == SWEEP:
+        return _publish_sweep(plan, log)
+    study = plan.study
     study.require_runs()
-    data = fitness.with_curves(open_runs(study.directory))
-    paper = paper or (of_study(study.directory, study.paper) if study.paper else None)
-    results = evaluate(data, last, paper) if paper else []
-    compared = compare_conditions(data, last, baseline)
-    write_claims(study, claim_records(results, paper.name if paper else "", study.changes))
-    write(results, data, study.directory, last, compared.rows)
-    tell("drawing the figures")
-    traces = _emergence(study, data, paper)
-    looks, reproduced = _looks(study), bool(study.paper)
-    drawn = draw_report(
-        study.directory,
-        data,
-        results,
-        traces,
-        provenance(study),
-        last,
-        paper,
-        looks,
-        compared,
-        reproduced,
+    data = fitness.with_curves(open_conditions(study, list(study.experiments)))
+    samples = Samples(data, plan.last, plan.paper) if plan.paper else None
+    results = evaluate_samples(samples) if samples else []
+    contrasts = compare_conditions(data, plan.last, plan.baseline)
+    paper_name = plan.paper.name if plan.paper else ""
+    write_claims(study, claim_records(results, paper_name, study.changes))
+    write_statistics(results, data, study.directory, plan.last, contrasts.rows)
+    log("drawing the figures")
+    report = ReportData(
+        directory=study.directory,
+        data=data,
+        experiments=study.experiments,
+        results=results,
+        traces=_replay_emergence(plan, data),
+        provenance=provenance(study),
+        last=plan.last,
+        paper=plan.paper,
+        looks=_describe_looks(study),
+        contrasts=contrasts,
+        model_measures=samples.model_measures() if samples else (),
+        is_reproduction=bool(study.paper),
     )
-    beside = _beside(study, data, paper, results) if paper else None
+    contents = draw_report(report)
+    standard = _standard_study(report)
 
-    def write_page() -> None:
-        measured = storage.read(study)
-        analysis = evaluate_assays(measured, last) if measured else None
-        left = _left(study, measured, analysis, paper, beside)
-        write_report(study.directory, drawn, out, left, _in_short(study, results, analysis, paper))
+    def write() -> None:
+        _write_report(plan, report, contents, standard)
 
-    write_page()
-    lab_results.keep(study, data)
-    return Published(results, compared, write_page)
+    write()
+    lab_results.cache_results(study, data)
+    return Published(results, contrasts, write)
 
 
-def _in_short(
-    study: StudyStore,
-    results: Sequence[ClaimResult],
-    analysis: Analysis | None,
-    paper: Paper | None,
-) -> InShort | None:
-    """Of a paper that sums up many conditions in one figure: what foragers' ways of learning give, and cost."""
-    foraging = all(isinstance(experiment, Experiment) for experiment in study.experiments.values())
-    summed_up = paper is not None and "overview" in paper.about.figures
-    found = (
-        learner_comparison.ways(results, study.factors, analysis)
-        if foraging and summed_up
-        else None
-    )
-    if found is None or any(study.experiments[name].learns for name in found.held_against):
+def _publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Published:
+    def write() -> Contrasts:
+        return sweeps.publish_sweep(plan.study, plan.out, plan.last, log, plan.baseline)
+
+    contrasts = write()
+    lab_results.cache_results(plan.study)
+    return Published([], contrasts, write)
+
+
+def _write_report(
+    plan: ReportPlan,
+    report: ReportData,
+    contents: dict[str, Any],
+    standard: variants.StandardStudy | None,
+) -> None:
+    """Write the report with the assays and the multiverse that are stored now."""
+    study = plan.study
+    measured = storage.read(study)
+    analysis = evaluate_assays(measured, plan.last) if measured else None
+    sections = _extra_sections(plan, measured, analysis, standard)
+    summary = _summarize_learners(plan, report.results, analysis)
+    write_report(study.directory, contents, plan.out, sections, summary)
+
+
+def _summarize_learners(
+    plan: ReportPlan, results: Sequence[ClaimResult], analysis: Analysis | None
+) -> Summary | None:
+    """Compare all learners, if the paper has the figure of all conditions."""
+    study = plan.study
+    experiments = study.experiments.values()
+    is_foraging = all(isinstance(experiment, Experiment) for experiment in experiments)
+    has_overview = plan.paper is not None and "overview" in plan.paper.about.figures
+    if not (is_foraging and has_overview):
         return None
-    return learner_comparison.in_short(found, study.directory)
+    comparison = learner_comparison.compare_learners(results, study.factors, analysis)
+    if comparison is None:
+        return None
+    if any(study.experiments[name].learns for name in comparison.reference_conditions):
+        return None
+    return learner_comparison.summary_section(comparison, study.directory)
 
 
-def _left(
-    study: StudyStore,
+def _extra_sections(
+    plan: ReportPlan,
     measured: Assays,
     analysis: Analysis | None,
-    paper: Paper | None,
-    beside: variants.Beside | None,
+    standard: variants.StandardStudy | None,
 ) -> list[Section]:
-    """What other commands have left in the folder of a study."""
-    found = []
+    """Return the sections of the assays and of the multiverse in the study's directory."""
+    directory = plan.study.directory
+    sections = []
     if analysis:
-        found.append(
-            assays.section(
-                measured,
-                study.directory,
-                analysis.last,
-                paper.words.inference if paper else None,
-                analysis,
-            )
-        )
-    places = [study.directory / name / FILE for name in FOLDERS]
-    multiverses = [read(place) for place in places if place.exists()]
-    return found + [
-        variants.section(multiverse, study.directory / "figures", beside)
-        for multiverse in multiverses[:1]
-    ]
+        inference = plan.paper.words.inference if plan.paper else None
+        sections.append(assays.section(measured, directory, analysis.last, inference, analysis))
+    paths = [directory / folder / FILE for folder in FOLDERS]
+    multiverses = [read_multiverse(path) for path in paths if path.exists()]
+    if multiverses:
+        sections.append(variants.section(multiverses[0], directory / "figures", standard))
+    return sections
 
 
-def _beside(
-    study: StudyStore, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]
-) -> variants.Beside | None:
-    """The study as it stands beside the variants; None where it follows another than the standard one."""
-    if {describe_variant(experiment, paper) for experiment in study.experiments.values()} != {
-        STANDARD
-    }:
+def _standard_study(report: ReportData) -> variants.StandardStudy | None:
+    """Return the verdicts and numbers of runs of a study under the standard variant."""
+    if report.paper is None:
         return None
-    counts = run_counts(data).values()
-    return variants.Beside(
-        {result.claim.id: result.verdict for result in results}, (min(counts), max(counts))
-    )
+    paper = report.paper
+    followed = {describe_variant(experiment, paper) for experiment in report.experiments.values()}
+    if followed != {STANDARD}:
+        return None
+    counts = count_runs(report.data).values()
+    verdicts = {result.claim.id: result.verdict for result in report.results}
+    return variants.StandardStudy(verdicts, (min(counts), max(counts)))
 
 
-def _can_be_watched(study: StudyStore, condition: str) -> bool:
-    """Whether it has a world, and its parts are here to be lived with."""
-    try:
-        study.require_parts(condition)
-    except ValueError:  # as PartError is
-        return False
-    return isinstance(study.experiments[condition], Experiment)
-
-
-def _looks(study: StudyStore) -> dict[str, dict[str, Any]]:
-    """How the conditions look whose parts are here."""
+def _describe_looks(study: StudyStore) -> dict[str, dict[str, Any]]:
+    """Return the appearances of the conditions whose parts are loaded."""
     return {
         name: look(study.experiments[name]).to_dict()
         for name in study.experiments
-        if _can_be_watched(study, name)
+        if can_replay(study, name)
     }
 
 
-def _shown(study: StudyStore, paper: Paper | None) -> str | None:
-    """The condition whose emergence is shown, if any can be: that which the paper shows, or else the first there is."""
-    wanted = "emergence" in (paper.about.figures if paper else FIGURES)
-    preferred = (paper.about.emergence if paper else "", *study.experiments) if wanted else ()
-    stored = (
-        name
-        for name in preferred
-        if name in study.experiments and study.runs(name) and _can_be_watched(study, name)
-    )
-    return next(stored, None)
-
-
-def _emergence(study: StudyStore, data: xr.Dataset, paper: Paper | None) -> list[xr.Dataset]:
-    """The typical population of a condition at several generations."""
-    condition = _shown(study, paper)
+def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
+    """Replay the typical population of a condition at several generations."""
+    condition = plan.emergence_condition
     if condition is None:
         return []
-    experiment, run = study.experiments[condition], fitness.typical_run(data, condition)
+    experiment = plan.study.experiments[condition]
+    run = fitness.typical_run(data, condition)
     energy = data.energy.sel(condition=condition, run=run)
-    return [  # forced, as `need` has told what all of them take
+    # The memory of all replays was checked before, by `required_memory`.
+    return [
         replay(
-            experiment, seed=study.seed, run=run, generation=generation, energy=energy, force=True
+            experiment,
+            seed=plan.study.seed,
+            run=run,
+            generation=generation,
+            energy=energy,
+            force=True,
         )
         for generation in emergence_generations(experiment.evolution.generations)
     ]
-
-
-def need(study: StudyStore) -> Need:
-    """What the report of a study takes; that of a multiverse is made variant by variant."""
-    by_variant: dict[str, list[tuple[Experiment, int]]] = {}
-    for name, experiment in study.experiments.items():
-        by_variant.setdefault(study.factors[name].variant, []).append(
-            (experiment, len(study.runs(name)))
-        )
-    tables = max((estimate_tables(stored) for stored in by_variant.values()), default=NOTHING)
-    paper = of_study(study.directory, study.paper) if study.paper else None
-    shown = _shown(study, paper) if study.kind == CONDITIONS else None
-    return tables.then(of_emergence(study.experiments[shown])) if shown else tables
-
-
-def of_emergence(experiment: BaseExperiment) -> Need:
-    """What the lives take in which emergence is shown."""
-    if not isinstance(experiment, Experiment):
-        return NOTHING
-    lives = len(emergence_generations(experiment.evolution.generations))
-    return Need(estimate_replay(experiment, lives).memory)

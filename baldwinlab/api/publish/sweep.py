@@ -1,9 +1,11 @@
-"""From a stored sweep to its results, figures and report."""
+"""Write the results, figures and report of a stored sweep."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+
+import xarray as xr
 
 from baldwinlab.analysis.statistics.contrasts import COLUMNS, MEASURES, Contrasts
 from baldwinlab.analysis.statistics.csv import to_csv
@@ -16,26 +18,50 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import open_sweep
 
 
-def publish(
-    study: StudyStore, out: Path, last: int, tell: Callable[[str], None], baseline: str = ""
+def publish_sweep(
+    study: StudyStore, out: Path, last: int, log: Callable[[str], None], baseline: str = ""
 ) -> Contrasts:
-    """Write responses.csv, statistics.csv, the figures and the report of a sweep, and return the comparisons of its points.
+    """Write responses.csv, statistics.csv, the figures and the report of a sweep.
 
-    Raises StudyError if no run is stored yet.
+    Parameters
+    ----------
+    study : StudyStore
+        The sweep.
+    out : Path
+        HTML file to write.
+    last : int
+        Number of final generations to average in each run.
+    log : callable
+        Called with progress messages.
+    baseline : str
+        Point with which all others are compared, or "" for the first.
+
+    Returns
+    -------
+    Contrasts
+        Comparisons of the points.
+
+    Raises
+    ------
+    StudyError
+        The sweep has no run, or a record is damaged.
+    OSError
+        A file cannot be written.
     """
     study.require_runs()
-    data = open_sweep(study.directory)
-    measured = analysis.finals(data, last)
-    analysis.write(measured, study.directory)
-    contrasts = Contrasts("", last, ())
-    if has_comparisons(study):
-        finals = measured[list(MEASURES)].rename(point="condition").reset_coords(drop=True)
-        contrasts = compare_points(
-            study, finals.assign_coords(condition=list(study.experiments)), last, baseline
-        )
-    write_atomically(
-        study.directory / "statistics.csv", to_csv(COLUMNS, [row.row() for row in contrasts.rows])
-    )
-    tell("drawing the figures")
+    measured = analysis.compute_finals(open_sweep(study.directory), last)
+    analysis.write_responses(measured, study.directory)
+    contrasts = _compare(study, measured, last, baseline)
+    rows = [contrast.row() for contrast in contrasts.rows]
+    write_atomically(study.directory / "statistics.csv", to_csv(COLUMNS, rows))
+    log("drawing the figures")
     write_sweep_report(study.directory, measured, provenance(study), out, last, contrasts)
     return contrasts
+
+
+def _compare(study: StudyStore, measured: xr.Dataset, last: int, baseline: str) -> Contrasts:
+    if not has_comparisons(study):
+        return Contrasts("", last, ())
+    finals = measured[list(MEASURES)].rename(point="condition").reset_coords(drop=True)
+    finals = finals.assign_coords(condition=list(study.experiments))
+    return compare_points(study, finals, last, baseline)

@@ -13,16 +13,17 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import FILE, settings_by_path
 from baldwinlab.studies.sweeps.file import Sweep, read_stored
 
-MOST_COMPARED: Final = 100  # points; the correction for more tests would leave little
+# With more points, the correction for multiple tests leaves few significant differences.
+MAX_COMPARED: Final = 100
 
 
 def are_compared(sweep: Sweep, points: int) -> bool:
-    """Whether the report of a sweep compares its points: few points, of a grid or a list."""
-    return points <= MOST_COMPARED and sweep.samples is None
+    """Return whether the report of a sweep compares its points: few points of a grid or a list."""
+    return points <= MAX_COMPARED and sweep.samples is None
 
 
 def describe_too_few_runs(sweep: Sweep, points: int) -> str:
-    """Say before the runs whether they are too few to compare the points; "" where they are not."""
+    """Return a sentence if the planned runs are too few to compare the points, else ""."""
     factors = {str(point): Factors() for point in range(points)}
     if not are_compared(sweep, points):
         return ""
@@ -30,7 +31,7 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
 
 
 def has_comparisons(study: StudyStore) -> bool:
-    """Whether the report of a stored sweep compares its points."""
+    """Return whether the report of a stored sweep compares its points."""
     path = study.directory / FILE
     return path.exists() and are_compared(read_stored(path), len(study.experiments))
 
@@ -38,7 +39,24 @@ def has_comparisons(study: StudyStore) -> bool:
 def compare_points(
     study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
 ) -> Contrasts:
-    """Compare the points in `finals` (condition, run), named by the values of their fields."""
+    """Compare the points of a sweep.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The sweep.
+    finals : xr.Dataset
+        Measures (condition, run) of the points.
+    last : int
+        Number of final generations that were averaged in each run.
+    baseline : str
+        Point with which all others are compared, or "" for the first.
+
+    Returns
+    -------
+    Contrasts
+        Comparisons of the points, named by the values of their fields.
+    """
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]
     return compare_finals(
@@ -50,7 +68,7 @@ def compare_points(
 
 
 def name_points(study: StudyStore) -> dict[str, str]:
-    """Name each point of a sweep by the values of its fields, such as `learning.rule = hebb`."""
+    """Return a name for each point of a sweep, such as `learning.rule = hebb`."""
     settings = settings_by_path(study)
     columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
     named = [", ".join(values) for values in zip(*columns, strict=True)] or list(study.experiments)

@@ -15,11 +15,11 @@ import xarray as xr
 
 from baldwinlab.analysis.assays.analysis import (
     Analysis,
-    Subject,
-    conjunction,
-    criteria,
-    evaluate,
-    write,
+    ConditionResult,
+    combine_verdicts,
+    evaluate_assays,
+    load_criteria,
+    write_analysis,
 )
 from baldwinlab.analysis.assays.values import quantities
 from tests.analysis.assays.assayed import (
@@ -37,20 +37,20 @@ A, B = "evo+self-taught/A", "evo+self-taught/B"
 
 @cache
 def all_of_it() -> Analysis:
-    return evaluate(whole())
+    return evaluate_assays(whole())
 
 
-def asked(data: xr.Dataset, **others: xr.Dataset) -> Subject:
+def asked(data: xr.Dataset, **others: xr.Dataset) -> ConditionResult:
     """What is found of one condition, given its innate assay and others by name."""
     assays = {
         "innate": {A: data},
         **{assay.replace("_", "-"): {A: dataset} for assay, dataset in others.items()},
     }
-    (subject,) = evaluate(assays).subjects
+    (subject,) = evaluate_assays(assays).results
     return subject
 
 
-def verdicts(subject: Subject, *names: str) -> list[str]:
+def verdicts(subject: ConditionResult, *names: str) -> list[str]:
     return [subject.answer(name).verdict for name in names]
 
 
@@ -60,7 +60,7 @@ def test_full_assimilation_is_both_phases() -> None:
     )
     found = asked(data, within_life=within_life(A, 1, 9))
     assert verdicts(found, "innate", "share", "need", "movement") == ["yes"] * 4
-    assert (found.phase(1), found.phase(2)) == (
+    assert (found.phase_verdict(1), found.phase_verdict(2)) == (
         "yes",
         "yes",
     )  # although at last learning adds nothing any more
@@ -76,14 +76,14 @@ def test_learning_that_nothing_of_becomes_innate_is_the_first_phase_alone() -> N
         distance=rising(1, 2),
     )
     found = asked(data, within_life=within_life(A, 1, 9))
-    assert found.without_learning_nobody_ate
-    assert (found.phase(1), found.phase(2)) == ("yes", "no")
+    assert found.eats_only_with_learning
+    assert (found.phase_verdict(1), found.phase_verdict(2)) == ("yes", "no")
     assert verdicts(found, "innate", "share", "need", "movement", "cost") == ["no"] * 5
 
 
 def test_learning_that_does_not_help_is_not_even_that() -> None:
     found = asked(innate(A, off=rising(10, 90), on=rising(10, 80), drift=constant(5)))
-    assert found.answer("gain").verdict == "no" and found.phase(1) == "no"
+    assert found.answer("gain").verdict == "no" and found.phase_verdict(1) == "no"
     assert found.answer("innate").verdict == "yes"
     same = asked(innate(A, off=constant(10), on=constant(10)))
     assert same.answer("gain").verdict == "no"  # not one run differs
@@ -95,7 +95,7 @@ def test_where_drift_does_as_well_it_is_not_learning() -> None:
         within_life=within_life(A, 1, 9),
     )
     assert verdicts(found, "gain", "newborns", "learning") == ["yes", "yes", "no"]
-    assert found.phase(1) == "no"
+    assert found.phase_verdict(1) == "no"
 
 
 def test_blank_slates_that_do_as_well_contradict_the_paper() -> None:
@@ -122,9 +122,9 @@ def test_selection_built_what_the_neutral_twin_has_not() -> None:
     )  # of a study that was assayed before there were twins
 
 
-def test_the_rival_is_the_condition_that_differs_only_in_learning() -> None:
-    found = {subject.condition: subject for subject in all_of_it().subjects}
-    assert (found[A].rival, found[B].rival) == ("evo/A", "")
+def test_the_control_is_the_condition_that_differs_only_in_learning() -> None:
+    found = {subject.condition: subject for subject in all_of_it().results}
+    assert (found[A].control, found[B].control) == ("evo/A", "")
     assert found[A].answer("guidance").verdict == "yes"
     assert found[B].answer("guidance").verdict == "not measured"
 
@@ -133,8 +133,8 @@ def test_only_conditions_that_evolve_and_learn_are_asked() -> None:
     stored = {
         "innate": {name: innate(name, off=constant(1)) for name in ("evo/A", "self-taught/A")}
     }
-    found = evaluate(stored)
-    assert found.subjects == ()
+    found = evaluate_assays(stored)
+    assert found.results == ()
     assert {number.condition for number in found.numbers} == {"evo/A", "self-taught/A"}
 
 
@@ -157,8 +157,8 @@ def test_what_so_few_runs_cannot_decide_is_told_from_what_is_undecided() -> None
 
 @pytest.mark.parametrize("assay", ["neutral", "within-life", "modules", "reaction", "descent"])
 def test_a_single_assay_answers_what_it_can(assay: str) -> None:
-    found = evaluate({assay: whole()[assay]})
-    assert [subject.phase(2) for subject in found.subjects] == ["not measured"] * 2
+    found = evaluate_assays({assay: whole()[assay]})
+    assert [subject.phase_verdict(2) for subject in found.results] == ["not measured"] * 2
     assert found.numbers
 
 
@@ -167,13 +167,13 @@ def test_runs_in_which_a_share_is_undefined_are_left_out_and_counted() -> None:
     data["energy"].loc[{"run": [0, 1], "generation": range(10), "life": "on"}] = 0
     answer = asked(data).answer("share")
     assert answer.left_out == 2 and answer.numbers is not None and answer.numbers.n == 10
-    first = evaluate({"innate": {A: data}}).number(A, "innate share", "first")
+    first = evaluate_assays({"innate": {A: data}}).find_number(A, "innate share", "first")
     assert first is not None and (first.runs, first.left_out) == (10, 2)
 
 
 def test_p_is_corrected_for_all_questions_of_all_conditions() -> None:
     answers = [
-        answer for subject in all_of_it().subjects for answer in subject.answers if answer.numbers
+        answer for subject in all_of_it().results for answer in subject.answers if answer.numbers
     ]
     smallest = min(answers, key=lambda answer: answer.numbers.p if answer.numbers else 1)
     assert smallest.numbers is not None and smallest.p_holm == pytest.approx(
@@ -195,25 +195,25 @@ def test_p_is_corrected_for_all_questions_of_all_conditions() -> None:
 def test_a_phase_is_as_weak_as_its_weakest_part_that_was_measured(
     parts: list[Any], whole_: str
 ) -> None:
-    assert conjunction(parts) == whole_
+    assert combine_verdicts(parts) == whole_
 
 
 def test_the_questions_name_only_what_there_is() -> None:
-    known = set(quantities(whole(), A, 10)) | {("rival", "last")}
-    assert {quantity for one in criteria() for quantity in (one.a, one.b)} <= known
-    for one in criteria():
+    known = set(quantities(whole(), A, 10)) | {("no-learning control", "last")}
+    assert {quantity for one in load_criteria() for quantity in (one.a, one.b)} <= known
+    for one in load_criteria():
         assert {one.a, one.b} <= {
             *quantities({one.assay: whole()[one.assay]}, A, 10),
-            ("rival", "last"),
+            ("no-learning control", "last"),
         }
-    assert len({one.id for one in criteria()}) == len(criteria())
+    assert len({one.id for one in load_criteria()}) == len(load_criteria())
 
 
 def test_files_are_strict_complete_and_the_same_each_time(tmp_path: Path) -> None:
     stored = whole()
     stored["innate"][A]["energy"].loc[{"life": "drift"}] = np.nan
     for folder in ("one", "two"):
-        write(evaluate(stored), tmp_path / folder)
+        write_analysis(evaluate_assays(stored), tmp_path / folder)
     record = json.loads((tmp_path / "one" / "baldwin.json").read_text(), parse_constant=pytest.fail)
     assert (record["conditions"][A]["phase_2"], record["conditions"][B]["phase_2"]) == ("yes", "no")
     learning = next(one for one in record["conditions"][A]["criteria"] if one["id"] == "learning")

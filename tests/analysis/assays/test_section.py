@@ -12,9 +12,9 @@ import xarray as xr
 from playwright.sync_api import Browser
 
 from baldwinlab import papers
-from baldwinlab.analysis.assays import sentences
-from baldwinlab.analysis.assays.analysis import evaluate
-from baldwinlab.analysis.assays.section import numbers_table, section
+from baldwinlab.analysis.assays import sentences as wording
+from baldwinlab.analysis.assays.analysis import evaluate_assays
+from baldwinlab.analysis.assays.section import section, tabulate_numbers
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report import write_page
 from tests.analysis.assays.assayed import (
@@ -30,112 +30,112 @@ from tests.analysis.assays.assayed import (
 A, B = "evo+self-taught/A", "evo+self-taught/B"
 
 
-def words(**assays: xr.Dataset) -> str:
-    """What is said of one condition, in headline and findings."""
+def text_on(**assays: xr.Dataset) -> str:
+    """Return the headline and the sentences on one condition."""
     stored: dict[str, Any] = {name.replace("_", "-"): {A: data} for name, data in assays.items()}
-    analysis = evaluate(stored)
-    (subject,) = analysis.subjects
+    analysis = evaluate_assays(stored)
+    (result,) = analysis.results
     inference = papers.load().words.inference
     assert inference is not None
-    beside = sentences.beside_the_paper(analysis, inference)
-    return " ".join([sentences.headline(subject), beside, *sentences.sentences(analysis, subject)])
+    comparison = wording.compare_with_paper(analysis, inference)
+    sentences = wording.compose_sentences(analysis, result)
+    return " ".join([wording.compose_headline(result), comparison, *sentences])
 
 
 LEARNERS = within_life(A, 1, 9)
 
 
 def test_full_assimilation_is_called_the_baldwin_effect() -> None:
-    said = words(
+    text = text_on(
         innate=innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5)),
         within_life=LEARNERS,
     )
-    assert said.startswith("the Baldwin effect in both its phases")
-    assert f"it does in {A}" in said and "The gain from learning falls" in said
+    assert text.startswith("both phases of the Baldwin effect")
+    assert f"it does in {A}" in text and "The gain from learning falls" in text
 
 
-def test_learning_that_is_relied_on_ever_more_is_the_opposite_of_assimilation() -> None:
-    said = words(
+def test_growing_dependence_on_learning_is_the_opposite_of_assimilation() -> None:
+    text = text_on(
         innate=innate(A, off=constant(10), on=rising(20, 200), drift=constant(5)),
         within_life=LEARNERS,
     )
-    assert said.startswith("only its first phase")
-    assert "the opposite of assimilation" in said and "The gain from learning grows" in said
+    assert text.startswith("only phase 1 of the Baldwin effect")
+    assert "the opposite of genetic assimilation" in text and "The gain from learning rises" in text
 
 
-def test_where_nobody_eats_without_learning_the_ability_to_learn_evolves() -> None:
-    said = words(
+def test_if_no_agent_eats_without_learning_the_ability_to_learn_evolves() -> None:
+    text = text_on(
         innate=innate(A, off=constant(0), on=rising(10, 100), drift=constant(5)),
         within_life=LEARNERS,
     )
-    assert "because nobody eats without learning: what evolves is the ability to learn" in said
-    assert "nothing innate that could grow" in said and "opposite" not in said
+    assert "because no agent eats without learning" in text
+    assert "so innate fitness cannot rise" in text and "opposite" not in text
 
 
 def test_learning_that_does_not_help_is_no_baldwin_effect() -> None:
-    said = words(
+    text = text_on(
         innate=innate(A, off=rising(10, 90), on=rising(10, 80), drift=constant(5)),
         within_life=LEARNERS,
     )
     assert (
-        said.startswith("no Baldwin effect") and "Answered no: Does learning raise fitness?" in said
+        text.startswith("no Baldwin effect") and "Answered no: Does learning raise fitness?" in text
     )
 
 
-def test_what_lamarckian_inheritance_makes_innate_is_not_called_the_baldwin_effect() -> None:
+def test_lamarckian_inheritance_is_no_evidence_for_the_baldwin_effect() -> None:
     data = innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5))
-    assert "Lamarckian" not in words(innate=data)
+    assert "Lamarckian" not in text_on(innate=data)
     data.attrs["experiment"] = data.attrs["experiment"].replace(
         "lamarckian_share = 0.0", "lamarckian_share = 1.0"
     )
-    assert "no sign of the Baldwin effect" in words(innate=data)
+    assert "not evidence for the Baldwin effect" in text_on(innate=data)
 
 
-def test_drift_that_does_as_well_is_told() -> None:
-    said = words(
+def test_drift_that_helps_as_much_as_learning_is_reported() -> None:
+    text = text_on(
         innate=innate(A, off=constant(1), on=rising(10, 90), drift=rising(20, 99)),
         within_life=LEARNERS,
     )
-    assert said.startswith("no Baldwin effect") and "any change does as well" in said
+    assert (
+        text.startswith("no Baldwin effect") and "Random changes help as much as learning." in text
+    )
 
 
-def test_what_contradicts_the_paper_is_said() -> None:
-    said = words(
+def test_contradictions_of_the_paper_are_reported() -> None:
+    text = text_on(
         innate=innate(A, off=constant(1), on=constant(9)), within_life=within_life(A, 9, 2)
     )
-    assert f"contradicts the paper here, in {A}" in said
-    assert "contradicts" not in words(within_life=LEARNERS)
+    assert f"contradicts that comparison in {A}" in text
+    assert "contradicts" not in text_on(within_life=LEARNERS)
 
 
-def test_what_selection_built_is_told_beside_the_neutral_twin() -> None:
-    said = words(
+def test_effects_of_selection_are_compared_with_the_neutral_control() -> None:
+    text = text_on(
         innate=innate(A, off=constant(1), on=constant(9)), neutral=neutral(A, (5, 50), (5, 20))
     )
-    assert (
-        "the last generations eat without learning 5.28 against 5.28 (selection has not built it)"
-        in said
-    )
-    assert "gain from learning 47.5 against 15.8 (selection has built it)" in said
+    assert "innate fitness is 5.28 against 5.28 (selection does not increase it)" in text
+    assert "the gain from learning is 47.5 against 15.8 (selection increases it)" in text
 
 
-def test_what_was_not_measured_is_named_and_not_guessed() -> None:
-    said = words(innate=innate(A, off=rising(1, 50), on=rising(30, 60)))
+def test_unmeasured_criteria_are_named() -> None:
+    text = text_on(innate=innate(A, off=rising(1, 50), on=rising(30, 60)))
     assert (
-        "Not measured: Is it learning, and not just any change? Does evolution improve those who learn?"
-        in said
+        "Not measured: Does learning help more than random changes? "
+        "Does evolution improve agents that learn?" in text
     )
-    assert "Newborns" not in said and "random changes" not in said
-    alone = words(modules=modules(A, (100, 90, 3, 10)))
+    assert "newborns" not in text and "random weight changes" not in text
+    alone = text_on(modules=modules(A, (100, 90, 3, 10)))
     assert (
-        alone.startswith("not known")
-        and "only the reinforcement module is known to carry something" in alone
+        alone.startswith("unknown")
+        and "only the reinforcement module alone improves fitness" in alone
     )
 
 
 def test_one_run_allows_no_verdict() -> None:
-    said = words(innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1))
-    assert said.startswith(
-        "too few runs: no verdict on whether learning guides selection is possible"
+    text = text_on(
+        innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1)
     )
+    assert text.startswith("too few runs for a verdict on phase 1 of the Baldwin effect")
 
 
 def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
     assert sentence in few.body and few.short.endswith(sentence)
     assert (
         "</span> too few runs</span>" in few.body
-        and "that so few runs cannot establish" in few.body
+        and "(too few runs to establish a difference)" in few.body
     )
     enough = section({"innate": {A: innate(A, off=constant(1), on=constant(50), runs=8)}}, tmp_path)
     assert "too few runs" not in enough.body and "smallest corrected" not in enough.short
@@ -168,17 +168,15 @@ def text_of(path: Path) -> str:
 
 def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> None:
     text = text_of(page)
-    assert (
-        "<strong>On map A (evo+self-taught)</strong>: the Baldwin effect in both its phases" in text
-    )
+    assert "<strong>On map A (evo+self-taught)</strong>: both phases of the Baldwin effect" in text
     assert (
         text.index("On map B")
-        < text.index("Phase one")
-        < text.index("Phase two")
-        < text.index("How it comes about")
+        < text.index("Phase 1: ")
+        < text.index("Phase 2: ")
+        < text.index("<h3>Mechanism")
     )
     assert (
-        text.index("How it comes about")
+        text.index("<h3>Mechanism")
         < text.index("<figure")
         < text.index("All numbers of the assays")
     )
@@ -189,15 +187,15 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
     assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 6
 
 
-def test_its_verdict_is_what_a_reader_in_a_hurry_is_told(tmp_path: Path) -> None:
+def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
     short = section(whole(), tmp_path).short
     assert (
-        short.startswith("On map A (evo+self-taught): the Baldwin effect in both its phases")
+        short.startswith("On map A (evo+self-taught): both phases of the Baldwin effect")
         and "On map B" in short
     )
 
 
-def test_many_conditions_are_shown_at_a_glance_and_told_one_by_one_where_that_is_asked_for(
+def test_many_conditions_have_an_overview_and_folded_sentences(
     tmp_path: Path,
 ) -> None:
     names = [
@@ -210,25 +208,25 @@ def test_many_conditions_are_shown_at_a_glance_and_told_one_by_one_where_that_is
     }
     lived[names[0]] = innate(names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2))
     found = section({"innate": lived}, tmp_path)
-    assert found.short.startswith("In 9 of 10 conditions: only its first phase")
-    assert "In 1 of 10 conditions: the Baldwin effect in both its phases" in found.short
+    assert found.short.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
+    assert "In 1 of 10 conditions: both phases of the Baldwin effect" in found.short
     assert "<strong>9 of 10 conditions</strong>" in found.body and found.body.count("<figure") == 1
     drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
     assert drawn[0] == "quantity,condition,learner,map,median,verdict,direction"
     (rise,) = (
         row
         for row in drawn
-        if row.startswith(f"Rise of what is innate,{names[0]},evo+self-taught,A,")
+        if row.startswith(f"Rise of innate fitness,{names[0]},evo+self-taught,A,")
     )
     assert rise.endswith(",yes,1")
-    assert len(drawn) == 1 + 2 * 10  # what the weights of their death are worth was not measured
+    assert len(drawn) == 1 + 2 * 10
     assert (
-        "<summary>Each condition in words</summary>" in found.body
-        and "not assayed" not in found.body
+        "<summary>Results of each condition</summary>" in found.body
+        and "not measured, or" not in found.body
     )
 
 
-def test_of_many_conditions_it_is_said_what_selection_built_where_that_alone_was_asked(
+def test_many_conditions_with_only_the_neutral_control_have_an_overview(
     tmp_path: Path,
 ) -> None:
     names = [
@@ -239,10 +237,10 @@ def test_of_many_conditions_it_is_said_what_selection_built_where_that_alone_was
     found = section(
         {"neutral": {name: neutral(name, (5, 50), (5, 20)) for name in names}}, tmp_path
     )
-    assert found.short == "" and "not known" not in found.body and "<ul>\n<li>" in found.body
+    assert found.short == "" and "unknown" not in found.body and "<ul>\n<li>" in found.body
     drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
     assert [row.split(",")[1] for row in drawn[1:11]] == names  # in the study's order
-    assert "What selection built of the gain from learning" in "".join(drawn)
+    assert "Effect of selection on the gain from learning" in "".join(drawn)
 
 
 def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
@@ -262,17 +260,22 @@ def test_without_a_condition_that_evolves_and_learns_there_are_only_numbers(tmp_
     stored: Assays = {"innate": {"evo/A": innate("evo/A", off=constant(3))}}
     text = section(stored, tmp_path).body
     assert (
-        "there is nothing to ask" in text
+        "so the criteria do not apply" in text
         and "<figure" not in text
-        and "fitness, learning off (innate)" in text
+        and "fitness, learning off (innate fitness)" in text
     )
 
 
 def test_the_table_has_a_row_for_each_quantity_and_leaves_blank_what_there_is_not() -> None:
     data = innate(A, off=constant(1), on=constant(2))
     data["energy"].loc[{"life": "on"}] = np.nan
-    rows = numbers_table(evaluate({"innate": {A: data, "evo/A": innate("evo/A", off=constant(1))}}))
-    assert (rows[0]["measure"], rows[0]["when"]) == ("fitness, learning off (innate)", "first")
+    rows = tabulate_numbers(
+        evaluate_assays({"innate": {A: data, "evo/A": innate("evo/A", off=constant(1))}})
+    )
+    assert (rows[0]["measure"], rows[0]["when"]) == (
+        "fitness, learning off (innate fitness)",
+        "first",
+    )
     assert not any(row["measure"] == "fitness, learning on" for row in rows)
     assert set(rows[0]["numbers"]) == {A, "evo/A"}
 

@@ -18,11 +18,11 @@ from matplotlib.text import Text
 from PIL import Image
 
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.claims import evaluate
+from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.emergence import split_at_edges, time_density
 from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import series
-from baldwinlab.analysis.multiverse.figures import variants, variants_shares
+from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
 from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.papers.claims import Claim
@@ -50,7 +50,7 @@ MEASURED = figures.MeasureValues(
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
 )
-CELLS = figures.overview_cells(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
+CELLS = figures.overview_cells(study(AS_THE_PAPER), evaluate_claims(study(AS_THE_PAPER)), 10)
 
 
 def six_traces() -> list[xr.Dataset]:
@@ -67,7 +67,7 @@ def kind(name: str, modules: int) -> figures.AgentKind:
 DRAW: dict[str, Callable[[], Figure]] = {
     "fitness": lambda: figures.draw_fitness_curves(study(AS_THE_PAPER)),
     "final-fitness": lambda: figures.draw_fitness_boxes(
-        study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))
+        study(AS_THE_PAPER), evaluate_claims(study(AS_THE_PAPER))
     ),
     "overview": lambda: figures.draw_overview({"": CELLS}),
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
@@ -79,8 +79,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "clocks": lambda: figures.draw_clocks(STRINGS, "used"),
     "measures": lambda: figures.draw_measures(study(AS_THE_PAPER), [MEASURED]),
     "survival": lambda: figures.draw_survival(STRINGS),
-    "variants": lambda: variants(MULTIVERSE),
-    "variants-shares": lambda: variants_shares(MULTIVERSE),
+    "variants": lambda: draw_variants(MULTIVERSE),
+    "variants-shares": lambda: draw_shares(MULTIVERSE),
 }
 
 ODD = {
@@ -119,7 +119,7 @@ def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
         warnings.simplefilter("error")
         for figure in (
             figures.draw_fitness_curves(odd),
-            figures.draw_fitness_boxes(odd, evaluate(odd)),
+            figures.draw_fitness_boxes(odd, evaluate_claims(odd)),
             figures.draw_emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
         ):
             assert isinstance(figure, Figure)
@@ -197,7 +197,7 @@ def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() 
         for name in "AB" for a in names[1:]
     )  # fmt: skip
     dataset = study({f"{name}/{suffix}": range(20, 28) for suffix in "AB" for name in names})
-    figure = figures.draw_fitness_boxes(dataset, evaluate(dataset, 10, Claims(claims)))
+    figure = figures.draw_fitness_boxes(dataset, evaluate_claims(dataset, 10, Claims(claims)))
     # Rendering computes the layout.
     figures.to_svg(figure)
     upper, lower = (

@@ -8,18 +8,18 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.analysis.multiverse.analysis import (
-    always,
-    by_verdict,
-    containing,
-    distance,
-    most_held,
-    nearest,
-    overturning,
-    read,
-    shares,
-    summary,
-    weightiest,
-    write,
+    compute_distance,
+    compute_shares,
+    decisive_choices,
+    find_nearest,
+    group_by_verdict,
+    largest_effect,
+    read_multiverse,
+    select_claims,
+    summarize,
+    variants_with_figures,
+    variants_with_most_claims,
+    write_multiverse,
 )
 from tests.analysis.multiverse.variants import (
     NOBODY_EATS,
@@ -43,49 +43,52 @@ def test_a_study_as_the_paper_says_holds_every_claim_at_no_distance() -> None:
 
 
 def test_a_claim_that_one_choice_overturns_depends_on_that_choice_alone() -> None:
-    assert overturning(OVERTURNED, "C6") == {"R4": ["rank"]}
-    assert {claim: overturning(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"} == {
-        claim: {} for claim in EVERY_CLAIM if claim != "C6"
-    }
-    assert always(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
+    assert decisive_choices(OVERTURNED, "C6") == {"R4": ["rank"]}
+    assert {
+        claim: decisive_choices(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"
+    } == {claim: {} for claim in EVERY_CLAIM if claim != "C6"}
+    assert select_claims(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
     groups = {
         verdict: [variant.name for variant in found]
-        for verdict, found in by_verdict(OVERTURNED, "C6").items()
+        for verdict, found in group_by_verdict(OVERTURNED, "C6").items()
     }
     assert groups == {"holds": ["standard", "biases"], "undecided": [], "does not hold": ["rank"]}
 
 
 def test_a_claim_may_hold_under_no_variant() -> None:
-    assert always(
+    assert select_claims(
         multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "undecided", "does not hold"
     ) == ["C6"]
 
 
 def test_without_the_standard_variant_nothing_is_overturned() -> None:
-    assert overturning(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
+    assert decisive_choices(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
 
 
 def test_the_nearest_variant_is_that_of_the_least_distance() -> None:
     far, near = variant_of("rank", with_gain(100)), variant_of("biases", with_gain(50))
     assert far.distance == pytest.approx(1.5) and near.distance == pytest.approx(0.25)
-    assert nearest(multiverse_of(far, near)) == near
+    assert find_nearest(multiverse_of(far, near)) == near
 
 
 def test_a_variant_under_which_nobody_eats_is_never_the_nearest() -> None:
     nobody, far = variant_of("literal", NOBODY_EATS), variant_of("rank", with_gain(140))
     assert nobody.distance == 1 and far.distance == pytest.approx(2.5)
-    assert nearest(multiverse_of(nobody, far)) == far
+    assert find_nearest(multiverse_of(nobody, far)) == far
 
 
 def test_the_variants_whose_intervals_contain_the_papers_figures_are_found() -> None:
     several = multiverse_of(
         STANDARD, variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
     )
-    assert containing(several) == [STANDARD]
+    assert variants_with_figures(several) == [STANDARD]
 
 
 def test_the_variants_under_which_most_claims_hold_are_found() -> None:
-    assert [variant.name for variant in most_held(OVERTURNED)] == ["standard", "biases"]
+    assert [variant.name for variant in variants_with_most_claims(OVERTURNED)] == [
+        "standard",
+        "biases",
+    ]
 
 
 def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() -> None:
@@ -95,9 +98,9 @@ def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() 
     assert part.distance is None and part.outcomes["C1"].verdict == "not evaluated"
     assert part.outcomes["C7"].verdict == "holds"
     several = multiverse_of(part)
-    assert nearest(several) is None
-    assert always(several, "holds") == ["C3", "C7"]
-    assert distance({}) is None
+    assert find_nearest(several) is None
+    assert select_claims(several, "holds") == ["C3", "C7"]
+    assert compute_distance({}) is None
 
 
 def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
@@ -107,11 +110,11 @@ def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
         variant_of("rank", TAUGHT_BEAT_EVOLVED),
         variant_of("biases+rank", TAUGHT_BEAT_EVOLVED),
     )
-    assert several.combined and not OVERTURNED.combined
+    assert several.has_combinations and not OVERTURNED.has_combinations
     assert [variant.name for variant in several.singles.variants] == ["standard", "biases", "rank"]
     found = {
         (share.choice, share.alternative): share.share
-        for share in shares(several)
+        for share in compute_shares(several)
         if share.claim == "C6"
     }
     assert found == {
@@ -120,7 +123,7 @@ def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
         ("R4", "standard"): 1,
         ("R4", "rank"): 0,
     }
-    ends = weightiest(shares(several), "C6")
+    ends = largest_effect(compute_shares(several), "C6")
     assert ends is not None and [end.alternative for end in ends] == ["standard", "rank"]
 
 
@@ -128,17 +131,17 @@ def test_what_is_written_has_no_nan_and_is_read_again(tmp_path: Path) -> None:
     several = multiverse_of(
         STANDARD, variant_of("literal", NOBODY_EATS), variant_of("rank", {"evo/A": [1]})
     )
-    path = write(several, tmp_path / "multiverse.json")
+    path = write_multiverse(several, tmp_path / "multiverse.json")
     record = json.loads(path.read_text(), parse_constant=pytest.fail)
-    assert record["summary"] == json.loads(json.dumps(summary(several)))
+    assert record["summary"] == json.loads(json.dumps(summarize(several)))
     assert record["variants"][2]["distance"] is None and record["variants"][2]["fields"] == {
         "evolution.selection": "rank"
     }
-    assert read(path) == several
+    assert read_multiverse(path) == several
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"seed": 0}'])
 def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str) -> None:
     (tmp_path / "other.json").write_text(text)
-    with pytest.raises(ValueError, match=r"other\.json is not what `baldwinlab multiverse` writes"):
-        read(tmp_path / "other.json")
+    with pytest.raises(ValueError, match=r"other\.json is not a file of `baldwinlab multiverse`"):
+        read_multiverse(tmp_path / "other.json")

@@ -7,11 +7,11 @@ from functools import cache
 
 from baldwinlab.analysis.multiverse.analysis import (
     Multiverse,
-    Variant,
+    VariantResult,
     evaluate_variant,
-    paper_claims,
+    list_claims,
 )
-from baldwinlab.studies import multiverse
+from baldwinlab.studies.multiverse import Variant
 from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
@@ -23,22 +23,20 @@ TAUGHT_BEAT_EVOLVED: Eaten = {
 }  # the opposite of C6, and of C6 alone
 
 
-def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Variant:
+def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> VariantResult:
     """A variant of that name, such as `contact-5+rank`, under which agents eat so much."""
     return _variant_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
 
 
 @cache  # half a second each, and the same few are asked for again and again
-def _variant_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> Variant:
+def _variant_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> VariantResult:
     parts = () if name == "standard" else tuple(name.split("+"))
-    made = multiverse.Variant(parts)
-    return evaluate_variant(
-        study(dict(eaten), generations=24), name, made.description, made.choices, made.fields
-    )
+    data = study(dict(eaten), generations=24)
+    return evaluate_variant(data, Variant(parts))
 
 
-def multiverse_of(*variants: Variant) -> Multiverse:
-    return Multiverse(seed=7, last=10, claims=paper_claims(), variants=variants)
+def multiverse_of(*variants: VariantResult) -> Multiverse:
+    return Multiverse(seed=7, last=10, claims=list_claims(), variants=variants)
 
 
 def with_gain(gain: float) -> Eaten:

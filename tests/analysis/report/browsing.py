@@ -1,4 +1,4 @@
-"""Opening a page in a browser, as a reader does."""
+"""Open a page in a browser."""
 
 from __future__ import annotations
 
@@ -7,25 +7,28 @@ from pathlib import Path
 from playwright.sync_api import Browser
 
 
-def complaints_and_width(
+def errors_and_width(
     browser: Browser, page: Path, width: int, height: int
 ) -> tuple[list[str], int]:
-    """What the browser complained of, with requests that left the page and images that are broken; and how wide the page lies."""
+    """Return the errors of a page in a browser, and its width in pixels.
+
+    Errors include requests to other addresses and broken images.
+    """
     opened = browser.new_page(viewport={"width": width, "height": height})
-    complaints: list[str] = []
-    opened.on("console", lambda message: complaints.append(message.text))
-    opened.on("pageerror", lambda error: complaints.append(str(error)))
+    errors: list[str] = []
+    opened.on("console", lambda message: errors.append(message.text))
+    opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.on(
         "request",
         lambda request: (
-            None if request.url.startswith(("file:", "data:")) else complaints.append(request.url)
+            None if request.url.startswith(("file:", "data:")) else errors.append(request.url)
         ),
     )
     opened.goto(page.as_uri())
     opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
-    wide = int(opened.evaluate("document.documentElement.scrollWidth"))
-    complaints += opened.evaluate(
-        "[...document.images].filter(one => !one.complete || !one.naturalWidth).map(one => one.alt)"
+    page_width = int(opened.evaluate("document.documentElement.scrollWidth"))
+    errors += opened.evaluate(
+        "[...document.images].filter(image => !image.complete || !image.naturalWidth).map(image => image.alt)"
     )
     opened.close()
-    return complaints, wide
+    return errors, page_width

@@ -12,24 +12,31 @@ from playwright.sync_api import Browser
 
 from baldwinlab import papers
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.claims import Finding, evaluate
-from baldwinlab.analysis.report import draw_report, emergence_generations, write_report
+from baldwinlab.analysis.claims import Finding, evaluate_claims
+from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
+    describe_fitness,
     describe_variant,
-    fitness_in_words,
-    open_choices,
-    overview,
-    setting,
-    timing,
-    worlds,
+    experiment_texts,
+    format_setting,
+    format_timing,
+    parse_experiments,
+    relevant_choices,
+    summarize_setup,
+    title_worlds,
 )
-from baldwinlab.analysis.report.phrases import compared, number, probability, sentence
+from baldwinlab.analysis.report.phrases import (
+    describe_comparison,
+    describe_finding,
+    format_number,
+    format_p_value,
+)
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.models.miniworld.appearance import look
 from baldwinlab.papers.claims import Comparison
 from baldwinlab.papers.presets import factors, load
-from tests.analysis.report.browsing import complaints_and_width
+from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
 from tests.axe import barriers
 
@@ -46,25 +53,29 @@ FACTS = {
 }
 
 
+def report_data(data: xr.Dataset, folder: Path, **fields: Any) -> ReportData:
+    """Return a study and its results, without a paper."""
+    return ReportData(folder, data, parse_experiments(experiment_texts(data)), **fields)
+
+
 def report_of(
     data: xr.Dataset,
     folder: Path,
     traces: list[xr.Dataset] | None = None,
     provenance: dict[str, Any] | None = None,
 ) -> Path:
-    """The report of the paper's claims."""
-    drawn = draw_report(
-        folder,
+    """Write the report on the paper's claims."""
+    report = report_data(
         data,
-        evaluate(data),
-        traces or [],
-        provenance or {},
-        10,
-        PAPER,
-        LOOKS,
-        compare_conditions(data),
+        folder,
+        results=evaluate_claims(data),
+        traces=traces or [],
+        provenance=provenance or {},
+        paper=PAPER,
+        looks=LOOKS,
+        contrasts=compare_conditions(data),
     )
-    return write_report(folder, drawn, folder / "report.html")
+    return write_report(folder, draw_report(report), folder / "report.html")
 
 
 @pytest.fixture(scope="module")
@@ -85,20 +96,20 @@ def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
         "A12",
         "95&nbsp;%",
         "Nam Le",
-        "standard but for",
+        "standard except for",
     ):
         assert needed in text
     for needed in (
         "A machine",
         "9.9",
-        "200.0 million a second",
+        "200.0 million per second",
         "workers: 2",
         "[evolution]",
         "generations = 12",
     ):
         assert needed in text
     assert "Of the paper's 9 claims, 7 hold, 1 is undecided, 1 does not hold." in text
-    assert "There are 8 runs, where the paper has 30" in text
+    assert "This study has 8 runs per condition, and the paper has 30." in text
 
 
 def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -> None:
@@ -139,7 +150,7 @@ def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) 
 
 def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
     folder, out = tmp_path / "a study", tmp_path / "pages" / "report.html"
-    write_report(folder, draw_report(folder, study(AS_THE_PAPER), [], [], {}), out)
+    write_report(folder, draw_report(report_data(study(AS_THE_PAPER), folder)), out)
     assert 'href="../a%20study/figures/fitness.csv"' in out.read_text("utf-8")
 
 
@@ -159,7 +170,7 @@ def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_barrier_in_it(
+def test_axe_finds_no_accessibility_error(
     browser: Browser, page: Path, scheme: Literal["light", "dark"]
 ) -> None:
     with browser.new_context(color_scheme=scheme) as context:
@@ -215,11 +226,11 @@ def test_the_variant_is_named_or_spelt_out() -> None:
     assert describe_variant(load("evo/A", "literal"), PAPER) == "literal"
     assert (
         describe_variant(load("evo/A").replace(lifetime={"steps": 9}), PAPER)
-        == "evo/A is standard but for lifetime.steps = 9"
+        == "evo/A is standard except for lifetime.steps = 9"
     )
     assert (
         describe_variant(load("evo/A").replace(name="mine"), PAPER)
-        == "mine is an experiment of its own"
+        == "mine is not a condition of the paper"
     )
     worlds_and_minds = papers.load(
         "worlds-and-minds"
@@ -229,14 +240,15 @@ def test_the_variant_is_named_or_spelt_out() -> None:
         for experiment in worlds_and_minds.experiments()
     } == {"standard"}
     assert (
-        setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")})
+        format_setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")})
         == "40 or 4"
     )
 
 
 def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
     data = study(AS_THE_PAPER)
-    write_report(tmp_path, draw_report(tmp_path, data, [], [], {}), tmp_path / "report.html")
+    contents = draw_report(report_data(data, tmp_path))
+    write_report(tmp_path, contents, tmp_path / "report.html")
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
         "fitness",
         "final-fitness",
@@ -246,19 +258,24 @@ def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path:
 
 def test_maps_are_titled_by_what_tells_them_apart() -> None:
     paper = {name: load(name) for name in AS_THE_PAPER}
-    assert list(worlds(paper, factors())) == ["Map A", "Map B"]
+    assert list(title_worlds(paper, factors())) == ["Map A", "Map B"]
     moved = load("evo/A").replace(world={"start": {"x": 100}})
     own = {"one/A": load("evo/A"), "two/A": moved}
-    assert list(worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})) == [
+    assert list(
+        title_worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})
+    ) == [
         "one/A",
         "two/A",
     ]
 
 
 def test_facts_may_be_absent() -> None:
-    assert timing({}) == ""
-    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"] == "7"
-    assert open_choices([], {}) == []
+    assert format_timing({}) == ""
+    assert (
+        dict(summarize_setup(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"]
+        == "7"
+    )
+    assert relevant_choices([], {}) == []
 
 
 @pytest.mark.parametrize(
@@ -273,7 +290,7 @@ def test_facts_may_be_absent() -> None:
     ],
 )
 def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
-    assert number(value) == text
+    assert format_number(value) == text
 
 
 @pytest.mark.parametrize(
@@ -281,25 +298,25 @@ def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
     [(1e-9, "1.0e-09"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")],
 )
 def test_probabilities_are_never_nought(p: float, text: str) -> None:
-    assert probability(p) == text
+    assert format_p_value(p) == text
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
-def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
+def test_a_browser_shows_it_without_errors_or_horizontal_scrolling(
     browser: Browser, page: Path, width: int, height: int
 ) -> None:
-    assert complaints_and_width(browser, page, width, height) == ([], width)
+    assert errors_and_width(browser, page, width, height) == ([], width)
 
 
 def test_fitness_is_said_in_its_unit() -> None:
-    assert fitness_in_words([load("evo/A")]).endswith(
-        "; an item gives 1, so it is the number of items eaten"
+    assert describe_fitness([load("evo/A")]).endswith(
+        "; an item gives 1, so fitness is the number of eaten items"
     )
     costly = load("evo+self-taught/A").replace(learning={"cost_per_step": 0.1})
-    assert fitness_in_words([costly]).endswith(
-        "in its life, less what learning costs; an item gives 1"
+    assert describe_fitness([costly]).endswith(
+        "in its lifetime, minus the cost of learning; an item gives 1"
     )
-    assert fitness_in_words([]) == ""
+    assert describe_fitness([]) == ""
 
 
 def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
@@ -322,18 +339,23 @@ def text_of(page: Path) -> str:
 def own_report(data: xr.Dataset, folder: Path) -> str:
     """The report of a study that no paper made."""
     traces = [trace(str(data["condition"].values[0]), int(data["generation"][-1]))]
-    drawn = draw_report(
-        folder, data, [], traces, FACTS, looks=LOOKS, contrasts=compare_conditions(data)
+    report = report_data(
+        data,
+        folder,
+        traces=traces,
+        provenance=FACTS,
+        looks=LOOKS,
+        contrasts=compare_conditions(data),
     )
-    return text_of(write_report(folder, drawn, folder / "report.html"))
+    return text_of(write_report(folder, draw_report(report), folder / "report.html"))
 
 
 def test_claims_that_are_asked_for_and_concern_no_condition_are_left_out(tmp_path: Path) -> None:
     text = report_of(study({"mine": range(8)}), tmp_path).read_text("utf-8")
     assert "<h1>Evolution and lifetime learning: mine</h1>" in text
-    assert "None of the claims of Nam Le" in text and "is about conditions of this study." in text
+    assert "No claim of Nam Le" in text and "is about conditions of this study." in text
     assert "not evaluated" not in text
-    assert ">The claims</h2>" not in text
+    assert ">Claims</h2>" not in text
 
 
 @pytest.mark.parametrize(
@@ -386,14 +408,14 @@ def test_many_comparisons_are_folded(tmp_path: Path) -> None:
         study({f"own-{number}": range(8) for number in range(22)}, generations=2, agents=2),
         tmp_path,
     )
-    assert "<details><summary>Each comparison</summary>" in text
+    assert "<details><summary>All comparisons of conditions</summary>" in text
 
 
 def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
     """Not as a share of agents, which it was taken for."""
     comparison = Comparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
     numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
-    found = sentence(Finding(comparison, numbers, float("nan"), "holds"))
+    found = describe_finding(Finding(comparison, numbers, float("nan"), "holds"))
     assert found == "taught: average agent, mean over runs: 81.5"
 
 
@@ -405,7 +427,10 @@ def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way()
     )
     found = Finding(comparison, numbers, 0.0051, "holds", "steps that the population survives")
     assert (
-        sentence(found)
-        == "steps that the population survives, restricted mean: +304,398 in ERL against B"
+        describe_finding(found)
+        == "steps that the population survives, restricted mean: +304,398 in ERL compared with B"
     )
-    assert compared(found) == "ERL 6,002, B 8,343 (steps that the population survives; medians)"
+    assert (
+        describe_comparison(found)
+        == "ERL 6,002, B 8,343 (steps that the population survives; medians)"
+    )

@@ -17,7 +17,7 @@ RATE, COUNT = "learning.rate", "world.food.0.count"
 
 
 def test_a_grid_is_told_point_by_point_in_the_order_of_its_file() -> None:
-    measured = responses.finals(grid())
+    measured = responses.compute_finals(grid())
     assert measured["mean"].dims == ("point", "run")
     assert measured[RATE].values.tolist() == [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]
     assert measured[COUNT].values.tolist() == [0, 10, 50, 0, 10, 50]
@@ -25,8 +25,8 @@ def test_a_grid_is_told_point_by_point_in_the_order_of_its_file() -> None:
 
 
 def test_a_response_is_the_mean_over_all_other_fields_with_the_interval_over_runs() -> None:
-    measured = responses.finals(grid(runs=2))
-    found = responses.responses(measured, COUNT, "mean")
+    measured = responses.compute_finals(grid(runs=2))
+    found = responses.compute_responses(measured, COUNT, "mean")
     assert [(response.group, response.points) for response in found] == [
         ("0", 2),
         ("10", 2),
@@ -44,46 +44,52 @@ def test_a_response_is_the_mean_over_all_other_fields_with_the_interval_over_run
 def test_a_field_that_nothing_depends_on_has_a_flat_response() -> None:
     means = [
         response.mean
-        for response in responses.responses(responses.finals(grid(flat=True)), RATE, "best")
+        for response in responses.compute_responses(
+            responses.compute_finals(grid(flat=True)), RATE, "best"
+        )
     ]
     assert len(means) == 2 and means[0] == means[1]
 
 
 def test_one_run_has_no_interval_and_a_missing_one_is_left_out() -> None:
-    (first, *_) = responses.responses(responses.finals(grid(runs=1)), COUNT, "mean")
+    (first, *_) = responses.compute_responses(responses.compute_finals(grid(runs=1)), COUNT, "mean")
     assert first.mean == 0 and math.isnan(first.low) and math.isnan(first.high)
     holed = grid(runs=2)
     holed.energy[0, 1, 1] = np.nan
-    rows = [row for row in responses.by_point(responses.finals(holed)) if row["measure"] == "mean"]
+    rows = [
+        row
+        for row in responses.tabulate_points(responses.compute_finals(holed))
+        if row["measure"] == "mean"
+    ]
     assert [row["runs"] for row in rows] == [2, 1, 2, 2, 2, 2]
     assert math.isnan(rows[1]["low"]) and rows[1]["mean"] == 1
 
 
 def test_two_fields_of_a_grid_make_a_table_by_ascending_values() -> None:
-    assert responses.pairs(grid()) == [(RATE, COUNT)]
-    table = responses.table(responses.finals(grid()), RATE, COUNT, "mean")
+    assert responses.list_pairs(grid()) == [(RATE, COUNT)]
+    table = responses.compute_table(responses.compute_finals(grid()), RATE, COUNT, "mean")
     assert table.tolist() == GRID_ENERGY[::-1].tolist()
-    assert responses.pairs(sample(4)) == []
+    assert responses.list_pairs(sample(4)) == []
 
 
 def test_a_sample_is_put_together_by_quantiles_and_every_point_is_in_one_group() -> None:
-    measured = responses.finals(sample(40))
-    groups = responses.groups(measured, RATE)
+    measured = responses.compute_finals(sample(40))
+    groups = responses.group_points(measured, RATE)
     assert [len(group.points) for group in groups] == [5] * 8
     assert sorted(np.concatenate([group.points for group in groups])) == list(range(40))
     assert [group.position for group in groups] == sorted(group.position for group in groups)
-    assert len(responses.groups(responses.finals(sample(12)), RATE)) == 2
-    label, position, points = responses.groups(measured, "evolution.selection")[1]
+    assert len(responses.group_points(responses.compute_finals(sample(12)), RATE)) == 2
+    label, position, points = responses.group_points(measured, "evolution.selection")[1]
     assert (label, position, points.tolist()) == ("roulette", 1, list(range(1, 40, 2)))
 
 
 def test_what_a_measure_depends_on_is_recovered_from_a_sample() -> None:
-    measured = responses.finals(sample(64))
-    means = [response.mean for response in responses.responses(measured, COUNT, "mean")]
+    measured = responses.compute_finals(sample(64))
+    means = [response.mean for response in responses.compute_responses(measured, COUNT, "mean")]
     assert means == sorted(means) and means[-1] > 4 * means[0]
-    first = responses.responses(measured, COUNT, "mean")[0]
+    first = responses.compute_responses(measured, COUNT, "mean")[0]
     assert first.low < first.mean < first.high
-    found = {(one.field, one.measure): one for one in responses.correlations(measured)}
+    found = {(one.field, one.measure): one for one in responses.compute_correlations(measured)}
     assert found[COUNT, "mean"].rho > 0.95 and found[COUNT, "mean"].p_holm < 1e-9
     assert abs(found[RATE, "mean"].rho) < 0.3 and found[RATE, "mean"].p_holm > 0.05
     assert (COUNT, "share") in found and math.isnan(
@@ -95,12 +101,12 @@ def test_what_a_measure_depends_on_is_recovered_from_a_sample() -> None:
 def test_two_points_have_no_correlation() -> None:
     assert all(
         math.isnan(one.rho) and math.isnan(one.p_holm)
-        for one in responses.correlations(responses.finals(sample(2)))
+        for one in responses.compute_correlations(responses.compute_finals(sample(2)))
     )
 
 
 def test_the_table_for_other_programs_has_a_row_for_each_point_and_measure(tmp_path: Path) -> None:
-    responses.write(responses.finals(grid(runs=1)), tmp_path)
+    responses.write_responses(responses.compute_finals(grid(runs=1)), tmp_path)
     lines = (tmp_path / "responses.csv").read_text().splitlines()
     assert lines[0] == "point,learning.rate,world.food.0.count,measure,runs,mean,low,high"
     assert len(lines) == 1 + 6 * 3
@@ -113,8 +119,8 @@ def test_the_table_for_other_programs_has_a_row_for_each_point_and_measure(tmp_p
 def test_small_sweeps_are_told_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        measured = responses.finals(data)
+        measured = responses.compute_finals(data)
         for field in data.attrs["fields"]:
-            assert responses.responses(measured, field, "share")
-        responses.correlations(measured)
-        assert len(responses.by_point(measured)) == 3 * measured.sizes["point"]
+            assert responses.compute_responses(measured, field, "share")
+        responses.compute_correlations(measured)
+        assert len(responses.tabulate_points(measured)) == 3 * measured.sizes["point"]

@@ -12,16 +12,16 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.sweeps.analysis import finals
-from baldwinlab.analysis.sweeps.figures import axis_scale, heat_maps, response_curves
+from baldwinlab.analysis.sweeps.analysis import compute_finals
+from baldwinlab.analysis.sweeps.figures import axis_scale, draw_heat_maps, draw_response_curves
 from tests.analysis.sweeps.made import grid, sample
 
 RATE, COUNT = "learning.rate", "world.food.0.count"
 
 DRAW: dict[str, Callable[[], Figure]] = {
-    "curves": lambda: response_curves(finals(grid())),
-    "scatter": lambda: response_curves(finals(sample(30))),
-    "heat maps": lambda: heat_maps(finals(grid()), RATE, COUNT),
+    "curves": lambda: draw_response_curves(compute_finals(grid())),
+    "scatter": lambda: draw_response_curves(compute_finals(sample(30))),
+    "heat maps": lambda: draw_heat_maps(compute_finals(grid()), RATE, COUNT),
 }
 
 
@@ -56,9 +56,9 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
 def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert figures.to_svg(response_curves(finals(data)))
+        assert figures.to_svg(draw_response_curves(compute_finals(data)))
         if data.attrs["design"] == "grid":
-            assert figures.to_svg(heat_maps(finals(data), RATE, COUNT))
+            assert figures.to_svg(draw_heat_maps(compute_finals(data), RATE, COUNT))
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_an_axis_is_logarithmic_where_the_values_are_spaced_so(
 
 
 def test_heat_maps_write_the_means_into_their_cells() -> None:
-    figure = heat_maps(finals(grid()), RATE, COUNT)
+    figure = draw_heat_maps(compute_finals(grid()), RATE, COUNT)
     assert [text.get_text() for text in figure.axes[1].texts] == [
         "0",
         "4.5",

@@ -10,24 +10,28 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
-from baldwinlab.analysis.sweeps.analysis import finals
-from baldwinlab.analysis.sweeps.section import findings, overview, write_sweep_report
-from tests.analysis.report.browsing import complaints_and_width
+from baldwinlab.analysis.sweeps.analysis import compute_finals
+from baldwinlab.analysis.sweeps.section import (
+    describe_responses,
+    summarize_design,
+    write_sweep_report,
+)
+from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.sweeps.made import grid, sample
 
 FACTS = {"versions": {"NumPy": "9.9"}, "seconds": 10, "agent_steps": 2_000_000_000, "workers": [2]}
 
 
 def page_of(data: xr.Dataset, folder: Path) -> Path:
-    return write_sweep_report(folder, finals(data), FACTS, folder / "report.html")
+    return write_sweep_report(folder, compute_finals(data), FACTS, folder / "report.html")
 
 
 def test_it_says_what_was_swept() -> None:
-    said = dict(overview(finals(grid())))
+    said = dict(summarize_design(compute_finals(grid())))
     assert said["experiment"] == "evo/A, lifetime.steps = 1000"
     assert said["learning.rate"] == "0.01, 0.1 (learning rate, per step)"
-    assert (said["points"], said["independent runs of a point"], said["seed"]) == ("6", "3", "7")
-    said = dict(overview(finals(sample(20))))
+    assert (said["points"], said["runs per point"], said["seed"]) == ("6", "3", "7")
+    said = dict(summarize_design(compute_finals(sample(20))))
     assert (
         said["world.food.0.count"]
         == "1 to 20, 20 different values (number of items in the region at any time)"
@@ -35,8 +39,8 @@ def test_it_says_what_was_swept() -> None:
 
 
 def test_a_reader_in_a_hurry_learns_the_best_point_and_what_each_field_does() -> None:
-    assert list(findings(finals(grid()))) == [
-        "The mean over runs of the average agent is highest at learning.rate = 0.01, world.food.0.count = 50: 14.0.",
+    assert list(describe_responses(compute_finals(grid()))) == [
+        "The mean fitness of the average agent is highest at learning.rate = 0.01, world.food.0.count = 50: 14.0.",
         "By learning.rate, it ranges from 3.83 (0.1) to 6.17 (0.01).",
         "By world.food.0.count, it ranges from 0 (0) to 12.0 (50).",
     ]
@@ -44,7 +48,7 @@ def test_a_reader_in_a_hurry_learns_the_best_point_and_what_each_field_does() ->
 
 def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     text = page_of(grid(), tmp_path).read_text("utf-8")
-    assert "<h1>evo/A, swept over learning.rate and world.food.0.count</h1>" in text
+    assert "<h1>evo/A: sweep of learning.rate and world.food.0.count</h1>" in text
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
         "responses",
         "responses-learning.rate-world.food.0.count",
@@ -76,9 +80,9 @@ def test_a_point_without_a_run_is_a_dash(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("data", [grid(), sample(40)], ids=["grid", "sample"])
-def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
+def test_a_browser_shows_it_without_errors_or_horizontal_scrolling(
     browser: Browser, data: xr.Dataset, tmp_path: Path
 ) -> None:
     page = page_of(data, tmp_path)
     for width, height in ((1280, 900), (390, 844)):  # on a desk, on a phone
-        assert complaints_and_width(browser, page, width, height) == ([], width)
+        assert errors_and_width(browser, page, width, height) == ([], width)

@@ -10,8 +10,8 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab import papers
-from baldwinlab.api.publish.gallery import _percent
-from baldwinlab.api.publish.gallery_entries import studies
+from baldwinlab.api.publish.gallery import format_percent
+from baldwinlab.api.publish.gallery_entries import find_studies
 from tests.commands import Command
 
 
@@ -42,8 +42,8 @@ def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder
     )
     systems = {system["condition"]: system for system in record["papers"][0]["systems"]}
     assert (
-        systems["climbing/smooth"]["rival"]
-        == systems["costly-climbing/smooth"]["rival"]
+        systems["climbing/smooth"]["control"]
+        == systems["costly-climbing/smooth"]["control"]
         == "not-climbing/smooth"
     )
     assert systems["climbing/smooth"]["answers"]["gain"]["median"] > 0, "who climbs gains by it"
@@ -66,10 +66,10 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
     copytree(folder / "mayley-1996", folder / "another")
     for record in (folder / "another" / "runs").rglob("0001.nc"):
         record.unlink()
-    assert studies(folder)["mayley-1996"].directory.name == "mayley-1996"
+    assert find_studies(folder)["mayley-1996"].directory.name == "mayley-1996"
     for record in (folder / "mayley-1996" / "runs").rglob("*.nc"):
         record.unlink()
-    assert studies(folder)["mayley-1996"].directory.name == "another"
+    assert find_studies(folder)["mayley-1996"].directory.name == "another"
 
 
 def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
@@ -77,12 +77,12 @@ def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
 ) -> None:
     rmtree("all/mayley-1996/assays")
     done = command("gallery", "all")
-    assert done.code == 0 and "paenke-2007 is not asked" not in done.out
+    assert done.code == 0 and "paenke-2007 is not included" not in done.out
     for said in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
-        assert "mayley-1996 is not asked: the assay innate is not stored" in said
-        assert "baldwinlab assay all/mayley-1996 --assays innate" in said
-    assert command("assay", "all/mayley-1996", "--assays", "innate").code == 0
-    assert "is not asked" not in command("gallery", "all").out
+        assert "mayley-1996 is not included: the assay innate is not stored" in said
+        assert "baldwinlab assay all/mayley-1996 --only innate" in said
+    assert command("assay", "all/mayley-1996", "--only", "innate").code == 0
+    assert "is not included" not in command("gallery", "all").out
 
 
 def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> None:
@@ -97,8 +97,8 @@ def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> 
     rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
     (folder / "mayley-1996" / "claims.json").unlink()  # decided by the runs that are gone
     said = " ".join(command("gallery", "all").out.split())
-    assert "mayley-1996 is not asked: nobody learns there." in said
-    assert "paenke-2007 is not asked: there are no generations to compare." in said
+    assert "mayley-1996 is not included: its conditions do not learn." in said
+    assert "paenke-2007 is not included: its runs have a single generation." in said
 
 
 UNREADABLE = {
@@ -126,13 +126,15 @@ def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, fol
     done = command("gallery", folder)
     assert (
         done.code == 2
-        and f"{folder} holds no study of a paper" in done.err
+        and f"{folder} has no study of a paper" in done.err
         and "baldwinlab reproduce" in done.err
     )
 
 
 def test_percents_are_whole_with_a_sign() -> None:
-    assert [_percent(share) for share in (0.123, -0.034, 0.001, -0.001, 12.5, float("nan"))] == [
+    assert [
+        format_percent(share) for share in (0.123, -0.034, 0.001, -0.001, 12.5, float("nan"))
+    ] == [
         "+12",
         "−3",
         "0",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.analysis.assays.analysis import evaluate, planned_designs
+from baldwinlab.analysis.assays.analysis import evaluate_assays, planned_designs
 from baldwinlab.analysis.statistics.sample_sizes import Design
 from baldwinlab.api.run_study import RunOptions, run_missing_assays
 from baldwinlab.core.errors import RefusedError
@@ -34,11 +34,11 @@ def test_the_tests_of_the_questions_are_counted_before_the_runs(study: StudyStor
     """At most: a question whose quantities are undefined in every run is not tested."""
     fitting = Planned(study.experiments, study.factors).fitting(tuple(ASSAYS))
     planned = planned_designs(study.experiments, fitting, 3)
-    found = evaluate(open_assays(study))
+    found = evaluate_assays(open_assays(study))
     tested = sum(
-        answer.numbers is not None for subject in found.subjects for answer in subject.answers
+        answer.numbers is not None for result in found.results for answer in result.answers
     )
-    assert tested <= len(planned) <= tested + len(found.subjects)
+    assert tested <= len(planned) <= tested + len(found.results)
     assert set(planned) == {Design(3, 3, "Wilcoxon")}
 
 
