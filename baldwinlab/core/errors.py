@@ -1,4 +1,4 @@
-"""The errors of the package. The message of each is written for the user."""
+"""Errors of the package. Their messages are written for the user."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Final
 
 
 class BaldwinLabError(Exception):
-    """The base class of all errors that the package raises on purpose."""
+    """Base class of the errors that the package raises."""
 
 
 class RefusedError(BaldwinLabError, ValueError):
-    """A request that cannot be fulfilled: a path, a missing extra, or settings that do not fit."""
+    """Invalid request: an invalid path, a missing extra, or settings that do not fit."""
 
 
 class PartError(BaldwinLabError, ValueError):
-    """A part that cannot be loaded or compiled, or that differs from the part of a study."""
+    """Invalid part: it cannot be loaded or compiled, or differs from the part of a study."""
 
 
 # Options whose names differ from those of the arguments.
@@ -22,7 +22,7 @@ OPTIONS: Final = {"last": "last-generations"}
 
 
 class ArgumentError(RefusedError):
-    """An argument that is out of range.
+    """Argument out of range.
 
     Attributes
     ----------
@@ -47,4 +47,4 @@ def require_positive(name: str, value: int | None) -> None:
 
 
 class InterruptedStudyError(BaldwinLabError):
-    """A study that a failing worker or disk has interrupted. The same call continues it."""
+    """Interruption of a study by a failing worker or disk. The same call resumes the study."""

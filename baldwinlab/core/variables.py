@@ -1,4 +1,4 @@
-"""Every recorded variable once: dimensions, type, unit and meaning."""
+"""Schema of the recorded variables: dimensions, type, unit and meaning."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ import numpy as np
 import xarray as xr
 
 PARENTS = ("fitter", "other")
-OF_AGENT = (
-    "generation",
-    "agent",
-)  # the dimensions of what is recorded of every agent of every generation
+OF_AGENT = ("generation", "agent")
+"""Dimensions of a variable with one value per agent and generation."""
 
-DIMENSIONS: Mapping[str, str] = {  # what a study's data are labelled with, and what it means
+# Meanings of the coordinates of a dataset.
+DIMENSIONS: Mapping[str, str] = {
     "condition": "name of the condition",
     "run": "number of the run",
     "generation": "number of the generation, from 0",
@@ -24,6 +23,20 @@ DIMENSIONS: Mapping[str, str] = {  # what a study's data are labelled with, and 
 
 
 class Variable(NamedTuple):
+    """A recorded variable.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Dimensions, for example `OF_AGENT`.
+    dtype : type
+        NumPy type of the values.
+    unit : str
+        Unit, "1" for a number without unit.
+    meaning : str
+        Meaning, a noun phrase.
+    """
+
     dims: tuple[str, ...]
     dtype: type[np.generic]
     unit: str
@@ -52,14 +65,14 @@ RUN: Mapping[str, Variable] = {
     ),
 }
 
-# A run as it is stored: genomes that are not kept take no room.
+# A record stores only the genomes of some generations.
 RECORD: Mapping[str, Variable] = {
     name: variable for name, variable in RUN.items() if name != "genome"
 } | {"kept_genome": RUN["genome"]._replace(dims=("kept_generation", "agent", "module", "weight"))}
 
 
 def of_record(experiment: Any) -> Mapping[str, Variable]:
-    """What a run of an experiment records: `RECORD`, with what its own model or its own kinds of items add."""
+    """Return the variables of a record: `RECORD`, and those of the model and of the kinds of items."""
     if experiment.model != "miniworld":
         model = experiment.of_model
         energy = RECORD["energy"]._replace(unit="1", meaning=model.payoff)

@@ -56,9 +56,10 @@ def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
 
 
 def compiled(function: Function) -> Function:
-    """Let compiled code call `function`, which is compiled into it. From Python it is called as the Python that it is.
+    """Return a function that hooks can call. Use as a decorator.
 
-    For that it is not wrapped to be called from Python, which of a state of sixty arrays takes as long as all else.
+    Numba compiles the function into each hook that calls it.
+    A call from Python executes the Python code, because a compiled wrapper for a state of sixty arrays is slow.
     """
     return cast(Function, register(function, lambda *types: function))
 

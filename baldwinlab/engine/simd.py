@@ -93,57 +93,60 @@ class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def bundle(first: int) -> Lane:
-    """The bundle that begins with a lane; where a bundle is a single lane (`lanes_in_bundle`), that lane."""
+    """Return the SIMD block that starts at lane `first`.
+
+    In plain Python and on a GPU, a block is the single lane `first`.
+    """
     return first
 
 
 def lanes_in_bundle() -> int:
-    """Sixteen; where a bundle is a single lane (in plain Python, and on a GPU, for a thread has but one), one."""
+    """Return the number of lanes in a SIMD block: 1 in plain Python and on a GPU."""
     return 1
 
 
 def first_lane(lane: Lane) -> int:
-    """The number of a lane, or of a bundle's first: for what is done agent by agent, as the agents do different things."""
+    """Return the number of a lane, or of the first lane of a SIMD block."""
     return lane  # type: ignore[no-any-return]
 
 
 def lanes_of(lane: Lane) -> int:
-    """How many lanes there are from the first on."""
+    """Return the number of lanes of a lane (1) or of a SIMD block."""
     return 1
 
 
 def get(array: Any, row: int, lane: Lane) -> Value:
-    """`array[row, lane]`, for a lane or a bundle."""
+    """Return `array[row, lane]`, for one lane or a SIMD block."""
     return array[row, lane]
 
 
 def put(array: Any, row: int, lane: Lane, value: Value) -> None:
-    """`array[row, lane] = value`, for a lane or a bundle."""
+    """Set `array[row, lane]` to `value`, for one lane or a SIMD block."""
     array[row, lane] = value
 
 
 def clamp(value: Value, limit: np.float32) -> Value:
-    """`value`, but no further from 0 than `limit`."""
+    """Return `value` limited to [-limit, limit]."""
     return min(max(value, -limit), limit)
 
 
 def choose(mask: Mask, a: Value, b: Value) -> Value:
-    """`a` where the mask is true, else `b`."""
+    """Return `a` in the lanes where the mask is true, and `b` in the others."""
     return a if mask else b
 
 
 def any_of(mask: Mask) -> bool:
-    """Whether a mask is true anywhere."""
+    """Return whether a mask is true in any lane."""
     return bool(mask)
 
 
 def negated(mask: Mask) -> Mask:
-    """True where the mask is not."""
+    """Return the negation of a mask."""
     return not mask
 
 
 def lookup(table: Any, index: Value) -> Value:
-    """`table[index]`, where the index is a whole number held as a float32."""
+    """Return `table[index]`. The index is a whole number in float32."""
     return table[int(index)]
 
 

@@ -125,7 +125,7 @@ class Record(Fields):
 
 
 class BaseExperiment(Fields):
-    """One experimental condition of any model, whole: same experiment and seed, same bits."""
+    """All settings of one condition, for any model."""
 
     if TYPE_CHECKING:
         name: str

@@ -20,11 +20,14 @@ FIELDS_REFUSED: Final = (
 
 
 class ExperimentError(BaldwinLabError, ValueError):
-    """An experiment that cannot be: one line a fault, each with its path, the value and what is allowed."""
+    """Invalid experiment. Each line names a setting, its value and the allowed values."""
 
 
 class Fields(BaseModel):
-    """A table of an experiment. Unknown names are refused, and so are true and false where a number is wanted."""
+    """Base class of the tables of an experiment.
+
+    Unknown settings are errors, and so is true or false for a number.
+    """
 
     model_config = ConfigDict(
         frozen=True,

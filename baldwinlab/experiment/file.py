@@ -1,4 +1,4 @@
-"""A data file as a field of a part. The SHA-256 of its content is a part of the experiment, as all that decides a result."""
+"""Data files as settings of a part. The SHA-256 of the content is part of the experiment."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ DIGITS: Final = 12  # of a hash, in sentences
 
 
 class File(Fields):
-    """A data file that a part reads, such as a map or weights.
+    """Data file of a part, for example a map or weights.
 
-    In TOML, in `--set` and in Python, a text is the path of the file. The hash is filled in when the
-    experiment is made, and is stored and compared with the other fields. `File()` is no file.
+    In TOML, `--set` and Python, write the path of the file.
+    The experiment computes the hash, which is stored and compared like other settings.
+    `File()` means no file.
     """
 
     path: str = Field(
         "",
         max_length=1000,
-        description="path of a data file; a relative one begins at the working directory",
+        description="Path of a data file, relative to the working directory.",
     )
     sha256: str = Field(
         "",
         pattern="^([0-9a-f]{64})?$",
-        description="SHA-256 of its content, filled in by baldwinlab",
+        description="SHA-256 of the content, computed by baldwinlab.",
     )
 
     @model_validator(mode="before")

@@ -28,7 +28,7 @@ LONGEST_LIFE: Final = 100_000_000  # steps
 
 
 class Start(Fields):
-    """Where agents are born: uniformly in a disc."""
+    """Birthplaces: uniform in a disc."""
 
     x: Coordinate = Field(160.0, description="x of the center of the disc, in units of length.")
     y: Coordinate = Field(
@@ -44,7 +44,7 @@ class Start(Fields):
 
 
 class FoodRegion(Fields):
-    """A rectangle in which items lie uniformly; an eaten item reappears in its own region at once."""
+    """Rectangle with uniformly placed items. An eaten item reappears in its region at once."""
 
     x: tuple[Coordinate, Coordinate] = Field(description="Left and right edge, in units of length.")
     y: tuple[Coordinate, Coordinate] = Field(
@@ -68,7 +68,7 @@ class FoodRegion(Fields):
 
 
 class World(Fields):
-    """The map: a torus, y pointing down, so that headings grow clockwise."""
+    """The map: a torus with y downward, so headings grow clockwise."""
 
     width: float = Field(
         640.0, ge=10, le=1_000_000, description="Width of the map, in units of length."
@@ -155,7 +155,7 @@ class Motor(Fields):
 
 
 class Network(Fields):
-    """Topology of the action module, and of the reinforcement module."""
+    """Topology of the action module and of the reinforcement module."""
 
     kind: NetworkName = Field(
         "feed-forward",
@@ -173,7 +173,7 @@ class Network(Fields):
 
 
 class Learning(Fields):
-    """What changes weights in life, and what controls for it."""
+    """Learning during life, and its controls."""
 
     rule: RuleName = Field(
         "none",
@@ -229,7 +229,7 @@ class Lifetime(Fields):
 
 
 class Experiment(BaseExperiment):
-    """One experimental condition of foragers, whole: same experiment and seed, same bits.
+    """All settings of one condition with foragers.
 
     >>> import baldwinlab as bl
     >>> bl.load("evo/A").replace(lifetime={"steps": 100}).lifetime.steps

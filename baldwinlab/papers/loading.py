@@ -13,7 +13,7 @@ from baldwinlab.core.files import PAPER_FILE, parse_toml, read_text
 
 
 class PaperError(BaldwinLabError, ValueError):
-    """There is no such paper, or a folder is not a valid paper."""
+    """Unknown or invalid paper."""
 
 
 class Declared(BaseModel):

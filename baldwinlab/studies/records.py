@@ -36,11 +36,11 @@ LARGEST: Final = (
 
 
 class StudyError(BaldwinLabError):
-    """A directory that is not the study it should be, or cannot be read or written."""
+    """Invalid study: a directory that is no study, or another one, or cannot be accessed."""
 
 
 class DamagedRecordError(StudyError):
-    """A record that is not what was written."""
+    """Damaged record: its content differs from its checksum."""
 
 
 def encode(run: xr.Dataset) -> bytes:
