@@ -1,4 +1,4 @@
-"""The notebooks run from top to bottom in a kernel of this environment, warn of nothing, and show what they are said to show."""
+"""Run the notebooks in a kernel of this environment, and compare their outputs with their texts."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from playwright.sync_api import Browser
 from scripts.notebooks import NOTEBOOKS, executed, page, paths
 from tests.lab.conftest import offline
 
-LONG = ("baldwin-effect", "own-learning-rule")  # half a minute each
+# Half a minute each.
+SLOW_NOTEBOOKS = ("baldwin-effect", "own-learning-rule")
 TABLE, PLAYER, CURVES = "differ from their defaults", "<iframe sandbox", "data:image/svg+xml"
-SHOWN: Final = {  # what stands in the outputs: what is displayed, and numbers that the text tells
+# Displays and numbers that the outputs must contain, because the texts mention them.
+EXPECTED_OUTPUTS: Final = {
     "first-steps": (TABLE, PLAYER, CURVES, "last generation: 2539 items, eaten by 20 of 20 agents"),
     "reading-a-study": (PLAYER, CURVES, "image/png", r"evo/B +(0\.0 +){6}0\.0"),
     "own-learning-rule": (
@@ -26,13 +28,11 @@ SHOWN: Final = {  # what stands in the outputs: what is displayed, and numbers t
         "between -99 and 307 items",
     ),
     "baldwin-effect": (
-        *(
-            "all fields are at their defaults",
-            PLAYER,
-            CURVES,
-            "image/png",
-            "a life of guessing: 0.62",
-        ),
+        "all fields are at their defaults",
+        PLAYER,
+        CURVES,
+        "image/png",
+        "a life of guessing: 0.62",
         r"50 +0\.76 +0\.24 +0\.00 +1\.00",
         r"evo\+self-taught/A +76\.1 +235\.2 +224\.6 +319\.4 +20\.9",
         r"evo/B +(0\.0 *){5}\n",
@@ -42,22 +42,22 @@ SHOWN: Final = {  # what stands in the outputs: what is displayed, and numbers t
 }
 
 
-def test_every_notebook_has_its_facts_and_its_line_on_the_page_that_lists_them() -> None:
-    assert {path.stem for path in paths()} == set(SHOWN)
+def test_every_notebook_has_expected_outputs_and_a_line_in_the_list() -> None:
+    assert {path.stem for path in paths()} == set(EXPECTED_OUTPUTS)
     listed = re.findall(r"\]\(([\w-]+)\.md\)", (NOTEBOOKS / "README.md").read_text("utf-8"))
-    assert sorted(listed) == sorted(SHOWN)
+    assert sorted(listed) == sorted(EXPECTED_OUTPUTS)
 
 
 @pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
-def test_a_notebook_is_text_as_jupytext_would_write_it(path: Path) -> None:
-    """So that to open and to save one in Jupyter changes nothing but which version of jupytext did so."""
+def test_jupytext_writes_a_notebook_as_it_is_stored(path: Path) -> None:
+    """Opening and saving a notebook in Jupyter changes only the version of jupytext."""
     text = path.read_text("utf-8")
     written = jupytext.writes(jupytext.reads(text, fmt="md"), fmt="md")
     assert re.sub(r" +(format|jupytext)_version: .+\n", "", written) == text
 
 
 @pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
-def test_links_of_a_notebook_lead_somewhere(path: Path) -> None:
+def test_links_of_a_notebook_lead_to_files(path: Path) -> None:
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text("utf-8")):
         assert (path.parent / target).exists(), target
 
@@ -65,41 +65,43 @@ def test_links_of_a_notebook_lead_somewhere(path: Path) -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in LONG))
+        pytest.param(
+            path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in SLOW_NOTEBOOKS)
+        )
         for path in paths()
     ],
 )
-def test_a_notebook_runs_without_a_warning_and_shows_what_it_tells(
+def test_a_notebook_runs_without_a_warning_and_shows_what_its_text_mentions(
     path: Path, tmp_path: Path, browser: Browser, capfd: pytest.CaptureFixture[str]
 ) -> None:
     notebook = executed(path, tmp_path)
-    assert "WARNING" not in capfd.readouterr().err, "nor does its kernel"
+    assert "WARNING" not in capfd.readouterr().err
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
     assert [output["text"] for output in outputs if output.get("name") == "stderr"] == []
-    given = "\n".join(_text(output) for output in outputs)
-    for wanted in SHOWN[path.stem]:
-        assert re.search(wanted, given) or wanted in given, wanted
-    assert "does not hold" not in given
-    _opens_alone(browser, tmp_path / "page.html", page(notebook))
+    text = "\n".join(_text(output) for output in outputs)
+    for expected in EXPECTED_OUTPUTS[path.stem]:
+        assert re.search(expected, text) or expected in text, expected
+    assert "does not hold" not in text
+    _check_page(browser, tmp_path / "page.html", page(notebook))
 
 
 def _text(output: Any) -> str:
-    """All that a cell gave in one output, and of what types."""
+    """Return the text and the types of one output of a cell."""
     return "\n".join(
         ["".join(output.get("text", ""))]
         + [f"{kind}\n{value}" for kind, value in output.get("data", {}).items()]
     )
 
 
-def _opens_alone(browser: Browser, path: Path, content: str) -> None:
-    """A page that asks nobody, fits a phone, and whose players are there."""
+def _check_page(browser: Browser, path: Path, content: str) -> None:
+    """Check that a page requests nothing, fits a phone and shows its players."""
     path.write_text(content, "utf-8")
-    with offline(browser, 844) as (opened, asked):
+    with offline(browser, 844) as (opened, requests):
         opened.set_viewport_size({"width": 390, "height": 844})
         opened.goto(path.as_uri())
         players = opened.locator("iframe")
-        for place in range(players.count()):
-            players.nth(place).scroll_into_view_if_needed()
-            opened.frame_locator("iframe").nth(place).get_by_test_id("timeline").wait_for()
+        for number in range(players.count()):
+            players.nth(number).scroll_into_view_if_needed()
+            opened.frame_locator("iframe").nth(number).get_by_test_id("timeline").wait_for()
         assert opened.evaluate("document.documentElement.scrollWidth") <= 390
-    assert [url for url in asked if not url.startswith(("data:", "file:", "about:"))] == []
+    assert [url for url in requests if not url.startswith(("data:", "file:", "about:"))] == []
