@@ -654,7 +654,7 @@ class Study:
     def __repr__(self) -> str:
         """Return the directory, the seed, the conditions with their runs, and the stored assays."""
         lines = [
-            f"  {condition}: {len(self.runs(condition))} runs"
+            f"  {condition}: {_count_runs(len(self.runs(condition)))}"
             for condition in self.conditions[:MAX_LISTED]
         ]
         more = len(self.conditions) - MAX_LISTED
@@ -675,6 +675,10 @@ class Study:
         from baldwinlab.api.study_html import html
 
         return html(repr(self), self._store, self.conditions[:MAX_LISTED])
+
+
+def _count_runs(number: int) -> str:
+    return "1 run" if number == 1 else f"{number:,} runs"
 
 
 def open_study(directory: str | Path) -> Study:

@@ -134,7 +134,7 @@ def run_study(
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:
         with (
-            progress("living", sum(task.agent_steps for task in tasks)) as show,
+            progress("simulating", sum(task.agent_steps for task in tasks)) as show,
             closing(executor.do(study, tasks, workers, backend)) as amounts,
         ):
             for amount in amounts:

@@ -66,7 +66,7 @@ def test_opened_it_has_its_data_and_any_life_of_it(study: Study) -> None:
     eaten = opened.data().food_eaten.sel(condition="evo+self-taught/A", run=1, generation=2)
     assert np.array_equal(trace.eaten.sum("step"), eaten)
     assert str(study.directory) in repr(opened)
-    assert "evo/A: runs: " in repr(opened)
+    assert f"evo/A: {len(opened.runs('evo/A'))} runs" in repr(opened)
 
 
 def test_its_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study) -> None:

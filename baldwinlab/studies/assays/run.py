@@ -239,7 +239,7 @@ def run_assays(
             _store(study, condition, measured.pop(condition))
 
     with (
-        progress("living again", sum(task.agent_steps for task in tasks)) as show,
+        progress("simulating", sum(task.agent_steps for task in tasks)) as show,
         closing(executor.do(study, tasks, workers, CPU, done)) as amounts,
     ):
         for amount in amounts:

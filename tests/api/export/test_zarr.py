@@ -16,6 +16,7 @@ import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.export import files
+from baldwinlab.api.export import zarr as zarr_export
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.studies import store as stored
 from tests.api.export.validators import validate
@@ -44,7 +45,7 @@ def test_a_store_of_many_chunks_is_the_dataset_of_the_sweep(
     tmp_path: Path, rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A run has 40 rows: a chunk holds one run, three of them, or two points of three runs each, of which one is left over."""
-    monkeypatch.setattr(zarr, "ROWS", rows)
+    monkeypatch.setattr(zarr_export, "ROWS", rows)
     short = {"lifetime.steps": 20, "evolution.generations": 2}
     fields = {"evolution.selection": ["roulette", "truncation"], "learning.rate": [0.5, 0.0, 0.1]}
     study = bl.sweep(
@@ -83,7 +84,7 @@ def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
         return record
 
     monkeypatch.setattr(stored.StudyStore, "read", noting)
-    monkeypatch.setattr(zarr, "ROWS", 1)
+    monkeypatch.setattr(zarr_export, "ROWS", 1)
     monkeypatch.setattr(files, "MIN_ROWS", 1)
     study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
     getattr(study, way)(tmp_path / "given")
@@ -142,10 +143,11 @@ def test_the_phylogeny_of_a_study_fits_the_alife_standard(mixed: Study, tmp_path
 
 
 def test_a_run_of_no_condition_has_no_phylogeny(mixed: Study, command: Command) -> None:
-    done = command("phylogeny", str(mixed.directory), "--run", "0", "--out", "x.csv")
+    phylogeny = ("--format", "phylogeny", "--run", "0", "--out", "x.csv")
+    done = command("export", str(mixed.directory), *phylogeny)
     assert (done.code, done.err) == (
         2,
-        "baldwinlab: --run 0 needs --condition, too: every condition has runs\n",
+        "baldwinlab: --run 0 needs --condition, because every condition has a run 0; add --condition\n",
     )
 
 
