@@ -113,7 +113,7 @@ CALLS: Final = (
         "learn",
         "agent",
         f"`state.weights`, `state.errors`, and the {OF_PART}",
-        "in the first `learning.steps` steps, or in all",
+        "in the first `learning.steps` steps, or in all steps",
     ),
     Call(
         "step",

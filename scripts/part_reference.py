@@ -410,8 +410,30 @@ An oracle computes the same as a hook, independently and in plain Python.
 
 def helpers() -> str:
     """Return the page of the public names of `baldwinlab.parts` other than the kinds."""
-    names = sorted(set(parts.__all__) - {kind.__name__ for kind in kinds()}, key=str.lower)
-    return """# Helpers
+    text = "# Helpers\n\nFunctions and classes of `baldwinlab.parts` for custom parts.\n"
+    for name in helper_names():
+        value = getattr(parts, name)
+        description = constant_descriptions().get(name)
+        if description:
+            text += f"\n## {name}\n\n{_short(value)}{description}\n"
+        else:
+            text += f"\n{format_name(name, value)}"
+    return text
 
-Functions and classes of `baldwinlab.parts` for custom parts.
-""" + "".join(f"\n{format_name(name, getattr(parts, name))}" for name in names)
+
+def helper_names() -> list[str]:
+    """Return the public names of `baldwinlab.parts` other than the kinds."""
+    return sorted(set(parts.__all__) - {kind.__name__ for kind in kinds()}, key=str.lower)
+
+
+def constant_descriptions() -> dict[str, str]:
+    """Return the description of each helper that has no docstring."""
+    return {
+        **{name: f"Purpose of random numbers: {text}." for name, _, text in streams()},
+        "OF_AGENT": "Dimensions of a variable with one value per agent and generation.",
+        "Field": "Function of pydantic: default, limits and description of a setting.",
+    }
+
+
+def _short(value: Any) -> str:
+    return "" if callable(value) else f"Value `{value!r}`. "

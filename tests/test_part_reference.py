@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import re
@@ -17,7 +18,7 @@ from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
 from baldwinlab.parts.agent_parts import hook_names
 from scripts import part_reference
-from scripts.described import described_attributes, parse_docstring
+from scripts.described import described_attributes, entries, parse_docstring
 from scripts.hook_calls import CALLS, STAGES
 
 ROOT = Path(__file__).parent.parent
@@ -104,8 +105,24 @@ def test_the_table_of_calls_names_only_existing_hooks() -> None:
 
 
 @pytest.mark.parametrize(("kind", "name"), HOOKS)
-def test_every_hook_has_a_description(kind: type[parts.Part], name: str) -> None:
-    assert parse_docstring(getattr(kind, name).__doc__).text
+def test_every_hook_and_argument_has_a_description(kind: type[parts.Part], name: str) -> None:
+    hook = getattr(kind, name)
+    text, sections = parse_docstring(hook.__doc__)
+    described = {
+        argument
+        for entry in entries(sections["Parameters"])
+        for argument in entry.names
+        if entry.text
+    }
+    assert text
+    assert [name for name in inspect.signature(hook).parameters if name not in described] == []
+
+
+@pytest.mark.parametrize("kind", [parts.Part, *KINDS], ids=lambda kind: kind.__name__)
+def test_every_declaration_of_a_kind_has_a_description(kind: type[parts.Part]) -> None:
+    attributes = described_attributes(kind)
+    assert [name for name in part_reference.declared_names(kind) if name not in attributes] == []
+    assert all(entry.text for entry in attributes.values())
 
 
 @pytest.mark.parametrize("described", [state.Model, state.State])
@@ -129,10 +146,10 @@ def test_every_function_of_naive_has_a_description() -> None:
     assert all(value.__doc__ for value in public.values())
 
 
-@pytest.mark.parametrize("name", sorted(parts.__all__))
+@pytest.mark.parametrize("name", part_reference.helper_names())
 def test_every_helper_has_a_description(name: str) -> None:
     value = getattr(parts, name)
-    assert not callable(value) or value.__doc__
+    assert name in part_reference.constant_descriptions() or parse_docstring(value.__doc__).text
 
 
 def test_every_random_stream_has_a_description() -> None:
