@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from baldwinlab.engine.jit import entry, kept
-from baldwinlab.engine.reference import by_reference
+from baldwinlab.engine.jit import cached_jit, jit_entry_point
+from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import WIDTH, bundle, get, put
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
@@ -59,7 +59,7 @@ class Phase(NamedTuple):
 
 
 def _sense(model: Any, state: Any, rounds: int) -> None:
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.places.shape[1], WIDTH):
             broad_phase(model, state, bundle(first))
@@ -69,14 +69,14 @@ def _sense(model: Any, state: Any, rounds: int) -> None:
 
 
 def _think(model: Any, state: Any, rounds: int) -> None:
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.places.shape[1], WIDTH):
             think(state.recall, model, state, bundle(first))
 
 
 def _act(model: Any, state: Any, rounds: int) -> None:
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.places.shape[1], WIDTH):
             choose_action(state.body, model, state, bundle(first))
@@ -85,21 +85,21 @@ def _act(model: Any, state: Any, rounds: int) -> None:
 
 
 def _learn(model: Any, state: Any, rounds: int) -> None:
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.places.shape[1], WIDTH):
             learn(state.rule, model, state, 0, bundle(first))
 
 
 def _eat(model: Any, state: Any, rounds: int) -> None:
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     for step in range(rounds):
         for world in range(model.worlds):
             for agent in range(model.agents):
                 eat(model, state, world, agent, step)
 
 
-@entry
+@jit_entry_point
 def _peak(rows: Any, rounds: int) -> None:
     a, b, c, d = (
         get(rows, 0, bundle(0)),
@@ -126,7 +126,7 @@ PHASES = (
 
 def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
     """Return the time per agent-step, median over repetitions."""
-    run = kept(phase.run, hooks_of(batch.state))
+    run = cached_jit(phase.run, hooks_of(batch.state))
     run(batch.model, batch.state, 1)
     times = []
     for _ in range(REPETITIONS):

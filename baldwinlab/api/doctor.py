@@ -119,7 +119,7 @@ def _check_cache() -> Finding:
     """Check the folder of compiled code."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        folder = cache.place()
+        folder = cache.cache_root()
     if folder is None:
         return Finding(
             "compiled code",

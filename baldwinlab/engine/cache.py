@@ -1,8 +1,8 @@
-"""Where compiled code is kept between starts, and what is believed of what lies there.
+"""The on-disk cache of compiled code, and the checks before code is loaded.
 
-Numba keeps compiled code as pickles, and whoever loads one runs what it says. So a folder is used only if it is the user's own
-and nobody else may write there, and a file begins with the SHA-256 of its place and the rest. A file
-that was cut short, changed, or exchanged for another is removed, and its code is compiled again.
+Numba stores compiled code as pickles, and loading a pickle can execute any code. So a folder is
+used only if no other user can write to it. A file starts with the SHA-256 of its path and content.
+A truncated, changed or exchanged file is removed, and its code is compiled again.
 """
 
 from __future__ import annotations
@@ -37,87 +37,82 @@ ENDING: Final = ".compiled"
 
 @cache
 def sources_hash() -> str:
-    """Hash what compiled code depends on: the sources, the version of Numba, and the lanes of a block."""
+    """Hash the sources of compiled code, the version of Numba, and the lanes of a SIMD block."""
     digest = hashlib.sha256(f"numba {numba.__version__}, {simd.WIDTH} lanes".encode())
     package = Path(__file__).parents[1]
-    for room in ("engine", "evolution", "models", "parts"):
-        for source in sorted((package / room).rglob("*.py")):
+    for name in ("engine", "evolution", "models", "parts"):
+        for source in sorted((package / name).rglob("*.py")):
             digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
 
 @cache
 def cache_directory(code: str) -> Path | None:
-    """Where compiled code with that fingerprint is kept; None, with a warning, where there is no place for any.
+    """Return the folder of the code with a fingerprint, or None, with a warning, without a cache.
 
-    In `$BALDWINLAB_CACHE`; where that is not set, in the user's cache folder, or (where that cannot be used) a temporary one
-    of the user's own.
+    The cache is in `$BALDWINLAB_CACHE`. If that is not set, it is in the cache folder of the user,
+    or in a temporary folder if that cannot be used.
     """
-    found = place()
-    return found and found / code
+    root = cache_root()
+    return root and root / code
 
 
 @cache
-def place() -> Path | None:
-    """The folder of all compiled code of these sources, as `cache_directory` says."""
+def cache_root() -> Path | None:
+    """Return the folder of all compiled code of these sources; see `cache_directory`."""
     chosen = os.environ.get("BALDWINLAB_CACHE")
-    temporary = (
-        Path(tempfile.gettempdir())
-        / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
-    )
+    owner = os.getuid() if hasattr(os, "getuid") else "cache"
+    temporary = Path(tempfile.gettempdir()) / f"baldwinlab-{owner}"
+    defaults = [Path(platformdirs.user_cache_dir("baldwinlab")), temporary]
     reasons = []
-    for candidate in (
-        [Path(chosen)] if chosen else [Path(platformdirs.user_cache_dir("baldwinlab")), temporary]
-    ):
+    for candidate in [Path(chosen)] if chosen else defaults:
         directory = candidate / f"engine-{sources_hash()}"
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)
-            reason = _mistrusted(candidate) or _mistrusted(directory)
+            reason = _why_untrusted(candidate) or _why_untrusted(directory)
         except OSError as error:
             reason = f"{candidate} cannot be used ({error.strerror})"
         if reason is None:
             return directory
         reasons.append(reason)
     warnings.warn(
-        f"compiled code is not kept for the next start: {'; '.join(reasons)}",
+        f"compiled code is not cached: {'; '.join(reasons)}",
         RuntimeWarning,
         stacklevel=2,
     )
     return None
 
 
-def _mistrusted(directory: Path) -> str | None:
-    """Why code in a folder is not to be run, in part of a sentence; None if the folder is the user's alone to write."""
+def _why_untrusted(directory: Path) -> str | None:
+    """Return why code in a folder must not be run, or None if only the user can write to it."""
+    # On Windows, the folders of a user are writable only for the user.
     if not hasattr(os, "getuid"):
-        return None  # Windows: a user's folders are the user's by inheritance
-    own = directory.stat()
-    if own.st_uid != os.getuid():
+        return None
+    status = directory.stat()
+    if status.st_uid != os.getuid():
         return f"{directory} belongs to another user"
-    if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        return f"others than you may write to {directory} (chmod go-w makes it your own)"
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return f"other users can write to {directory} (chmod go-w prevents that)"
     parents = directory.absolute().parents
-    trusted = {
-        os.getuid(),
-        parents[-1].stat().st_uid,
-    }  # whoever owns the root folder is the machine's administrator
+    # The owner of the root folder is the administrator.
+    trusted = {os.getuid(), parents[-1].stat().st_uid}
     for parent in parents:
-        found = parent.stat()
-        if found.st_uid not in trusted or (
-            found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX
-        ):
-            return f"others may put another folder in the place of {directory}, for {parent} is theirs to write"
+        status = parent.stat()
+        is_open = status.st_mode & stat.S_IWOTH and not status.st_mode & stat.S_ISVTX
+        if status.st_uid not in trusted or is_open:
+            return f"other users can write to {parent} and so replace {directory}"
     return None if os.access(directory, os.W_OK) else f"{directory} cannot be written to"
 
 
-class Store(CodeStore):
-    """What a dispatcher of Numba's finds compiled code in, and leaves it in: a folder with a file for each signature."""
+class FileCodeStore(CodeStore):
+    """A folder of compiled code for a dispatcher of Numba, with a file for each signature."""
 
     def __init__(self, directory: Path) -> None:
         self.cache_path = str(directory)
         self._directory = directory
 
     def read(self, key: str) -> bytes | None:
-        """What is stored under a key; None if there is nothing, or not what was written."""
+        """Return the code under a key, or None if it is missing or does not match its checksum."""
         path = self._path(key)
         try:
             raw = path.read_bytes()
@@ -129,20 +124,20 @@ class Store(CodeStore):
         return raw[DIGEST:]
 
     def write(self, key: str, content: bytes) -> None:
-        """Store compiled code; a warning says where that is not possible."""
+        """Store compiled code, or warn if that is not possible."""
         path = self._path(key)
         try:
             self._directory.mkdir(mode=0o700, exist_ok=True)
             write_atomically(path, self._digest(key, content) + content)
         except OSError as error:
-            _not_kept(self._directory.parent, error.errno or errno.EIO)
+            _warn_not_stored(self._directory.parent, error.errno or errno.EIO)
 
     def discard(self, key: str) -> None:
-        """Remove what is stored under a key, so that it is compiled again."""
+        """Remove the code under a key, so that it is compiled again."""
         self._path(key).unlink(missing_ok=True)
 
     def _digest(self, key: str, content: bytes) -> bytes:
-        """Return the SHA-256 of code and its place: of two exchanged files, neither fits its own."""
+        """Return the SHA-256 of code and its path, which detects exchanged files."""
         return hashlib.sha256(f"{self._directory.name}/{key}\n".encode() + content).digest()
 
     def _path(self, key: str) -> Path:
@@ -150,30 +145,30 @@ class Store(CodeStore):
 
 
 @contextmanager
-def alone(directory: Path | None) -> Iterator[None]:
-    """Of all processes that compile what is to be kept there, one at a time: who waited for another finds it made."""
-    with ExitStack() as held:
-        if directory is not None and fcntl is not None and not _holds_code(directory):
-            with suppress(
-                OSError
-            ):  # a folder that cannot be locked, or written to: each compiles for itself
+def lock_directory(directory: Path | None) -> Iterator[None]:
+    """Let one process at a time compile code for a folder. The others then load its code."""
+    with ExitStack() as stack:
+        if directory is not None and fcntl is not None and not _has_code(directory):
+            # Without a lock, each process compiles the code.
+            with suppress(OSError):
                 directory.mkdir(mode=0o700, exist_ok=True)
-                fcntl.flock(held.enter_context((directory / "lock").open("w")), fcntl.LOCK_EX)
+                file = stack.enter_context((directory / "lock").open("w"))
+                fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 
 @cache
-def _not_kept(directory: Path, number: int) -> None:
-    """Say it once, not of every function."""
-    why = f"compiled code is not kept for the next start: {directory}: {os.strerror(number)}"
-    warnings.warn(why, RuntimeWarning, stacklevel=3)
+def _warn_not_stored(directory: Path, number: int) -> None:
+    """Warn once per folder that code cannot be stored."""
+    message = f"compiled code is not cached: {directory}: {os.strerror(number)}"
+    warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
-def is_kept(code: str) -> bool:
-    """Whether code with that fingerprint has been compiled, by an earlier process."""
+def is_cached(code: str) -> bool:
+    """Return whether the cache has code with a fingerprint."""
     directory = cache_directory(code)
-    return directory is not None and _holds_code(directory)
+    return directory is not None and _has_code(directory)
 
 
-def _holds_code(directory: Path) -> bool:
+def _has_code(directory: Path) -> bool:
     return any(directory.glob(f"*{ENDING}"))

@@ -1,4 +1,4 @@
-"""What functions do, as a hash: by which compiled code is known, on disk and while it is made."""
+"""Fingerprints of functions, which identify compiled code in the cache and during compilation."""
 
 from __future__ import annotations
 
@@ -11,31 +11,33 @@ import numpy as np
 
 
 def fingerprint(functions: Iterable[Callable[..., Any]]) -> str:
-    """A hash of what functions do, as they are in memory: their code and constants, and so on through all that they call."""
-    digest, seen = hashlib.sha256(), set[int]()
+    """Hash the code and constants of functions in memory, and of all functions that they call."""
+    digest = hashlib.sha256()
+    visited = set[int]()
     for function in functions:
-        for piece in _pieces(function, seen):
+        for piece in _pieces(function, visited):
             digest.update(piece.encode() + b"\0")
     return digest.hexdigest()[:16]
 
 
 def python_of(function: Any) -> Any:
-    """The Python function that a compiled one was made of, or the function itself."""
+    """Return the Python function of a compiled function, or the function itself."""
     return getattr(function, "py_func", function)
 
 
-def _pieces(value: Any, seen: set[int]) -> Iterator[str]:
+def _pieces(value: Any, visited: set[int]) -> Iterator[str]:
     value = python_of(value)
     if isinstance(value, FunctionType):
-        if id(value) not in seen:
-            seen.add(id(value))
+        if id(value) not in visited:
+            visited.add(id(value))
             inside = [cell.cell_contents for cell in value.__closure__ or ()]
             yield f"{value.__module__}.{value.__qualname__}"
             yield from _of_code(value.__code__)
-            for each in (*_globals_of(value.__code__, value.__globals__), *inside):
-                yield from _pieces(each, seen)
+            for used in (*_globals_of(value.__code__, value.__globals__), *inside):
+                yield from _pieces(used, visited)
     elif isinstance(value, type):
-        yield f"{value.__module__}.{value.__qualname__}"  # Numba's cache names the types of arguments so
+        # The cache of Numba identifies argument types by this name.
+        yield f"{value.__module__}.{value.__qualname__}"
     elif isinstance(value, int | float | str | bytes | tuple | np.generic):
         yield repr(value)
 
@@ -47,17 +49,15 @@ def _of_code(code: CodeType) -> Iterator[str]:
         yield from _of_code(constant) if isinstance(constant, CodeType) else (repr(constant),)
 
 
-def _globals_of(code: CodeType, there: dict[str, Any]) -> Iterator[Any]:
+def _globals_of(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
     for name in code.co_names:
-        value = there.get(name)
-        if isinstance(value, ModuleType):  # `np.float32`, or a function of a module by its name
-            yield from (
-                vars(value)[each]
-                for each in code.co_names
-                if isinstance(vars(value).get(each), FunctionType)
-            )
+        value = namespace.get(name)
+        # A function of a module, such as `np.float32`.
+        if isinstance(value, ModuleType):
+            members = (vars(value).get(attribute) for attribute in code.co_names)
+            yield from (member for member in members if isinstance(member, FunctionType))
         elif value is not None:
             yield value
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            yield from _globals_of(constant, there)
+            yield from _globals_of(constant, namespace)

@@ -1,12 +1,13 @@
-"""Compilation: the one place with Numba's flags and the place of its cache.
+"""Compilation with Numba: its options, and cached entry points.
 
-No fast-math anywhere: every operation is an IEEE float32 (or integer) operation in the order written, so results do not
-depend on vector width, thread count or batch size. No reference counts (`_nrt`) either: kernels allocate nothing, and to count
-the state's arrays at every call cost more than the work.
+There is no fast-math: every operation is an IEEE float32 or integer operation in the order of the
+source, so results do not depend on vector width, number of threads, or batch size. There is no
+reference counting (`_nrt`): kernels allocate nothing, and counting the arrays of a state at every
+call costs more than the work.
 
-Only *entry points* are kept on disk, with all that is compiled into them; the functions that they call are not kept by
-themselves. The folder's name carries a hash of everything that goes in: the engine's sources, the functions as they are in memory
-(so that one which somebody has put in another's place is never taken for it), the sources of foreign parts, Numba's version.
+Only *entry points* are cached on disk, with all code that is compiled into them. The name of the
+folder contains a hash of the sources of the engine, the functions in memory (so a replaced function
+never matches), the sources of third-party parts, and the version of Numba.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 from numba.extending import overload
 
 from baldwinlab.engine import cache
-from baldwinlab.engine.compile_errors import refusal
+from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.fingerprint import fingerprint, python_of
 from baldwinlab.engine.inlining import Inlined
 from baldwinlab.engine.numba_internals import dispatchers
@@ -37,15 +38,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", **dispatchers.INLINED}
 
 
-_ONE_AT_A_TIME: Final = Lock()
+_COMPILATION_LOCK: Final = Lock()
 
 Choose = Callable[..., Any]
 GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
-"""What compiled code can call, and what chooses the function to compile from the types of the arguments: for other targets."""
+"""Functions that compiled code can call, with the function that chooses the one to compile."""
 
 
 def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
-    """Let compiled code call `generic` as the Python function that `choose` gives for the types of its arguments."""
+    """Let compiled code call `generic`: `choose` returns the Python function for argument types."""
     overload(
         generic,
         strict=False,
@@ -58,101 +59,126 @@ def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
 def compiled(function: Function) -> Function:
     """Return a function that hooks can call. Use as a decorator.
 
-    Numba compiles the function into each hook that calls it.
-    A call from Python executes the Python code, because a compiled wrapper for a state of sixty arrays is slow.
+    Numba compiles the function into each hook that calls it. A call from Python executes the Python
+    code, because compiling a wrapper for a state of sixty arrays takes as long as everything else.
+
+    Parameters
+    ----------
+    function
+        A Python function that Numba can compile.
+
+    Returns
+    -------
+    callable
+        The function.
     """
     return cast(Function, register(function, lambda *types: function))
 
 
-def kept(
+def cached_jit(
     function: Callable[..., Any],
     with_these: tuple[Callable[..., Any], ...] = (),
     short_loops: bool = False,
 ) -> Callable[..., Any]:
-    """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these hooks of parts.
+    """Compile `function` with the given hooks of parts, and cache the machine code on disk.
 
-    Where it has short loops, these are not unrolled. To call it raises PartError, with one sentence, where a foreign hook cannot
-    be compiled.
+    Parameters
+    ----------
+    function
+        A Python function that Numba can compile.
+    with_these
+        Hooks and types of parts that the function calls. They are part of its fingerprint.
+    short_loops
+        Whether the function has short loops, which are then not unrolled.
+
+    Returns
+    -------
+    callable
+        The compiled function. A call raises PartError if a third-party hook cannot be compiled.
     """
-    with _ONE_AT_A_TIME:
-        return _kept(function, with_these, short_loops)
+    with _COMPILATION_LOCK:
+        return _cached_jit(function, with_these, short_loops)
 
 
 @once
-def _kept(
+def _cached_jit(
     function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...], short_loops: bool
 ) -> Callable[..., Any]:
-    made = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)(
-        python_of(function)
-    )
+    jit = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)
+    dispatcher = jit(python_of(function))
     directory = cache.cache_directory(fingerprint([function, *with_these]))
-    plain = not hasattr(
-        made, "signatures"
-    )  # Python's function itself, where Numba is told not to compile
-    if directory is not None and not plain:
-        dispatchers.set_code_store(made, cache.Store(directory))
+    # With NUMBA_DISABLE_JIT, Numba returns the Python function.
+    is_python = not hasattr(dispatcher, "signatures")
+    if directory is not None and not is_python:
+        dispatchers.set_code_store(dispatcher, cache.FileCodeStore(directory))
 
-    known: dict[tuple[Any, ...], Callable[..., Any]] = {}
+    functions: dict[tuple[Any, ...], Callable[..., Any]] = {}
 
     def call(*arguments: Any) -> Any:
-        if plain:
-            return made(*arguments)
-        kinds = tuple(map(_kind, arguments))
-        if kinds not in known:
-            types = dispatchers.find_argument_types(made, arguments)
-            with cache.alone(directory), _nothing_thrown_away(), unrolling(not short_loops):
+        if is_python:
+            return dispatcher(*arguments)
+        key = tuple(map(_argument_type, arguments))
+        if key not in functions:
+            types = dispatchers.find_argument_types(dispatcher, arguments)
+            with cache.lock_directory(directory), _gc_disabled(), unrolling(not short_loops):
                 try:
-                    made.compile(types)
+                    dispatcher.compile(types)
                 except NumbaError as error:
-                    raise refusal(error, with_these) or error from None
-            known[kinds] = dispatchers.find_compiled_function(made, types)
-        return known[kinds](*arguments)
+                    raise compile_error(error, with_these) or error from None
+            functions[key] = dispatchers.find_compiled_function(dispatcher, types)
+        return functions[key](*arguments)
 
-    call.dispatcher = made  # type: ignore[attr-defined]
+    call.dispatcher = dispatcher  # type: ignore[attr-defined]
     return call
 
 
-def _kind(value: Any) -> Any:
-    """What decides the type of an argument. Numba asks anew for that of a part at every call, which took as long as breeding."""
+def _argument_type(value: Any) -> Any:
+    """Return a key of the type of an argument.
+
+    Numba computes the type of a part at every call, which took as long as reproduction.
+    """
     if isinstance(value, np.ndarray):
         return value.dtype, value.ndim, value.flags.num
-    return (type(value), *map(_kind, value)) if isinstance(value, tuple) else type(value)
+    return (type(value), *map(_argument_type, value)) if isinstance(value, tuple) else type(value)
 
 
-def settled(call: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
-    """What `kept` gave, for arguments that always have the types of these, once it has been called with such.
+def resolve_call(call: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
+    """Return the machine code of a function of `cached_jit` for the types of given arguments.
 
-    To ask for the types of a state's sixty arrays takes a millisecond, in which a world lives through hundreds of steps.
+    The function must have been called with such arguments. Computing the types of the sixty arrays
+    of a state takes a millisecond, which is the time of hundreds of steps.
     """
-    made = cast(Any, call).dispatcher
-    if not hasattr(made, "signatures"):
+    dispatcher = cast(Any, call).dispatcher
+    if not hasattr(dispatcher, "signatures"):
         return call
-    types = dispatchers.find_argument_types(made, arguments)
-    return dispatchers.find_compiled_function(made, types)
+    types = dispatchers.find_argument_types(dispatcher, arguments)
+    return dispatchers.find_compiled_function(dispatcher, types)
 
 
 @contextmanager
-def _nothing_thrown_away() -> Iterator[None]:
-    """Without Python's garbage collection, which takes a sixth of the time while Numba makes its millions of small objects."""
-    collects = gc.isenabled()
+def _gc_disabled() -> Iterator[None]:
+    """Disable garbage collection, which takes a sixth of the time of a compilation."""
+    is_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
-        if collects:
+        if is_enabled:
             gc.enable()
 
 
-def is_kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> bool:
-    """Whether `kept` finds this compiled, by an earlier process."""
-    return cache.is_kept(fingerprint([function, *with_these]))
+def is_cached(
+    function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()
+) -> bool:
+    """Return whether the machine code of `cached_jit` is in the cache."""
+    return cache.is_cached(fingerprint([function, *with_these]))
 
 
-def entry(function: Function) -> Function:
-    """A compiled function that Python calls: it is kept for the next start. Compiled code may call it too."""
+def jit_entry_point(function: Function) -> Function:
+    """Compile a function that Python and compiled code call, and cache its machine code."""
 
     @wraps(function)
     def call(*arguments: Any) -> Any:
-        return kept(function)(*arguments)
+        return cached_jit(function)(*arguments)
 
     return cast(Function, register(call, lambda *types: function))

@@ -1,11 +1,12 @@
 """A tuple of arrays handed on by its address, in compiled code.
 
-Numba spreads a tuple over the arguments of every function that is given it: a state of sixty arrays is five hundred arguments,
-which takes longer to compile than what is done with them. Once all is inlined, nothing is left of the address.
+Numba spreads a tuple over the arguments of every function that is given it: a state of sixty arrays
+is five hundred arguments, which takes longer to compile than what is done with them. Once all is
+inlined, nothing is left of the address.
 
-What is handed on is a list of addresses, one for each field. So where a field is found does not depend on what the others are,
-and a function serves all tuples that are alike in what it reads of them (`inlined.py`). A tuple as it lies in memory is what
-browsers hand in.
+What is handed on is a list of addresses, one for each field. So where a field is found does not
+depend on what the others are, and a function serves all tuples that are alike in what it reads of
+them (`inlined.py`). A tuple as it lies in memory is what browsers hand in.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def _load(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
 lower_getattr_generic(Reference)(_load)
 
 
-def by_reference(held: Any) -> Any:
+def as_pointer(held: Any) -> Any:
     """A named tuple, handed on by its address from here. In plain Python: as it is."""
     return held
 
@@ -100,7 +101,7 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return places
 
 
-def taken(reference: Any) -> Any:
+def dereference(reference: Any) -> Any:
     """The named tuple at an address, where nobody changes it any more. In plain Python: as it is."""
     return reference
 
@@ -111,9 +112,9 @@ def _take(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return make_tuple(context, builder, kind.held, fields)
 
 
-type_callable(by_reference)(lambda context: lambda held: Scattered(held))
-lower_builtin(by_reference, BaseNamedTuple)(_store)
-type_callable(taken)(
+type_callable(as_pointer)(lambda context: lambda held: Scattered(held))
+lower_builtin(as_pointer, BaseNamedTuple)(_store)
+type_callable(dereference)(
     lambda context: lambda reference: reference.held if isinstance(reference, Reference) else None
 )
-lower_builtin(taken, Reference)(_take)
+lower_builtin(dereference, Reference)(_take)

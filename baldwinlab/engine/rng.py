@@ -1,9 +1,11 @@
 """Counter-based random numbers: Philox4x32-10.
 
-A random number is a pure function of seed, run, generation, purpose, index and draw.
-Therefore no result depends on the order of threads, batches or runs, and any lifetime can be simulated again alone.
+A random number is a pure function of seed, run, generation, purpose, index and draw. Therefore no
+result depends on the order of threads, batches or runs, and any lifetime can be simulated again
+alone.
 
-Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC'11.
+Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1,
+2, 3", SC'11.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 
 # Purposes of random numbers. Stored results depend on the values: append, but never renumber.
 BIRTHPLACE: Final = 0  # index: agent; draw: attempt
@@ -101,7 +103,7 @@ def draw_uniforms(
         out[draw, 3] = uniform(words[3])
 
 
-@entry
+@jit_entry_point
 def _draw_all(
     seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.float64]
 ) -> None:
@@ -109,7 +111,7 @@ def _draw_all(
         draw_uniforms(seed, run, generation, purpose, index, out[index])
 
 
-@entry
+@jit_entry_point
 def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.uint32]) -> None:
     for index in range(out.shape[0]):
         for draw in range(out.shape[1]):

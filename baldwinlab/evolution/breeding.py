@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from baldwinlab.engine import poison, rng
-from baldwinlab.engine.jit import kept
+from baldwinlab.engine.jit import cached_jit
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genomes
 from baldwinlab.evolution.inheritance import apply_teacher_control
@@ -75,7 +75,7 @@ def breed(
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
     variation, code = breeding_part(experiment, "variation")
-    kept(breed_children, code)(
+    cached_jit(breed_children, code)(
         variation, key, genome, fitness, parents, poison.empty((modules * weights, 4)), children
     )
     require_finite(experiment, key, children, "evolution.variation")

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import entry, kept
+from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.rng_key import Fitness, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -59,7 +59,7 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     """
     values_of_agents = np.full(len(energy), np.nan)
     values, code = breeding_part(experiment, "fitness")
-    kept(evaluate_agents, code)(values, energy, cost, values_of_agents)
+    cached_jit(evaluate_agents, code)(values, energy, cost, values_of_agents)
     if np.isnan(values_of_agents).any():
         raise ValueError(
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
@@ -79,7 +79,7 @@ def sum_energy(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) 
     return energy
 
 
-@entry
+@jit_entry_point
 def sum_region_energy(
     energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], energy: Fitness
 ) -> None:
@@ -112,7 +112,7 @@ def compute_learning_cost(
     return cost
 
 
-@entry
+@jit_entry_point
 def add_change_cost(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
     """Add the cost of the distance between the action modules at birth and at death to `cost`."""
     for agent in range(cost.size):

@@ -15,7 +15,7 @@ import numpy as np
 
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
-from baldwinlab.engine.jit import entry
+from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -54,7 +54,7 @@ def purposes(experiment: Experiment) -> list[int]:
     ]
 
 
-@entry
+@jit_entry_point
 def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
     """Fill one module of `genome` from N(0, 1). One draw of the generator gives four weights."""
     for agent in range(genome.shape[0]):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison, rng
-from baldwinlab.engine.jit import entry, kept
+from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
@@ -68,7 +68,7 @@ def inherit_genomes(experiment: BaseExperiment, genome: Genome, learned: Genome 
     changed, inherited = born.copy(), genome.copy()
     poison.fill(changed[:, 0, : learned.shape[1]])
     values, code = breeding_part(experiment, "inheritance")
-    kept(inherit_all, code)(values, born, learned, changed)
+    cached_jit(inherit_all, code)(values, born, learned, changed)
     inherited[:, :modules] = changed
     return inherited
 
@@ -80,7 +80,7 @@ def needs_simulation(experiment: BaseExperiment) -> bool:
     )
 
 
-@entry
+@jit_entry_point
 def remap_parents(origin: Parents, parents: Parents) -> None:
     """Replace `parents` [child, 2] that were born during life by their ancestors at its beginning.
 
@@ -137,7 +137,7 @@ def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
     return redrawn
 
 
-@entry
+@jit_entry_point
 def permute_teachers(genome: Genome, order: Order, permuted: Genome) -> None:
     """Copy `genome`, with the reinforcement module (the second) of the child in `order`."""
     for child in range(genome.shape[0]):

@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import compiled, entry, kept
+from baldwinlab.engine.jit import cached_jit, compiled, jit_entry_point
 from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.experiment import BaseExperiment
@@ -76,7 +76,7 @@ def select(
     parents = np.full((len(uniforms), 2), -1, np.int32)
     genomes = np.empty((agents, 0, 0), np.float32) if genome is None else genome
     scratch = poison.empty(agents), poison.empty(agents, np.int64)
-    kept(select_parents, code)(
+    cached_jit(select_parents, code)(
         scheme, experiment.evolution.elite, genomes, fitness, uniforms, *scratch, parents
     )
     if has_invalid_parent(parents, agents):
@@ -104,7 +104,7 @@ def select_parents(
             parents[child, 0], parents[child, 1] = second, first
 
 
-@entry
+@jit_entry_point
 def has_invalid_parent(parents: Parents, agents: int) -> bool:
     """Return whether a parent is not an index of an agent."""
     is_invalid = False
@@ -116,7 +116,7 @@ def has_invalid_parent(parents: Parents, agents: int) -> bool:
     return is_invalid
 
 
-@entry
+@jit_entry_point
 def find_invalid_fitness(fitness: Fitness, least: float) -> int:
     """Return the first agent whose fitness is not finite or is below `least`, or -1."""
     for agent in range(fitness.size):

@@ -2,16 +2,19 @@
 
     baldwinlab reproduce nolfi-parisi-1993
 
-Ten by ten cells hold ten items of food, which vanish when somebody steps on them. An agent senses the angle, from its heading,
-and the distance of the nearest, and the two bits of the action that it is about to do; its network says what to do after that:
-stay (00), turn right (01), turn left (10) or go ahead (11). A life is so many environments of so many steps; its fitness is the
-food of an average one. What is learned: nothing; the action, towards the answers of a teaching module on the same inputs, both
-of them inherited (auto-teaching); what will be sensed next, on two outputs more; or, as a control for that, random numbers.
+Ten by ten cells hold ten items of food, which vanish when somebody steps on them. An agent senses
+the angle, from its heading, and the distance of the nearest, and the two bits of the action that it
+is about to do; its network says what to do after that: stay (00), turn right (01), turn left (10)
+or go ahead (11). A life is so many environments of so many steps; its fitness is the food of an
+average one. What is learned: nothing; the action, towards the answers of a teaching module on the
+same inputs, both of them inherited (auto-teaching); what will be sensed next, on two outputs more;
+or, as a control for that, random numbers.
 
-Sources: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive Behavior 3 (1994), for the
-world, lives, evolution and prediction; S. Nolfi and D. Parisi, "Auto-teaching: networks that develop their own teaching input",
-ECAL 93. Their numbers here are from memory; readings of ours are that moves off the grid do nothing, that an agent begins in
-any cell with any heading, and that without food the angle is 0 and the distance 1.
+Sources: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
+Behavior 3 (1994), for the world, lives, evolution and prediction; S. Nolfi and D. Parisi,
+"Auto-teaching: networks that develop their own teaching input", ECAL 93. Their numbers here are
+from memory; readings of ours are that moves off the grid do nothing, that an agent begins in any
+cell with any heading, and that without food the angle is 0 and the distance 1.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import share_of_turn, sigmoid
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.models.grid_frames import foraged
@@ -45,7 +48,8 @@ from baldwinlab.parts import (
     unit,
 )
 
-INPUTS: Final = 4  # the angle and the distance of the nearest food, and the two bits of the action about to be done
+# The angle and the distance of the nearest food, and the two bits of the action about to be done.
+INPUTS: Final = 4
 ACTIONS: Final = 2  # outputs that plan
 SIDE, FOOD = 10, 10  # cells along an edge, and items
 FARTHEST: Final = np.float32(SIDE - 1) * np.float32(1.4142135)
@@ -234,7 +238,7 @@ class CellForagers(Model, name="cell-foragers"):
         return Foraged(learned, eaten, food, track)
 
 
-@entry
+@jit_entry_point
 def forage(
     numbers: Any,
     runs: Any,
@@ -249,9 +253,9 @@ def forage(
 ) -> None:
     """Fill `eaten` [run, agent, environment]; `weights` [run, agent, weight] change as agents learn.
 
-    `numbers` are seed, generation, what is learned, hidden units, outputs and the first agent's number; `fixed` is the teaching
-    module; `units` [3, unit] and `food` [item] are scratch. `sown` and `track` keep the course of as many environments as they
-    have room for, the last ones.
+    `numbers` are seed, generation, what is learned, hidden units, outputs and the first agent's
+    number; `fixed` is the teaching module; `units` [3, unit] and `food` [item] are scratch. `sown`
+    and `track` keep the course of as many environments as they have room for, the last ones.
     """
     kept = sown.shape[0]
     for run in range(runs.size):

@@ -2,16 +2,18 @@
 
     baldwinlab reproduce todd-miller-1991
 
-An agent lives in one of two patches: in one red is food and green is poison, in the other the reverse. Items drift by, each of
-them food by a coin. Food smells sweet, and poison sour, with the probability `accuracy`. Nobody is told what was what: an agent
-eats or passes, and what that was worth is known to selection alone. Its network has a few units, each of which is a sensor of
-red, green, sweet or sour, a hidden unit or the motor unit; all are 1 or -1, and the motor eats where its input is above 0. A link
-is fixed, or Hebbian: it changes by `rate` times the signs at its two ends, within -1 and 1. So a fixed link from smell can train
-a Hebbian one from colour.
+An agent lives in one of two patches: in one red is food and green is poison, in the other the
+reverse. Items drift by, each of them food by a coin. Food smells sweet, and poison sour, with the
+probability `accuracy`. Nobody is told what was what: an agent eats or passes, and what that was
+worth is known to selection alone. Its network has a few units, each of which is a sensor of red,
+green, sweet or sour, a hidden unit or the motor unit; all are 1 or -1, and the motor eats where its
+input is above 0. A link is fixed, or Hebbian: it changes by `rate` times the signs at its two ends,
+within -1 and 1. So a fixed link from smell can train a Hebbian one from colour.
 
-Sources: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
-Animals to Animats (1991), as far as its idea, its patches and its few units; D. O. Hebb, The Organization of Behavior (1949), for
-the rule. Their constants were not recovered: those here are readings.
+Sources: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of
+associative learning", From Animals to Animats (1991), as far as its idea, its patches and its few
+units; D. O. Hebb, The Organization of Behavior (1949), for the rule. Their constants were not
+recovered: those here are readings.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import cross_at_point, draw_cut, is_from_fitter
 from baldwinlab.parts import (
@@ -195,7 +197,7 @@ class Found(NamedTuple):
     born_so: npt.NDArray[np.int32]  # 1 of who did at birth
 
 
-@entry
+@jit_entry_point
 def eat(life: Life, runs: Any, genomes: Any, own: Units, found: Found) -> None:
     """Fill what lives came to; strengths in `genomes` [run, agent, gene] change as agents learn."""
     for run in range(runs.size):

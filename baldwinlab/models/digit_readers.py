@@ -2,15 +2,17 @@
 
     baldwinlab reproduce keesing-stork-1991
 
-Digits are 5 by 7 pixels, of which each is turned over with the probability `noise`. A genome is the weights of a network of
-logistic units, 35 pixels, hidden units and ten outputs, each weight one of 16 from -2 to 2, which is four bits. In life a network
-is shown so many digits, of a hundred, and descends the gradient of its squared error after each; then it reads a hundred others.
-Both are the same for all in a run, and the share read right is fitness. All networks have as many trials, or each a number of its
-own, from none to twice as many.
+Digits are 5 by 7 pixels, of which each is turned over with the probability `noise`. A genome is the
+weights of a network of logistic units, 35 pixels, hidden units and ten outputs, each weight one of
+16 from -2 to 2, which is four bits. In life a network is shown so many digits, of a hundred, and
+descends the gradient of its squared error after each; then it reads a hundred others. Both are the
+same for all in a run, and the share read right is fitness. All networks have as many trials, or
+each a number of its own, from none to twice as many.
 
-Source: R. Keesing and D. G. Stork, "Evolution and learning in neural networks: the number and distribution of learning trials
-affect the rate of evolution", Advances in Neural Information Processing Systems 3 (1991), and their US patent 5,245,696 for how
-networks are bred. Digits, sizes and rates are ours.
+Source: R. Keesing and D. G. Stork, "Evolution and learning in neural networks: the number and
+distribution of learning trials affect the rate of evolution", Advances in Neural Information
+Processing Systems 3 (1991), and their US patent 5,245,696 for how networks are bred. Digits, sizes
+and rates are ours.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import flatten, split_modules
 from baldwinlab.parts import (
@@ -214,7 +216,7 @@ class DigitReaders(Model, name="digit-readers"):
         )
 
 
-@entry
+@jit_entry_point
 def school(
     numbers: Any,
     strict: bool,
@@ -228,8 +230,9 @@ def school(
 ) -> None:
     """Teach all agents of a run, and examine them at birth and afterwards: `wrong` [agent, 2]. `weights` [agent, weight] change.
 
-    `numbers` are seed, run, generation, hidden units, trials, and whether these are spread; `learnt` and `read` have a digit a
-    row, as many of each; `scratch` has three rows for units. `used` [agent] are trials.
+    `numbers` are seed, run, generation, hidden units, trials, and whether these are spread;
+    `learnt` and `read` have a digit a row, as many of each; `scratch` has three rows for units.
+    `used` [agent] are trials.
     """
     seed, run, generation, hidden, trials, spread = (
         numbers[0],

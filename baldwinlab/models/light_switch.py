@@ -2,19 +2,22 @@
 
     baldwinlab reproduce floreano-urzelai-2000
 
-In a square arena with a side of 1, a stripe on a wall marks where the lamp is switched on: within 0.2 of it. From then on the
-lamp is lit. Fitness is the share of a life's steps spent within 0.2 of the lamp while it is lit. A robot senses the lamp, where
-it is lit, to its front, left, back and right; the stripe, half left, ahead and half right; and walls ahead, left and right. All
-neurons are logistic, sense all inputs and, as they were, each other, and the last two drive the wheels.
+In a square arena with a side of 1, a stripe on a wall marks where the lamp is switched on: within
+0.2 of it. From then on the lamp is lit. Fitness is the share of a life's steps spent within 0.2 of
+the lamp while it is lit. A robot senses the lamp, where it is lit, to its front, left, back and
+right; the stripe, half left, ahead and half right; and walls ahead, left and right. All neurons are
+logistic, sense all inputs and, as they were, each other, and the last two drive the wheels.
 
-`encoding` is the genetic encoding: of each neuron, or of each synapse, a sign, one of four rules and a rate (5 bits: 1, 2, 2), and
-weights are small and random at birth, and change in every step, in [0, 1]; or of each synapse a sign and a strength (5 bits: 1,
-4), which stay. A neuron's rule and rate are those of the synapses that lead to it, its sign that of those that it sends. In every
+`encoding` is the genetic encoding: of each neuron, or of each synapse, a sign, one of four rules
+and a rate (5 bits: 1, 2, 2), and weights are small and random at birth, and change in every step,
+in [0, 1]; or of each synapse a sign and a strength (5 bits: 1, 4), which stay. A neuron's rule and
+rate are those of the synapses that lead to it, its sign that of those that it sends. In every
 generation each agent has another life, which does not count, in a world that is changed.
 
-Sources: D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and behavioral fitness", Neural Networks
-13 (2000); J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001), for the changes. Their
-numbers here are from memory; the geometry, the senses, the number of neurons and the changes' sizes are readings of ours.
+Sources: D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and
+behavioral fitness", Neural Networks 13 (2000); J. Urzelai and D. Floreano, "Evolution of adaptive
+synapses", Evolutionary Computation 9 (2001), for the changes. Their numbers here are from memory;
+the geometry, the senses, the number of neurons and the changes' sizes are readings of ours.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
@@ -66,7 +69,8 @@ REACH, NEAR = (
     np.float32(0.1),
 )  # of the lamp and the stripe; from where a wall is felt
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
-# Where the stripe and the lamp are (x, y each), how much of a sense arrives, and how much of the left wheel's speed.
+# Where the stripe and the lamp are (x, y each), how much of a sense arrives, and how much of the
+# left wheel's speed.
 WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
 CHANGED: Final = {
     "places": (0.5, 1.0, 0.85, 0.15, 1.0, 1.0),
@@ -233,7 +237,7 @@ class LightSwitch(Model, name="light-switch"):
         return signs, rules, rates, (SMALL * np.stack(draws)).astype(np.float32).reshape(synapses)
 
 
-@entry
+@jit_entry_point
 def drive(
     moves: int,
     world: Any,
@@ -247,7 +251,8 @@ def drive(
 ) -> None:
     """Fill `lit` [run, agent] with the steps under the lit lamp; `weights` [run, agent, neuron, source] change as agents learn.
 
-    `begin` [run, 4] are uniform numbers, of place and heading; `values` [2, input and neuron] is scratch.
+    `begin` [run, 4] are uniform numbers, of place and heading; `values` [2, input and neuron] is
+    scratch.
     """
     for run in range(lit.shape[0]):
         for agent in range(lit.shape[1]):

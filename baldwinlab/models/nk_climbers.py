@@ -2,14 +2,16 @@
 
     baldwinlab reproduce mayley-1996
 
-The fitness of a string of N bits is the mean of N tables, each asked by its own bit and K others, drawn at random, scaled so
-that the worst string has 0 and the best 1. In each trial of a life one bit, drawn at random, is flipped, and stays so if that is
-better. What is learned is not inherited, and each bit in which an agent at death differs from its genome may cost it something.
-Each run has a landscape of its own, the same in all conditions, and begins with one random string for all.
+The fitness of a string of N bits is the mean of N tables, each asked by its own bit and K others,
+drawn at random, scaled so that the worst string has 0 and the best 1. In each trial of a life one
+bit, drawn at random, is flipped, and stays so if that is better. What is learned is not inherited,
+and each bit in which an agent at death differs from its genome may cost it something. Each run has
+a landscape of its own, the same in all conditions, and begins with one random string for all.
 
-Sources: S. A. Kauffman, The Origins of Order (1993), for the landscape; G. Mayley, "Landscapes, learning costs, and genetic
-assimilation", Evolutionary Computation 4 (1996), and "Guiding or hiding", ECAL 97, for learning on it and its costs. His
-constants were not recovered: those here are readings.
+Sources: S. A. Kauffman, The Origins of Order (1993), for the landscape; G. Mayley, "Landscapes,
+learning costs, and genetic assimilation", Evolutionary Computation 4 (1996), and "Guiding or
+hiding", ECAL 97, for learning on it and its costs. His constants were not recovered: those here are
+readings.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import entry
+from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.parts import (
     LIFE,
@@ -207,7 +209,7 @@ class NKClimbers(Model, name="nk-climbers"):
         return LifeResults(learned, self.cost_per_bit * changed, at_death, records)
 
 
-@entry
+@jit_entry_point
 def climb(height: Any, bits: int, chosen: Any, strings: Any) -> None:
     """Let every string [agent] flip a bit in each trial, where that is better; `chosen` [agent, trial] are uniform numbers."""
     for agent in range(strings.size):

@@ -2,14 +2,16 @@
 
     baldwinlab reproduce paenke-2007
 
-A genome is one number x, and innate fitness f(x) = exp(slope x + curvature x^2 / 2), so that `curvature` says whether the logarithm of
-fitness is convex (above 0), straight (0) or concave (below 0). An agent that learns is worth f(x + step). What decides is the
-gain function g(x) = f(x + step) / f(x): with learning selection moves x faster where g rises with x, and slower where g falls.
+A genome is one number x, and innate fitness f(x) = exp(slope x + curvature x^2 / 2), so that
+`curvature` says whether the logarithm of fitness is convex (above 0), straight (0) or concave
+(below 0). An agent that learns is worth f(x + step). What decides is the gain function g(x) = f(x +
+step) / f(x): with learning selection moves x faster where g rises with x, and slower where g falls.
 Here the logarithm of g is step bend x, and a constant.
 
-Source: I. Paenke, B. Sendhoff and T. J. Kawecki, "Influence of plasticity and learning on evolution under directional selection",
-The American Naturalist 170 (2007); I. Paenke, T. J. Kawecki and B. Sendhoff, "The influence of learning on evolution: a
-mathematical framework", Artificial Life 15 (2009). Population, spread and mutation are ours.
+Source: I. Paenke, B. Sendhoff and T. J. Kawecki, "Influence of plasticity and learning on evolution
+under directional selection", The American Naturalist 170 (2007); I. Paenke, T. J. Kawecki and B.
+Sendhoff, "The influence of learning on evolution: a mathematical framework", Artificial Life 15
+(2009). Population, spread and mutation are ours.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.founders import draw_normal
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
@@ -126,7 +128,7 @@ def exponential(x: float) -> float:
     return power_of_ten(x * LOG10_E)
 
 
-@entry
+@jit_entry_point
 def raise_all(values: Any) -> None:
     """Put in the place of every value its exponential."""
     for place in range(values.size):

@@ -2,24 +2,29 @@
 
     baldwinlab reproduce soltoggio-2008
 
-A life is a hundred trips, each from home along a corridor to a turning point, left or right, to a maze end; in the double maze
-over two such turning points. One end has a reward of 1, the others 0.2; once in a life, near its middle, the high reward moves.
-The output goes straight on where it is within 1/3 of 0, else right or left; to do otherwise than a corridor or a turning point
-asks is a crash, which costs 0.4 and ends the trip. With `homing` the way back is to be found, too, or 0.3 is lost.
+A life is a hundred trips, each from home along a corridor to a turning point, left or right, to a
+maze end; in the double maze over two such turning points. One end has a reward of 1, the others
+0.2; once in a life, near its middle, the high reward moves. The output goes straight on where it is
+within 1/3 of 0, else right or left; to do otherwise than a corridor or a turning point asks is a
+crash, which costs 0.4 and ends the trip. With `homing` the way back is to be found, too, or 0.3 is
+lost.
 
-Inputs are 1 at a turning point, at an end, at home, and always; one is the reward. A neuron's activation is tanh(a / 2), with a
-summed over inputs and standard neurons as they last were; first the modulatory neurons are asked, then the standard ones, the
-output last. After every step each synapse, from an input or a standard neuron at x to a neuron at y, changes by
+Inputs are 1 at a turning point, at an end, at home, and always; one is the reward. A neuron's
+activation is tanh(a / 2), with a summed over inputs and standard neurons as they last were; first
+the modulatory neurons are asked, then the standard ones, the output last. After every step each
+synapse, from an input or a standard neuron at x to a neuron at y, changes by
 
     tanh(m / 2) rate (A x y + B x + C y + D)
 
-with m what modulatory neurons send to y; without such neurons, by all of that. Weights stay within 10.
+with m what modulatory neurons send to y; without such neurons, by all of that. Weights stay within
+10.
 
-Source: A. Soltoggio, J. A. Bullinaria, C. Mattiussi, P. Duerr and D. Floreano, "Evolutionary advantages of neuromodulated
-plasticity in dynamic, reward-based scenarios", ALIFE XI (2008); rule, rewards and trips are from memory here. Readings of ours:
-a number of neurons that is given, all connected (there, neurons are inserted, duplicated and deleted); synapses of modulatory
-neurons do not change; activations last for a trip (`memory`), so that from trip to trip weights alone remember; a place is one
-step; in a generation of a run, all agents have the same maze.
+Source: A. Soltoggio, J. A. Bullinaria, C. Mattiussi, P. Duerr and D. Floreano, "Evolutionary
+advantages of neuromodulated plasticity in dynamic, reward-based scenarios", ALIFE XI (2008); rule,
+rewards and trips are from memory here. Readings of ours: a number of neurons that is given, all
+connected (there, neurons are inserted, duplicated and deleted); synapses of modulatory neurons do
+not change; activations last for a trip (`memory`), so that from trip to trip weights alone
+remember; a place is one step; in a generation of a run, all agents have the same maze.
 """
 
 from __future__ import annotations
@@ -32,7 +37,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import clamp
 from baldwinlab.models.grid_frames import NOT_THERE, in_t_mazes
 from baldwinlab.parts import (
@@ -234,15 +239,16 @@ class TMazes(Model, name="t-mazes"):
         return Explored(weights / sizes, counts, ways)
 
 
-@entry
+@jit_entry_point
 def explore(
     numbers: Any, mazes: Any, weights: Any, values: Any, done: Any, counts: Any, ways: Any
 ) -> None:
     """Fill `counts` [run, agent, kept, 4] of trips; `weights` [run, agent, weight] change as agents learn.
 
-    `numbers` are neurons, modulatory ones, whether there is plasticity, how long activations last, turning points, whether to go
-    home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them; `values` [input and neuron] and `done` [4] are scratch; `ways`
-    [kept, place] keep what is done in each place. Who carries nothing from trip to trip does the same until the reward moves.
+    `numbers` are neurons, modulatory ones, whether there is plasticity, how long activations last,
+    turning points, whether to go home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them;
+    `values` [input and neuron] and `done` [4] are scratch; `ways` [kept, place] keep what is done
+    in each place. Who carries nothing from trip to trip does the same until the reward moves.
     """
     values[:] = ZERO
     alike = numbers[2] == 0 and numbers[3] != LIFETIME

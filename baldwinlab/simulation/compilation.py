@@ -1,8 +1,9 @@
 """Everything compiled that the lives and the breeding of some experiments need, before they begin: several at once, on all cores.
 
-Python compiles one function at a time, so combinations of parts that are not in the cache yet are compiled by processes of their
-own, which leave them there. A process is given some experiments, alike ones side by side, for most of what it has compiled of one
-serves the next, and the text of their foreign parts.
+Python compiles one function at a time, so combinations of parts that are not in the cache yet are
+compiled by processes of their own, which leave them there. A process is given some experiments,
+alike ones side by side, for most of what it has compiled of one serves the next, and the text of
+their foreign parts.
 
     python -m baldwinlab.simulation.compilation  < {"experiments": [...], "parts": [...]}
 """
@@ -21,7 +22,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.engine.cache import place
+from baldwinlab.engine.cache import cache_root
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
@@ -55,7 +56,7 @@ def compile_experiments(
     ones = list({_code(experiment): _shortest(experiment) for experiment in experiments}.values())
     absent = [one for one in ones if isinstance(one, Experiment) and not cpu.is_compiled(one)]
     absent.sort(key=lambda one: str(_code(one)))
-    if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
+    if backend is CPU and len(absent) > 1 and available_cores() > 1 and cache_root():
         _compile_together(absent, tell)
     for one in ones:
         simulate_histories(one, 0, [0], backend)

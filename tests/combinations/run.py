@@ -45,7 +45,7 @@ def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
         module = import_module(
             f"baldwinlab.evolution.{name}"
         )  # a function of the package hides one of these
-        monkeypatch.setattr(module, "kept", lambda function, phases, **_: function)
+        monkeypatch.setattr(module, "cached_jit", lambda function, phases, **_: function)
 
 
 def simulate_poisoned(experiment: Any, pattern: int) -> xr.Dataset:

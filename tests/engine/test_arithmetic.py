@@ -22,7 +22,7 @@ from scipy.special import ndtri
 
 import baldwinlab
 from baldwinlab.engine import arithmetic
-from baldwinlab.engine.jit import OPTIONS, kept
+from baldwinlab.engine.jit import OPTIONS, cached_jit
 from baldwinlab.engine.simd import square_root
 
 Function = Callable[[float], float]
@@ -32,8 +32,8 @@ PYTHON: tuple[Function, ...] = (
     arithmetic.power_of_ten,
     arithmetic.normal_quantile,
 )
-FUNCTIONS = logarithm, power_of_ten, normal_quantile = tuple(kept(each) for each in PYTHON)
-sigmoid = kept(arithmetic.sigmoid)
+FUNCTIONS = logarithm, power_of_ten, normal_quantile = tuple(cached_jit(each) for each in PYTHON)
+sigmoid = cached_jit(arithmetic.sigmoid)
 RANDOM = np.random.default_rng(1)
 ARGUMENTS: dict[Function, Numbers] = {
     logarithm: np.concatenate(
@@ -183,7 +183,7 @@ def test_a_square_root_is_that_of_ieee_754() -> None:
         assert root(np.float32(number)) == np.sqrt(np.float32(number))
 
 
-share_of_turn = kept(arithmetic.share_of_turn)
+share_of_turn = cached_jit(arithmetic.share_of_turn)
 
 
 def test_the_share_of_a_turn_is_that_of_the_arctangent_to_the_precision_of_float32() -> None:

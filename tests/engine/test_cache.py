@@ -37,17 +37,17 @@ def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[st
     )
 
 
-def kept(folder: Path) -> list[Path]:
+def stored_files(folder: Path) -> list[Path]:
     return sorted(folder.rglob(f"*{cache.ENDING}"))
 
 
-def test_a_folder_of_one_s_own_is_made_for_nobody_else(tmp_path: Path) -> None:
+def test_the_cache_folder_is_private(tmp_path: Path) -> None:
     assert draw(BALDWINLAB_CACHE=str(tmp_path / "mine")).stdout == EXPECTED
-    assert kept(tmp_path / "mine")
+    assert stored_files(tmp_path / "mine")
     assert (tmp_path / "mine").stat().st_mode & 0o022 == 0
 
 
-def test_where_the_user_s_cache_folder_cannot_be_made_a_temporary_one_of_the_user_s_own_is_taken(
+def test_a_private_temporary_folder_replaces_an_unusable_cache_folder(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "a file, not a folder").write_text("")
@@ -59,28 +59,28 @@ def test_where_the_user_s_cache_folder_cannot_be_made_a_temporary_one_of_the_use
     assert done.stdout == EXPECTED
     assert done.stderr == ""
     assert len(list(tmp_path.glob("baldwinlab-*"))) == 1
-    assert kept(tmp_path)
+    assert stored_files(tmp_path)
 
 
-def test_where_a_folder_that_was_asked_for_cannot_be_used_nothing_is_kept_elsewhere_and_that_is_said(
+def test_an_unusable_given_folder_is_reported_and_not_replaced(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "a file, not a folder").write_text("")
     done = draw(BALDWINLAB_CACHE=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
     assert done.stdout == EXPECTED
-    assert "compiled code is not kept for the next start: " in done.stderr
-    assert not kept(tmp_path)
+    assert "compiled code is not cached: " in done.stderr
+    assert not stored_files(tmp_path)
 
 
 @pytest.mark.parametrize("others", ["may write", "own it", "may put another in its place"])
-def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said(
+def test_a_folder_that_other_users_can_write_to_is_reported_and_not_used(
     others: str, tmp_path: Path
 ) -> None:
     shared = tmp_path / "shared"
     folder = shared / "cache"
     folder.mkdir(parents=True)
     assert draw(BALDWINLAB_CACHE=str(folder)).stdout == EXPECTED
-    before = [file.stat() for file in kept(folder)]
+    before = [file.stat() for file in stored_files(folder)]
     if others == "may write":
         folder.chmod(0o777)
     elif others == "own it":
@@ -91,9 +91,9 @@ def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said
         shared.chmod(0o777)
     done = draw(BALDWINLAB_CACHE=str(folder))
     assert done.stdout == EXPECTED
-    assert "compiled code is not kept for the next start" in done.stderr
+    assert "compiled code is not cached" in done.stderr
     assert str(folder) in done.stderr
-    now = [file.stat() for file in kept(folder)]
+    now = [file.stat() for file in stored_files(folder)]
     assert [(each.st_mtime, each.st_ino) for each in now] == [
         (each.st_mtime, each.st_ino) for each in before
     ]
@@ -105,7 +105,7 @@ def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said
 )
 def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
     assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
-    (file,) = kept(tmp_path)
+    (file,) = stored_files(tmp_path)
     whole = file.read_bytes()
     middle = len(whole) // 2
     file.write_bytes(
@@ -122,12 +122,12 @@ def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
     assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.01)
 
 
-def test_garbage_with_a_digest_that_fits_is_compiled_again(tmp_path: Path) -> None:
+def test_garbage_with_a_matching_digest_is_compiled_again(tmp_path: Path) -> None:
     draw(BALDWINLAB_CACHE=str(tmp_path))
-    (file,) = kept(tmp_path)
+    (file,) = stored_files(tmp_path)
     whole = file.read_bytes()
     for garbage in (b"nothing of the kind", pickle.dumps([1, 2])):
-        cache.Store(file.parent).write(file.stem, garbage)
+        cache.FileCodeStore(file.parent).write(file.stem, garbage)
         assert file.read_bytes() != whole
         done = draw(BALDWINLAB_CACHE=str(tmp_path))
         assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
@@ -139,7 +139,7 @@ DRAW_BOTH = f"{DRAW}print(rng.uniforms(1, 2, 3, 4, (1, 1)).ravel().tolist())\n"
 
 def test_exchanged_files_of_compiled_code_are_compiled_again(tmp_path: Path) -> None:
     sound = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
-    one, other = kept(tmp_path)
+    one, other = stored_files(tmp_path)
     first, second = one.read_bytes(), other.read_bytes()
     one.write_bytes(second)
     other.write_bytes(first)
@@ -150,17 +150,15 @@ def test_exchanged_files_of_compiled_code_are_compiled_again(tmp_path: Path) -> 
     )
 
 
-def test_sound_code_is_loaded_and_not_compiled_again(tmp_path: Path) -> None:
+def test_valid_code_is_loaded(tmp_path: Path) -> None:
     draw(BALDWINLAB_CACHE=str(tmp_path))
-    (file,) = kept(tmp_path)
+    (file,) = stored_files(tmp_path)
     before = file.stat().st_ino
     assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
     assert file.stat().st_ino == before
 
 
-def test_a_full_disk_keeps_nothing_and_stops_nobody(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_stops_no_computation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(path: Path, content: bytes) -> None:
         raise OSError(28, "No space left on device")
 
@@ -173,17 +171,17 @@ def test_a_full_disk_keeps_nothing_and_stops_nobody(
     monkeypatch.setattr(cache, "write_atomically", full)
     with pytest.warns(RuntimeWarning, match=f"{tmp_path}: No space left on device") as said:
         for code in ("one", "other"):
-            cache.Store(tmp_path / code).save_overload("(int64,)", Compiled())
+            cache.FileCodeStore(tmp_path / code).save_overload("(int64,)", Compiled())
     assert len(said) == 1
 
 
-def test_who_needs_what_another_process_compiles_waits_and_finds_it(tmp_path: Path) -> None:
+def test_a_process_waits_for_code_that_another_process_compiles(tmp_path: Path) -> None:
     environment = {"BALDWINLAB_CACHE": str(tmp_path)}
     draw(**environment)
-    (made,) = kept(tmp_path)
+    (made,) = stored_files(tmp_path)
     content = made.read_bytes()
     made.unlink()
-    with cache.alone(made.parent):
+    with cache.lock_directory(made.parent):
         waiting = subprocess.Popen(
             [sys.executable, "-c", DRAW],
             env=os.environ | environment,
@@ -198,7 +196,7 @@ def test_who_needs_what_another_process_compiles_waits_and_finds_it(tmp_path: Pa
     assert made.stat().st_ino == put_there
 
 
-def test_code_for_blocks_of_another_size_has_a_folder_of_its_own(tmp_path: Path) -> None:
+def test_code_for_blocks_of_another_size_has_another_folder(tmp_path: Path) -> None:
     for lanes in ("4", "16"):
         assert draw(BALDWINLAB_CACHE=str(tmp_path), BALDWINLAB_LANES=lanes).stdout == EXPECTED
     assert len(list(tmp_path.glob("engine-*"))) == 2

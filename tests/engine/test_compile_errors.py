@@ -13,7 +13,7 @@ import pytest
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.engine import simd
-from baldwinlab.engine.jit import kept
+from baldwinlab.engine.jit import cached_jit
 
 HOOK = """
 def learn(weights, counts, first):
@@ -82,5 +82,5 @@ def _compile(file: Path, statement: str) -> str:
     exec(compile(file.read_text("utf-8"), str(file), "exec"), names)
     hook = names["learn"]
     with pytest.raises(PartError) as refused:
-        kept(hook, (hook,))(np.zeros((1, 16), np.float32), np.zeros((1, 16), np.int32), 0)
+        cached_jit(hook, (hook,))(np.zeros((1, 16), np.float32), np.zeros((1, 16), np.int32), 0)
     return str(refused.value)

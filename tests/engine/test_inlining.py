@@ -11,7 +11,7 @@ from numba import float32, njit
 from numba.core.codegen import JITCPUCodegen
 
 from baldwinlab.engine import inlining, jit
-from baldwinlab.engine.reference import by_reference
+from baldwinlab.engine.reference import as_pointer
 
 
 @jit.compiled
@@ -19,7 +19,7 @@ def twice(value: float) -> float:
     return value + value
 
 
-@jit.entry
+@jit.jit_entry_point
 def four_times(value: float) -> float:
     return twice(twice(value))
 
@@ -35,7 +35,7 @@ def test_a_function_that_only_compiled_code_calls_becomes_no_machine_code_of_its
         return add(self, module)
 
     monkeypatch.setattr(JITCPUCodegen, "_add_module", note)
-    jit.kept(four_times.__wrapped__).dispatcher.compile((float32,))  # type: ignore[attr-defined]
+    jit.cached_jit(four_times.__wrapped__).dispatcher.compile((float32,))  # type: ignore[attr-defined]
     assert "four_times" in made
     assert "twice" not in made
 
@@ -75,7 +75,7 @@ def step(body: Body) -> None:
 
 
 def walk(body: Body) -> None:
-    there = by_reference(body)
+    there = as_pointer(body)
     grow(there)
     step(there)
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.engine import inlining, jit, reference
-from baldwinlab.engine.cache import Store
+from baldwinlab.engine.cache import FileCodeStore
 from baldwinlab.engine.numba_internals import dispatchers, libraries, pipeline
 
 HOOKS = [
@@ -47,12 +47,12 @@ _inlined_add = jit.compiled(_add)
 
 
 def _add_by_address(left: float, right: Any) -> Any:
-    return _inlined_add(reference.by_reference(Pair(left, right)))
+    return _inlined_add(reference.as_pointer(Pair(left, right)))
 
 
 def _compile_entry(store: Path) -> None:
     dispatcher = numba.njit(pipeline_class=pipeline.EntryCompiler, **jit.OPTIONS)(_add_by_address)
-    dispatchers.set_code_store(dispatcher, Store(store))
+    dispatchers.set_code_store(dispatcher, FileCodeStore(store))
     arguments = (2.0, np.array([3.0]))
     types = dispatchers.find_argument_types(dispatcher, arguments)
     dispatcher.compile(types)

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import typeof
 
-from baldwinlab.engine.jit import kept
-from baldwinlab.engine.reference import Reference, by_reference
+from baldwinlab.engine.jit import cached_jit
+from baldwinlab.engine.reference import Reference, as_pointer
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_state
 
@@ -17,14 +17,14 @@ class Pair(NamedTuple):
 
 
 def _scaled(pair: Any) -> None:
-    there = by_reference(pair)
+    there = as_pointer(pair)
     for index in range(there.numbers.size):
         there.numbers[index] = there.numbers[index] * there.factor
 
 
 def test_what_is_done_through_an_address_is_done_to_the_arrays_of_the_tuple() -> None:
     numbers = np.arange(4.0)
-    kept(_scaled)(Pair(numbers, 3.0))
+    cached_jit(_scaled)(Pair(numbers, 3.0))
     assert numbers.tolist() == [0, 3, 6, 9]
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.engine.jit import compiled, kept
+from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.simd import (
     WIDTH,
     any_of,
@@ -72,7 +72,7 @@ def _done(work: Callable[..., Any], values: tuple[Any, ...]) -> Any:
 
 def test_sixteen_lanes_in_a_bundle_have_the_bits_of_each_by_itself(values: tuple[Any, ...]) -> None:
     together, alone, python = (
-        _done(work, values) for work in (kept(_sixteen), kept(_one_by_one), _one_by_one)
+        _done(work, values) for work in (cached_jit(_sixteen), cached_jit(_one_by_one), _one_by_one)
     )
     assert np.array_equal(together[:17], alone[:17])
     assert np.array_equal(alone, python)
@@ -83,7 +83,7 @@ def test_sixteen_lanes_in_a_bundle_have_the_bits_of_each_by_itself(values: tuple
 
 
 def test_a_mask_is_true_anywhere_or_nowhere(values: tuple[Any, ...]) -> None:
-    together = _done(kept(_sixteen), values)
+    together = _done(cached_jit(_sixteen), values)
     assert together[17, WIDTH] == 1
     assert together[18, WIDTH] == 0
 
@@ -109,7 +109,7 @@ def test_unary_minus_has_the_bits_of_numpy_also_for_zeros_infinities_and_subnorm
     special = np.array([0.0, -0.0, np.inf, -np.inf, 1e-45, -1e-45, 3.4e38, 1.5], np.float32)
     a = np.repeat(special[:, None], WIDTH, axis=1)
     assert np.signbit(np.negative(special))[:2].tolist() == [True, False]
-    for negate in (kept(_negate_block), kept(_negate_lanes), _negate_lanes):
+    for negate in (cached_jit(_negate_block), cached_jit(_negate_lanes), _negate_lanes):
         out = np.full_like(a, np.nan)
         negate(out, a)
         assert out.tobytes() == np.negative(a).tobytes()

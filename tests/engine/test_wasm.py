@@ -8,8 +8,8 @@ import numpy as np
 from numba import typeof
 
 from baldwinlab.engine import wasm
-from baldwinlab.engine.jit import kept
-from baldwinlab.engine.reference import by_reference, taken
+from baldwinlab.engine.jit import cached_jit
+from baldwinlab.engine.reference import as_pointer, dereference
 
 ARRAY = (
     4 + 4 + 8 + 8 + 4 + 4
@@ -42,12 +42,12 @@ def test_each_leaf_of_a_tuple_lies_where_c_would_put_it() -> None:
 
 
 def _doubled(numbers: Any, factor: float) -> None:
-    there = taken(by_reference(Outer(numbers, Inner(True, np.float32(1), 2), (1, 2), factor)))
+    there = dereference(as_pointer(Outer(numbers, Inner(True, np.float32(1), 2), (1, 2), factor)))
     for index in range(there.numbers.size):
         there.numbers[index] *= there.share * there.inner.step
 
 
 def test_a_tuple_that_is_taken_from_its_address_is_the_tuple() -> None:
     numbers = np.arange(3.0)
-    kept(_doubled)(numbers, 1.5)
+    cached_jit(_doubled)(numbers, 1.5)
     assert numbers.tolist() == [0, 3, 6]

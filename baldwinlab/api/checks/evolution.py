@@ -11,7 +11,7 @@ from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import Subject, breeding_arguments, values_of
 from baldwinlab.api.checks.signatures import oracle_key
 from baldwinlab.engine import rng
-from baldwinlab.engine.jit import kept
+from baldwinlab.engine.jit import cached_jit
 from baldwinlab.evolution import Fitness, GenerationKey, Genome, breed, draw_genomes, select
 from baldwinlab.evolution.fitness import evaluate_agents
 from baldwinlab.evolution.inheritance import inherit_all
@@ -99,7 +99,7 @@ def compare_selection(subject: Subject, part: Any) -> None:
     _, code = breeding_part(subject.experiment, "selection")
     for number, values, of, plain in _rounds(subject, part):
         scratch = of["shares"], of["order"]
-        kept(select_parents, code)(
+        cached_jit(select_parents, code)(
             values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"]
         )
         fitness = plain["fitness"]
@@ -125,7 +125,7 @@ def compare_inheritance(subject: Subject, part: Any) -> None:
     for number, values, of, plain in _rounds(subject, part):
         genome = np.stack([of["born"], of["taught"]])[None]
         inherited = genome.copy()
-        kept(inherit_all, code)(values, genome, of["learned"][None].copy(), inherited)
+        cached_jit(inherit_all, code)(values, genome, of["learned"][None].copy(), inherited)
         expected = part.oracle(values, plain["born"], plain["learned"])
         if "assign_teachers" not in overridden_hooks(part):
             expected = (expected, plain["taught"])
@@ -136,7 +136,7 @@ def compare_fitness(subject: Subject, part: Any) -> None:
     """oracle(part, energy, cost) -> the fitness of each agent."""
     _, code = breeding_part(subject.experiment, "fitness")
     for number, values, of, plain in _rounds(subject, part):
-        kept(evaluate_agents, code)(values, of["energy"], of["cost"], of["fitness"])
+        cached_jit(evaluate_agents, code)(values, of["energy"], of["cost"], of["fitness"])
         _require_close(
             of["fitness"],
             part.oracle(values, plain["energy"], plain["cost"]),

@@ -12,7 +12,7 @@ from numba import types
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import BREEDS, Subject, breeding_arguments, values_of
-from baldwinlab.engine.compile_errors import refusal
+from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import (
     RANDOM_SYMBOLS,
@@ -74,7 +74,7 @@ def _code(subject: Subject, part: type[Part], name: str) -> str:
     try:
         compiled.compile(tuple(known[each] for each in inspect.signature(function).parameters))
     except NumbaError as error:
-        raise (refusal(error, [function]) or error) from None
+        raise (compile_error(error, [function]) or error) from None
     return str(compiled.inspect_llvm(compiled.signatures[0]))
 
 

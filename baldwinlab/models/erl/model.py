@@ -2,12 +2,13 @@
 
     baldwinlab reproduce ackley-littman-1991
 
-Births and deaths happen at any time here, so that there are no generations. What the laboratory calls an agent is a population,
-whose genome is that of all its founders; its fitness is how many steps it survives; a study's runs are populations. Selection is
-in the world: who gathers energy has children.
+Births and deaths happen at any time here, so that there are no generations. What the laboratory
+calls an agent is a population, whose genome is that of all its founders; its fitness is how many
+steps it survives; a study's runs are populations. Selection is in the world: who gathers energy has
+children.
 
-The five strategies: ERL evolves and learns; E evolves only; L learns, and every newborn has a random genome; F does neither, with
-random genomes; B walks at random. All else is the same for all.
+The five strategies: ERL evolves and learns; E evolves only; L learns, and every newborn has a
+random genome; F does neither, with random genomes; B walks at random. All else is the same for all.
 
 Source: Ackley and Littman 1991. Open there, and fields here: all thresholds, damages and rates.
 """
@@ -22,7 +23,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.models.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
 from baldwinlab.models.erl.world import (
     AGENTS,
@@ -307,11 +308,12 @@ class ErlPopulations(Model, name="erl-populations"):
         return LifeResults(energy, np.zeros_like(energy), None, records)
 
 
-@entry
+@jit_entry_point
 def history(rules: Rules, world: World, genomes: Any, longest: int, inputs: Any, told: Any) -> int:
     """The steps that a population survives, at most `max_steps`, from founders [founder, bit].
 
-    Fill `told` with births, and agents and carnivores added up over the steps. `inputs` [input] is scratch.
+    Fill `told` with births, and agents and carnivores added up over the steps. `inputs` [input] is
+    scratch.
     """
     prepare(rules, world)
     found(rules, world, genomes)

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.engine.jit import kept, settled
-from baldwinlab.engine.reference import by_reference
+from baldwinlab.engine.jit import cached_jit, resolve_call
+from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import bundle, get, lanes_in_bundle, put
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
@@ -29,7 +29,7 @@ Numbers = npt.NDArray[np.float32]  # [world, agent, number]
 
 def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: Floats) -> None:
     """Be born, if newborn; else take the step with these `outputs` [action, lane]. Then sense what the next step begins with."""
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     everyone = all_of(model, state)
     if newborn:
         be_born(model, state)
@@ -71,9 +71,9 @@ class Steered:
             (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32
         )
         arguments = self._model, self._state, True, 0, self._outputs
-        live = kept(live_steered, hooks_of(self._state), short_loops=True)
+        live = cached_jit(live_steered, hooks_of(self._state), short_loops=True)
         live(*arguments)
-        self._live = settled(live, *arguments)
+        self._live = resolve_call(live, *arguments)
         self._shape = (len(runs), without.population.size)
         self._worth = np.array([region.energy for region in item_regions(without)] or [0.0])
         self.step = 0

@@ -2,9 +2,9 @@
 
 A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
 
-Who takes a step is a type: `Everyone` of a batch, a bundle of lanes at a time, phase by phase; or `One` agent, as under the
-sequential update (R7). A venue may add its own (kernels.py): what is done per world differs between them, and where a venue
-needs a barrier, it puts it there.
+Who takes a step is a type: `Everyone` of a batch, a bundle of lanes at a time, phase by phase; or
+`One` agent, as under the sequential update (R7). A venue may add its own (kernels.py): what is done
+per world differs between them, and where a venue needs a barrier, it puts it there.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part, hook
-from baldwinlab.engine.reference import by_reference
+from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import Lane, bundle, get, lanes_in_bundle
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.items import eat, tidy
@@ -179,7 +179,7 @@ def live_together(
     model: Model, state: State, newborn: bool, first_step: int, last_step: int
 ) -> None:
     """Be born, if newborn, and live through the steps from `first_step` up to, and without, `last_step`; all at a time."""
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     if newborn:
         be_born(model, state)
     everyone = all_of(model, state)
@@ -193,7 +193,7 @@ def live_one_by_one(
     model: Model, state: State, newborn: bool, first_step: int, last_step: int
 ) -> None:
     """As `live_together`, but agent after agent (R7)."""
-    model, state = by_reference(model), by_reference(state)
+    model, state = as_pointer(model), as_pointer(state)
     if newborn:
         be_born(model, state)
     for step in range(first_step, last_step):

@@ -2,14 +2,15 @@
 
     baldwinlab run neat-poles --set evolution.generations=5 neat_poles.max_steps=500 --runs 2
 
-A cart on a track carries two poles, hinged, of different lengths. A network senses the places and the velocities of cart and
-poles, and says every 0.02 s with what force the cart is pushed, from -10 to 10 N. Fitness is for how many such steps the cart
-stays on its track and both poles within 36 degrees of upright; who does for the longest time that is tried has solved it.
-What it shares with the task without velocities, `unseen_velocities.py`, is here, too.
+A cart on a track carries two poles, hinged, of different lengths. A network senses the places and
+the velocities of cart and poles, and says every 0.02 s with what force the cart is pushed, from -10
+to 10 N. Fitness is for how many such steps the cart stays on its track and both poles within 36
+degrees of upright; who does for the longest time that is tried has solved it. What it shares with
+the task without velocities, `unseen_velocities.py`, is here, too.
 
-Sources: Stanley and Miikkulainen 2002, section 4.3 and its tables (track, lengths, masses, steps; 3,578 networks and 24
-generations on average in 120 runs). To our memory as in the authors' program are the scale of the senses and the angle at the
-start.
+Sources: Stanley and Miikkulainen 2002, section 4.3 and its tables (track, lengths, masses, steps;
+3,578 networks and 24 generations on average in 120 runs). To our memory as in the authors' program
+are the scale of the senses and the angle at the start.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.neat.genome import (
     INFINITE_GENES,
     entries,
@@ -143,15 +144,16 @@ class NeatPoles(Poles, name="neat-poles"):
         return LifeResults(energy, np.zeros_like(energy), None, records)
 
 
-@entry
+@jit_entry_point
 def balance(
     graphs: Any, starts: Any, sensed: Any, loops: bool, longest: int, steepness: Any,
     units: Any, plan: Any, motion: Any, recent: Any, steps: Any, unrest: Any,
 ) -> None:  # fmt: skip
     """Fill `steps` [run, agent, start] with the steps until something falls, and `unrest` with how restless the last were.
 
-    Unrest is |place| + |velocity| of the cart + |angle| + |angular velocity| of the long pole, over the last `LAST` steps.
-    `units` [2, unit], `plan` [2, link, 3], `motion` [7, 6] and `recent` [LAST] are scratch.
+    Unrest is |place| + |velocity| of the cart + |angle| + |angular velocity| of the long pole, over
+    the last `LAST` steps. `units` [2, unit], `plan` [2, link, 3], `motion` [7, 6] and `recent`
+    [LAST] are scratch.
     """
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
@@ -211,8 +213,9 @@ def _live(
 def plan_answer(graph: Any, inputs: int, loops: bool, found: Any, plan: Any, done: Any) -> int:
     """Fill `plan` [link, (from row, to row, weight)] with the enabled links, each after all those that its source hears.
 
-    Where there may be `loops` they have no such order. How many there are. Links to a node stand together, in the order of the
-    genome. `inputs` are those without the bias. `found`, of the same shape, and `done` [row] are scratch.
+    Where there may be `loops` they have no such order. How many there are. Links to a node stand
+    together, in the order of the genome. `inputs` are those without the bias. `found`, of the same
+    shape, and `done` [row] are scratch.
     """
     count, planned, more = list_links(graph, inputs, 1, done.size, found), 0, True
     for row in range(done.size):
@@ -246,8 +249,8 @@ def answer_once(
 ) -> Any:
     """What the output says, in (0, 1): every node that hears anybody answers what it hears into `said` [row].
 
-    `heard` [row] is `said` itself where nodes answer one after the other; else what they said a step before, but for what is
-    sensed, which all hear at once. Row -1 is the bias.
+    `heard` [row] is `said` itself where nodes answer one after the other; else what they said a
+    step before, but for what is sensed, which all hear at once. Row -1 is the bias.
     """
     for row in range(sensed.size):
         heard[row] = said[row] = np.float32(state[sensed[row]] / SCALE[sensed[row]])

@@ -2,11 +2,13 @@
 
     baldwinlab reproduce stanley-miikkulainen-2002
 
-Two inputs and a bias; the output must be above 1/2 where one of the inputs is 1, and below where none or both are. A life is to
-be asked the four questions; fitness is (4 - the sum of the distances from the right answers)^2.
+Two inputs and a bias; the output must be above 1/2 where one of the inputs is 1, and below where
+none or both are. A life is to be asked the four questions; fitness is (4 - the sum of the distances
+from the right answers)^2.
 
-Source: Stanley and Miikkulainen 2002, section 4.1 (all numbers) and 4.2, where 100 runs of 150 networks take 32 generations
-on average, 4,755 networks (SD 2,553), and find solutions of 2.35 hidden nodes and 7.48 enabled links.
+Source: Stanley and Miikkulainen 2002, section 4.1 (all numbers) and 4.2, where 100 runs of 150
+networks take 32 generations on average, 4,755 networks (SD 2,553), and find solutions of 2.35
+hidden nodes and 7.48 enabled links.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import entry
+from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import INFINITE_GENES, answer, entries, minimal, require_neat
 from baldwinlab.models.neat.measures import SHAPE, of_solutions, shape_of
@@ -104,7 +106,7 @@ class NeatXor(Model, name="neat-xor"):
         )
 
 
-@entry
+@jit_entry_point
 def ask(graphs: Any, questions: Any, steepness: Any, units: Any, answers: Any) -> None:
     """Fill `answers` [run, agent, question] with what the output says. `units` is scratch, with room as `answer` has it."""
     for run in range(graphs.shape[0]):

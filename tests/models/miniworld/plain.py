@@ -17,8 +17,8 @@ from baldwinlab.simulation.simulate import simulate
 
 def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the launcher for the CPU run the step as the Python that it is."""
-    monkeypatch.setattr(cpu, "kept", lambda function, hooks, **_: function)
-    monkeypatch.setattr(cpu, "settled", lambda function, *arguments: function)
+    monkeypatch.setattr(cpu, "cached_jit", lambda function, hooks, **_: function)
+    monkeypatch.setattr(cpu, "resolve_call", lambda function, *arguments: function)
     monkeypatch.setattr(
         cpu, "is_compiled", lambda experiment: True
     )  # so that a study compiles nothing beforehand

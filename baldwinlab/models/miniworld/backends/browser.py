@@ -1,9 +1,10 @@
 """What a browser runs: entry points in which a run goes from founders to its last generation, and nothing is left to JavaScript.
 
-Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to learn how large arrays are,
-`furnish` once they are there, `found`, and then for every generation `begin`, `live` (as often as it likes to look), `reckon`
-and `breed`; it may `ask` a module something, and between which units it has a `link`. They are made of the kernels that Python
-calls, in the order of simulation/simulate.py; tests hold them to its bits.
+Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to
+learn how large arrays are, `furnish` once they are there, `found`, and then for every generation
+`begin`, `live` (as often as it likes to look), `reckon` and `breed`; it may `ask` a module
+something, and between which units it has a `link`. They are made of the kernels that Python calls,
+in the order of simulation/simulate.py; tests hold them to its bits.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
-from baldwinlab.engine.reference import taken
+from baldwinlab.engine.reference import dereference
 from baldwinlab.engine.rng import REINFORCEMENT_WEIGHTS, SELECTION, TEACHER, draw_uniforms
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.evolution.breeding import breed_children
@@ -234,28 +235,32 @@ def begin(model: Any, state: Any, population: Population) -> None:
     """Let a generation be born."""
     state.generation[0] = population.generation
     _copy(population.genome, state.genome[0])
-    be_born(taken(model), taken(state))
+    be_born(dereference(model), dereference(state))
 
 
 def live_at_once(model: Any, state: Any, population: Population) -> None:
     """Live from `population.first_step` up to, and without, `last_step`."""
-    live_together(taken(model), taken(state), False, population.first_step, population.last_step)
+    live_together(
+        dereference(model), dereference(state), False, population.first_step, population.last_step
+    )
 
 
 def live_in_turn(model: Any, state: Any, population: Population) -> None:
-    live_one_by_one(taken(model), taken(state), False, population.first_step, population.last_step)
+    live_one_by_one(
+        dereference(model), dereference(state), False, population.first_step, population.last_step
+    )
 
 
 def ask(state: Any, population: Population) -> None:
     """What a module answers to some inputs, whoever has it."""
-    forward(taken(state).network, population.asked_weights, population.asked_units, 0)
+    forward(dereference(state).network, population.asked_weights, population.asked_units, 0)
 
 
 def link(state: Any, population: Population) -> None:
     """Between which units a module has links, where it is no layers, whoever has it."""
     units, found = population.asked_units.shape[0], population.asked_links
     population.asked_count[0] = links(
-        taken(state).network, population.asked_weights, units, 0, found
+        dereference(state).network, population.asked_weights, units, 0, found
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import is_kept, kept, settled
+from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import hooks_of, make_model, make_state, poison_state
 from baldwinlab.models.miniworld.lookup import kind_of_recall
@@ -25,7 +25,7 @@ def code_of(experiment: Experiment) -> tuple[Any, ...]:
 
 def is_compiled(experiment: Experiment) -> bool:
     """Whether what these lives run has been compiled before, and is kept."""
-    return is_kept(_live_of(experiment), hooks_of(make_state(experiment, 1)))
+    return is_cached(_live_of(experiment), hooks_of(make_state(experiment, 1)))
 
 
 def _live_of(experiment: Experiment) -> Any:
@@ -39,7 +39,9 @@ class Batch:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        self._kept = self._live = kept(_live_of(experiment), hooks_of(self.state), short_loops=True)
+        self._kept = self._live = cached_jit(
+            _live_of(experiment), hooks_of(self.state), short_loops=True
+        )
         self._shape = (len(runs), experiment.population.size)
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
@@ -50,7 +52,7 @@ class Batch:
         arguments = self.model, self.state, True, 0, 0
         self._live(*arguments)
         if self._live is self._kept:
-            self._live = settled(self._kept, *arguments)
+            self._live = resolve_call(self._kept, *arguments)
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""

@@ -14,7 +14,7 @@ from typing import Any, Final
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import write_atomically
 from baldwinlab.engine import cache, wasm
-from baldwinlab.engine.compile_errors import refusal
+from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.fingerprint import fingerprint
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
 from baldwinlab.experiment import Experiment, validate
@@ -54,7 +54,7 @@ def _place(experiment: Experiment) -> Path | None:
     """Where a module ships, or is kept once it has been compiled; None where there is no place to keep it."""
     if not any(added_choices(experiment)):
         return SHIPPED / f"{name_of(experiment)}.wasm"
-    kept = cache.place()
+    kept = cache.cache_root()
     return kept and kept / f"{mark_of(experiment)}.wasm"
 
 
@@ -103,7 +103,7 @@ def _module(habitat: Habitat) -> bytes:
     try:
         return wasm.module(habitat.entries())
     except NumbaError as error:
-        raise refusal(error, habitat.hooks()) or error from None
+        raise compile_error(error, habitat.hooks()) or error from None
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.engine.jit import kept
+from baldwinlab.engine.jit import cached_jit
 from baldwinlab.engine.simd import bundle, get, lanes_in_bundle
 from baldwinlab.models.miniworld.networks.feed_forward import (
     Rows,
@@ -87,7 +87,9 @@ def test_three_inputs_and_three_outputs_written_out_have_the_bits_of_any_layers(
             activations[:3, 16 * (step % 3) :] *= (
                 step % 4 != 0
             )  # whole bundles that sense nothing, and all of them
-            kept(lived)(sizes, rates, weights, activations, np.zeros_like(activations), targets)
+            cached_jit(lived)(
+                sizes, rates, weights, activations, np.zeros_like(activations), targets
+            )
         found.append((weights, activations))
     assert all(np.array_equal(one, other) for one, other in zip(*found, strict=True))
     assert (found[0][0] != born).mean() > 0.9
