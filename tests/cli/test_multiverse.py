@@ -111,7 +111,7 @@ def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_varia
     assert "paper: writing the report of this study again, with the variants" in done.out
     assert done.out.rstrip().endswith("report: paper/report.html")
     assert (
-        '<h2 id="every-variant">Every variant</h2>' in (tmp_path / "paper/report.html").read_text()
+        '<h2 id="variants">Variants of the paper</h2>' in (tmp_path / "paper/report.html").read_text()
     )
 
 
@@ -127,7 +127,7 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
     )
     assert done.code == 0, done.err
     page = (tmp_path / "paper/report.html").read_text()
-    assert '<h2 id="every-variant">Every variant</h2>' in page
+    assert '<h2 id="variants">Variants of the paper</h2>' in page
     assert (tmp_path / "paper/figures/variants.svg").exists()
     assert list(StudyStore(tmp_path / "paper").experiments) == [
         experiment.name for experiment in small_paper()
@@ -176,4 +176,4 @@ def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
     ]
     assert [claim["id"] for claim in written["claims"]] == ["T1", "T2"]
     page = (tmp_path / "there/report.html").read_text()
-    assert "The paper leaves a choice open: sight." in page and "tiny" in page.lower()
+    assert "The paper does not specify one setting (sight)." in page and "tiny" in page.lower()

@@ -97,4 +97,4 @@ def test_a_paper_runs_with_few_generations(command: Command, tmp_path: Path, nam
         ).code
         == 0
     )
-    assert "In short" in (tmp_path / name / "report.html").read_text()
+    assert ">Summary</h2>" in (tmp_path / name / "report.html").read_text()
