@@ -20,7 +20,8 @@ from baldwinlab.lab.limits import memory_of, steps_at_once
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.simulate import History, simulate_histories
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
@@ -113,7 +114,7 @@ class LiveRun:
     @property
     def generations_done(self) -> int:
         """Return the number of generations that are finished in every run."""
-        return self._histories[-1].lived if self._histories else 0
+        return self._histories[-1].n_generations if self._histories else 0
 
     def pause(self) -> None:
         """Pause the run within a lifetime. Has no effect after `stop`."""

@@ -106,7 +106,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
         "x": Series("x", before, agents),
         "y": Series("y", before, agents),
         "heading": Series("heading", before, agents, heading_type),
-        "sensor": Series("inputs", after, agents, change=pack_inputs),
+        "sensor": Series("inputs", after, agents, transform=pack_inputs),
         "action": Series("action", after, agents, action_type),
         "eaten_in_life": Series("eaten_in_life", after, agents, np.uint32),
     }

@@ -1,4 +1,4 @@
-"""The models: kinds of life. `make_simulator` is how runs and assays live them, whichever it is."""
+"""Models, and the simulators that run them."""
 
 from __future__ import annotations
 
@@ -13,34 +13,57 @@ from baldwinlab.parts.model_part import LifeResults
 
 
 class Simulator(Protocol):
-    """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others."""
+    """Simulate several runs of one experiment, one generation per call.
+
+    The bits of a run do not depend on the other runs.
+    """
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
-        """The lives of a generation; `genomes` is [run, agent, module, weight]."""
+        """Return the results of a generation with `genomes` [run, agent, module, weight]."""
         ...
 
 
 class _ModelSimulator:
-    """The lives of a model that is a part."""
+    """The simulator of a model that is a part."""
 
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
-        self._model, self._seed, self._runs = experiment.of_model, seed, runs
+        self._model = experiment.of_model
+        self._seed = seed
+        self._runs = runs
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
-        lives: LifeResults = self._model.simulate(self._seed, self._runs, generation, genomes)
-        return lives
+        results: LifeResults = self._model.simulate(self._seed, self._runs, generation, genomes)
+        return results
 
 
 def make_simulator(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
 ) -> Simulator:
-    """Runs of an experiment, ready to live on a backend, the CPU unless one is given. Raises ValueError where it cannot."""
+    """Return a simulator of some runs of an experiment.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The settings.
+    seed : int
+        Seed of the study.
+    runs : sequence of int
+        Numbers of the runs.
+    backend : Backend, optional
+        The backend; the default is the CPU.
+
+    Raises
+    ------
+    ValueError
+        If the model does not support the backend.
+    """
     if isinstance(experiment, Experiment):
         from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 
         return MiniWorldSimulator(experiment, seed, runs, backend)
     if backend is not None and backend.name != "cpu":
         raise ValueError(
-            f"the model {experiment.model!r} lives on the CPU alone: backend = {backend.name!r} must be cpu or auto"
+            f"backend = {backend.name!r} must be cpu or auto: the model {experiment.model!r} runs "
+            "on the CPU only"
         )
     return _ModelSimulator(experiment, seed, runs)

@@ -1,9 +1,8 @@
-"""Everything compiled that the lives and the breeding of some experiments need, before they begin: several at once, on all cores.
+"""Compile the code of experiments before their simulation, in parallel processes.
 
-Python compiles one function at a time, so combinations of parts that are not in the cache yet are
-compiled by processes of their own, which leave them there. A process is given some experiments,
-alike ones side by side, for most of what it has compiled of one serves the next, and the text of
-their foreign parts.
+Numba compiles one function at a time. Processes therefore compile the combinations of parts that are
+not in the on-disk cache, and store them there. A process gets similar experiments, because they share
+compiled functions, and the source of their third-party parts.
 
     python -m baldwinlab.simulation.compilation  < {"experiments": [...], "parts": [...]}
 """
@@ -22,7 +21,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.engine.cache import cache_root
+from baldwinlab.engine.cache import place
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
@@ -31,116 +30,131 @@ from baldwinlab.parts import sources_of
 from baldwinlab.parts.loading import load_text
 from baldwinlab.simulation.simulate import simulate_histories
 
-MOST_TOGETHER: Final = (
-    32  # combinations that a process compiles: with each it holds some 15 MiB more
-)
-LONG: Final = 4  # combinations to a process, from which on it is told how far it is
-SECONDS: Final = 20  # after which it is told again
+# Combinations per process. Each takes about 15 MiB of memory more.
+MAX_COMBINATIONS: Final = 32
+# More combinations per process than this are worth a progress message.
+QUIET_COMBINATIONS: Final = 4
+MESSAGE_INTERVAL: Final = 20  # seconds
 
 
 def available_cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def compile_experiments(
     experiments: Iterable[BaseExperiment],
     backend: Backend = CPU,
-    tell: Callable[[str], None] = lambda sentence: None,
+    log: Callable[[str], None] = lambda sentence: None,
 ) -> float:
-    """Compile for these experiments, or load what has been compiled before, and return the seconds that took.
+    """Compile the code of experiments, or load it from the cache.
 
-    Where it takes long, `tell` gets sentences of how far it is.
+    Parameters
+    ----------
+    experiments : iterable of BaseExperiment
+        The experiments.
+    backend : Backend
+        The backend.
+    log : callable
+        Receives progress messages if compilation takes long.
+
+    Returns
+    -------
+    float
+        Elapsed time in seconds.
     """
-    began = time.perf_counter()
-    ones = list({_code(experiment): _shortest(experiment) for experiment in experiments}.values())
-    absent = [one for one in ones if isinstance(one, Experiment) and not cpu.is_compiled(one)]
-    absent.sort(key=lambda one: str(_code(one)))
-    if backend is CPU and len(absent) > 1 and available_cores() > 1 and cache_root():
-        _compile_together(absent, tell)
-    for one in ones:
-        simulate_histories(one, 0, [0], backend)
-    return time.perf_counter() - began
+    start = time.perf_counter()
+    shortened = {_code(experiment): _shorten(experiment) for experiment in experiments}
+    absent = [
+        experiment
+        for experiment in shortened.values()
+        if isinstance(experiment, Experiment) and not cpu.is_compiled(experiment)
+    ]
+    absent.sort(key=lambda experiment: str(_code(experiment)))
+    if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
+        _compile_in_processes(absent, log)
+    for experiment in shortened.values():
+        simulate_histories(experiment, 0, [0], backend)
+    return time.perf_counter() - start
 
 
 def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
-    """What decides which code is compiled for an experiment."""
-    breeding = [
+    """Return the key of the code that an experiment needs."""
+    evolution = [
         type(experiment.part(f"evolution.{field}"))
         for field in ("selection", "variation", "inheritance", "fitness")
     ]
-    living = (
-        cpu.code_of(experiment)
-        if isinstance(experiment, Experiment)
-        else (type(experiment.of_model),)
-    )
-    return (*living, *breeding)
+    model: tuple[Any, ...] = (type(experiment.of_model),)
+    if isinstance(experiment, Experiment):
+        model = cpu.code_of(experiment)
+    return (*model, *evolution)
 
 
-def _shortest(experiment: BaseExperiment) -> BaseExperiment:
-    """The same parts in two generations of one step."""
+def _shorten(experiment: BaseExperiment) -> BaseExperiment:
+    """Return an experiment of the same parts with two generations of one step."""
     short = {"lifetime": {"steps": 1}} if isinstance(experiment, Experiment) else {}
     return experiment.replace(evolution={"generations": 2}, **short)
 
 
-def _compile_together(experiments: list[Experiment], tell: Callable[[str], None]) -> None:
-    """Fill the cache, with as many processes at a time as there are cores; this one compiles what breeds, and the last of them.
+def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], None]) -> None:
+    """Fill the cache with one process per core.
 
-    What fails here fails again, and is told, where it is lived.
+    This process compiles the evolution operators and the last experiment. Errors of a process are
+    ignored, because the simulation meets and reports the same error.
     """
-    others, busy = experiments[:-1], list[subprocess.Popen[bytes]]()
-    size = min(MOST_TOGETHER, math.ceil(len(others) / available_cores()))
+    others = experiments[:-1]
+    processes = list[subprocess.Popen[bytes]]()
+    size = min(MAX_COMBINATIONS, math.ceil(len(others) / available_cores()))
     waiting = [others[first : first + size] for first in range(0, len(others), size)]
-    long = size > LONG
-    if long:
-        tell(
-            f"compiling {len(experiments)} combinations of parts, {available_cores()} at a time; they are kept for the next start"
+    takes_long = size > QUIET_COMBINATIONS
+    if takes_long:
+        log(
+            f"compiling {len(experiments)} combinations of parts, {available_cores()} at a time; "
+            "they are cached for the next start"
         )
-    while waiting and len(busy) < available_cores():
-        busy.append(_compile_elsewhere(waiting.pop(0)))
-    _breed(experiments[-1])
+    while waiting and len(processes) < available_cores():
+        processes.append(_start_compilation(waiting.pop(0)))
+    _compile_evolution(experiments[-1])
     simulate_histories(experiments[-1], 0, [0])
-    while busy:
+    while processes:
         try:
-            busy[0].wait(SECONDS)
+            processes[0].wait(MESSAGE_INTERVAL)
         except subprocess.TimeoutExpired:
-            if long:
-                tell(f"compiled: {sum(map(cpu.is_compiled, experiments))} of {len(experiments)}")
+            if takes_long:
+                log(f"compiled: {sum(map(cpu.is_compiled, experiments))} of {len(experiments)}")
             continue
-        busy.pop(0)
+        processes.pop(0)
         if waiting:
-            busy.append(_compile_elsewhere(waiting.pop(0)))
+            processes.append(_start_compilation(waiting.pop(0)))
 
 
-def _breed(experiment: Experiment) -> None:
-    genome, nothing = (
-        draw_genomes(experiment, GenerationKey(0, 0, 0)),
-        np.zeros(experiment.population.size),
-    )
-    make_generation(
-        experiment, GenerationKey(0, 0, 1), genome, fitness(experiment, nothing, nothing)
-    )
+def _compile_evolution(experiment: Experiment) -> None:
+    """Compile the evolution operators: call each once."""
+    genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
+    zero = np.zeros(experiment.population.size)
+    make_generation(experiment, GenerationKey(0, 0, 1), genome, fitness(experiment, zero, zero))
 
 
-def _compile_elsewhere(experiments: list[Experiment]) -> subprocess.Popen[bytes]:
-    """A process that compiles the lives of some experiments."""
-    here = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+def _start_compilation(experiments: list[Experiment]) -> subprocess.Popen[bytes]:
+    """Start a process that compiles the lifetimes of experiments."""
+    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": here}}
+    options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": path}}
     process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
     assert process.stdin is not None
     texts = [source.text for source in sources_of(experiments)]
-    order = {"experiments": [experiment.to_dict() for experiment in experiments], "parts": texts}
-    process.stdin.write(json.dumps(order).encode())
+    request = {"experiments": [experiment.to_dict() for experiment in experiments], "parts": texts}
+    process.stdin.write(json.dumps(request).encode())
     process.stdin.close()
     return process
 
 
 def _main() -> None:
-    order = json.loads(sys.stdin.read())
-    for text, file in order["parts"]:
-        load_text(text, Path(file))  # by the name of its file, which is in that of compiled code
-    for experiment in order["experiments"]:
+    request = json.loads(sys.stdin.read())
+    for text, file in request["parts"]:
+        # The name of the file is a part of the key of the cache.
+        load_text(text, Path(file))
+    for experiment in request["experiments"]:
         cpu.compile_lives(validate(experiment))
 
 

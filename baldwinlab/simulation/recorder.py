@@ -1,6 +1,7 @@
-"""Lives that are written down: one way through a batch of lives, from moment to moment, and whoever wants to know notes it there.
+"""Simulate a batch and record variables after selected numbers of steps.
 
-GenerationKey m is when m steps have been lived: what an agent finds in step s is there at moment s, what it sensed and did at s + 1.
+The state after `s` steps holds what an agent finds in step `s` (positions, items). The state after
+`s + 1` steps holds what the agent sensed and did in step `s`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from baldwinlab.models.miniworld.backends.choice import Batch
 Lanes = slice | int  # agents of a batch, world after world
 Array = npt.NDArray[Any]
 
-# What can be written down of agents, by name, an array whose first axis is the lane; and of the first world.
+# Functions that read a variable. The first axis of agents' variables is the lane.
 VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
     "x": lambda batch, lanes: batch.state.places[0, lanes],
     "y": lambda batch, lanes: batch.state.places[1, lanes],
@@ -41,89 +42,98 @@ VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
 
 
 class Recorder(Protocol):
-    """Something that is to be known of a batch at some moments."""
+    """An object that reads a batch after some numbers of steps."""
 
     @property
-    def moments(self) -> Collection[int]: ...
+    def times(self) -> Collection[int]:
+        """The numbers of steps after which `record` is called."""
 
-    def take(self, batch: Batch, moment: int) -> None: ...
+    def record(self, batch: Batch, time: int) -> None:
+        """Read the batch, of which `time` steps have been simulated."""
 
 
-def record_batch(batch: Batch, notes: Sequence[Recorder], lived: int = 0) -> None:
-    """Live a batch, of which `collect_outcomes` steps have been lived, through all moments of `notes`, and let each take what it wants."""
-    takers: dict[int, list[Recorder]] = {}
-    for note in notes:
-        for moment in note.moments:
-            takers.setdefault(int(moment), []).append(note)
-    for moment in sorted(takers):
-        batch.simulate(lived, moment)
-        lived = moment
-        for note in takers[moment]:
-            note.take(batch, moment)
+def record_batch(batch: Batch, recorders: Sequence[Recorder], steps_done: int = 0) -> None:
+    """Simulate a batch up to the last time of its recorders, and call each recorder at its times.
+
+    Parameters
+    ----------
+    batch : Batch
+        The batch.
+    recorders : sequence of Recorder
+        The recorders, which are called in this order.
+    steps_done : int
+        The number of steps that have been simulated.
+    """
+    recorders_by_time: dict[int, list[Recorder]] = {}
+    for recorder in recorders:
+        for time in recorder.times:
+            recorders_by_time.setdefault(int(time), []).append(recorder)
+    for time in sorted(recorders_by_time):
+        batch.simulate(steps_done, time)
+        steps_done = time
+        for recorder in recorders_by_time[time]:
+            recorder.record(batch, time)
 
 
 class Series:
-    """A variable of some agents at some moments; `values` is [moment, ...] once the batch has been followed."""
+    """Record a variable of some agents: `values` is [time, ...]."""
 
     def __init__(
         self,
         variable: str,
-        moments: Sequence[int],
+        times: Sequence[int],
         lanes: Lanes,
         dtype: type[np.generic] | None = None,
-        change: Callable[[Array], Array] = np.asarray,
+        transform: Callable[[Array], Array] = np.asarray,
     ) -> None:
-        """What `change` makes of what is read is kept as `dtype`, or else as it is."""
-        self.moments = moments
+        """Store the result of `transform` as `dtype`, or unchanged without one."""
+        self.times = times
         self.values: Array
-        self._read, self._lanes, self._dtype, self._change, self._row = (
-            VARIABLES[variable],
-            lanes,
-            dtype,
-            change,
-            0,
-        )
+        self._read = VARIABLES[variable]
+        self._lanes = lanes
+        self._dtype = dtype
+        self._transform = transform
+        self._row = 0
 
-    def take(self, batch: Batch, moment: int) -> None:
-        value = self._change(self._read(batch, self._lanes))
+    def record(self, batch: Batch, time: int) -> None:
+        value = self._transform(self._read(batch, self._lanes))
         if self._row == 0:
-            self.values = np.empty((len(self.moments), *value.shape), self._dtype or value.dtype)
+            self.values = np.empty((len(self.times), *value.shape), self._dtype or value.dtype)
         self.values[self._row] = value
         self._row += 1
 
 
 class ItemMoves:
-    """Where the items of a batch's only world lie at the first moment, and from which moment on which of them lies elsewhere."""
+    """Record the positions of the items of one world at the first time, and each later move."""
 
-    def __init__(self, moments: range) -> None:
-        """`moments` follow each other."""
-        self.moments = moments
+    def __init__(self, times: range) -> None:
+        """`times` are consecutive."""
+        self.times = times
         self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)  # [item, (x, y)]
-        self._last = (
-            self.items
-        )  # as they lay a moment ago: a feature of the world may move what nobody has eaten
-        self._found: list[tuple[Array, ...]] = []
+        # A world feature can move items that no agent has eaten, so positions are compared.
+        self._previous_items = self.items
+        self._moves: list[tuple[Array, ...]] = []
 
-    def take(self, batch: Batch, moment: int) -> None:
-        before, self._last = self._last, batch.items()[0]
-        if moment == self.moments[0]:
-            self.items = self._last
+    def record(self, batch: Batch, time: int) -> None:
+        previous = self._previous_items
+        items = batch.items()[0]
+        self._previous_items = items
+        if time == self.times[0]:
+            self.items = items
             return
-        moved = np.flatnonzero(
-            (batch.state.touched[0] == moment - 1) | (self._last != before).any(axis=1)
-        )
+        state = batch.state
+        is_moved = (state.touched[0] == time - 1) | (items != previous).any(axis=1)
+        moved = np.flatnonzero(is_moved)
         if moved.size:
-            state = batch.state
-            self._found.append(
-                (np.full(moved.size, moment), moved, state.item_x[0, moved], state.item_y[0, moved])
-            )
+            step = np.full(moved.size, time)
+            self._moves.append((step, moved, state.item_x[0, moved], state.item_y[0, moved]))
 
     def columns(self) -> dict[str, Array]:
-        """The moves in their order, [move] each: `step` and `item` uint32, `x` and `y` float32."""
+        """Return the moves in order, [move]: `step` and `item` uint32, `x` and `y` float32."""
         types = {"step": np.uint32, "item": np.uint32, "x": np.float32, "y": np.float32}
         return {
             name: np.concatenate(
-                [np.empty(0, dtype), *(found[column] for found in self._found)],
+                [np.empty(0, dtype), *(move[column] for move in self._moves)],
                 dtype=dtype,
                 casting="unsafe",
             )
@@ -132,50 +142,53 @@ class ItemMoves:
 
 
 class FirstTime:
-    """The first moment at which something holds that then holds for good, for each of an array of things; NaN for never.
+    """Find the first time at which each of several conditions holds; NaN if it never does.
 
-    Between two of `moments` at which something has come about, it goes back and lives in halves, down to the step.
+    A condition that holds must continue to hold. If a condition becomes true between two `times`, the
+    recorder restores the earlier state and finds the step by bisection.
     """
 
     def __init__(
-        self, holds: Callable[[Batch], npt.NDArray[np.bool_]], moments: Sequence[int]
+        self, conditions: Callable[[Batch], npt.NDArray[np.bool_]], times: Sequence[int]
     ) -> None:
-        """`moments` begin with the one at which the batch is."""
-        self.moments = moments
+        """`times` begin with the current time of the batch."""
+        self.times = times
         self.values: npt.NDArray[np.float32] = np.empty(0, np.float32)
-        self._holds, self._lived = holds, 0
-        self._before: list[Array] = []  # the state at the moment `_make_outcomes`
+        self._conditions = conditions
+        self._saved_time = 0
+        self._saved_state: list[Array] = []
 
-    def take(self, batch: Batch, moment: int) -> None:
-        if moment == self.moments[0]:
-            self.values = np.where(self._holds(batch), np.float32(moment), np.float32(np.nan))
-        elif self._new(batch).any():
-            _restore_state(batch, self._before)
-            self._halve(batch, self._lived, moment)
-        self._before, self._lived = _copy_state(batch), moment
+    def record(self, batch: Batch, time: int) -> None:
+        if time == self.times[0]:
+            self.values = np.where(self._conditions(batch), np.float32(time), np.float32(np.nan))
+        elif self._newly_true(batch).any():
+            _restore_state(batch, self._saved_state)
+            self._bisect(batch, self._saved_time, time)
+        self._saved_state = _copy_state(batch)
+        self._saved_time = time
 
-    def _new(self, batch: Batch) -> npt.NDArray[np.bool_]:
-        return self._holds(batch) & np.isnan(self.values)
+    def _newly_true(self, batch: Batch) -> npt.NDArray[np.bool_]:
+        return self._conditions(batch) & np.isnan(self.values)
 
-    def _halve(self, batch: Batch, first: int, last: int) -> None:
-        """Live from the moment `first`, at which the batch is, to `last`, by which something has come about."""
+    def _bisect(self, batch: Batch, first: int, last: int) -> None:
+        """Simulate from `first`, the current time, to `last`, before which a condition becomes true."""
         if last - first == 1:
             batch.simulate(first, last)
-            self.values[self._new(batch)] = last
+            self.values[self._newly_true(batch)] = last
             return
         middle = (first + last) // 2
         for begin, end in ((first, middle), (middle, last)):
-            before = _copy_state(batch)
+            state = _copy_state(batch)
             batch.simulate(begin, end)
-            if self._new(batch).any():
-                _restore_state(batch, before)
-                self._halve(batch, begin, end)
+            if self._newly_true(batch).any():
+                _restore_state(batch, state)
+                self._bisect(batch, begin, end)
 
 
 def _copy_state(batch: Batch) -> list[Array]:
     return [array.copy() for array in arrays_of(batch.state)]
 
 
-def _restore_state(batch: Batch, kept: list[Array]) -> None:
-    for array, value in zip(arrays_of(batch.state), kept, strict=True):
+def _restore_state(batch: Batch, state: list[Array]) -> None:
+    for array, value in zip(arrays_of(batch.state), state, strict=True):
         array[:] = value

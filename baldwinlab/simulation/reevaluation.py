@@ -1,7 +1,7 @@
-"""Lives of given genomes among the births and the food of a stored generation: nothing is evolved.
+"""Simulate the lifetimes of given genomes in the world of a stored generation.
 
-Where an agent is born and where the food lies depend on seed, run and generation alone, so lives of the same generation can be
-compared agent by agent, whatever their genomes and whatever their circumstances.
+Birth positions and food depend only on seed, run and generation. Lifetimes of the same generation
+are therefore comparable agent by agent, whatever the genomes and the settings are.
 """
 
 from __future__ import annotations
@@ -24,61 +24,90 @@ from baldwinlab.simulation.replay import recompute_genomes
 
 
 class Outcomes(NamedTuple):
-    """What became of the agents of several runs at one generation."""
+    """Results of the agents of several runs in one generation.
 
-    energy: npt.NDArray[
-        np.float64
-    ]  # [run, agent], the fitness: of the items eaten, less the cost of learning
-    weights: npt.NDArray[np.float32]  # [run, agent, weight], of the first module, at death
-    has_learned_weights: bool  # whether they are: of models that do not tell what is learned, the weights are those at birth
+    Attributes
+    ----------
+    energy
+        Fitness, [run, agent].
+    weights
+        Weights of the first module at death, [run, agent, weight].
+    has_learned_weights
+        False if the model does not report learned weights; `weights` are then those at birth.
+    """
+
+    energy: npt.NDArray[np.float64]
+    weights: npt.NDArray[np.float32]
+    has_learned_weights: bool
 
 
 def reevaluate(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> Outcomes:
-    """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
+    """Simulate complete lifetimes of genomes in the worlds of a stored generation.
 
-    A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The settings.
+    seed : int
+        Seed of the study.
+    runs : sequence of int
+        Numbers of the runs.
+    generation : int
+        Number of the generation.
+    genomes : Genome
+        Genomes, [run, agent, module, weight]. Modules that the agents do not have are ignored.
+
+    Returns
+    -------
+    Outcomes
+        The results. Each run has the same bits as alone.
     """
     genomes = genomes[:, :, : len(experiment.modules)]
-    return _make_outcomes(
-        experiment, make_simulator(experiment, seed, runs).simulate(generation, genomes), genomes
-    )
+    results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
+    return _make_outcomes(experiment, results, genomes)
 
 
 def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> Batch:
-    """The batch in which such lives begin, before their first step."""
+    """Return a batch at the first step of these lifetimes; the parameters are those of `reevaluate`."""
     batch = Batch(experiment, seed, runs)
     batch.begin(generation, genomes[:, :, : len(experiment.modules)])
     return batch
 
 
 def collect_outcomes(experiment: Experiment, batch: Batch, genomes: Genome) -> Outcomes:
-    """What has become of the lives in a batch, which began with `genomes` [run, agent, module, weight]."""
+    """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
     return _make_outcomes(experiment, collect_results(experiment, batch, genomes), genomes)
 
 
 def _make_outcomes(
-    experiment: BaseExperiment, lives: model_part.LifeResults, genomes: Genome
+    experiment: BaseExperiment, results: model_part.LifeResults, genomes: Genome
 ) -> Outcomes:
-    worth = [fitness(experiment, *of_run) for of_run in zip(lives.energy, lives.cost, strict=True)]
-    unchanged = genomes[:, :, 0, : experiment.weight_count]
-    told = lives.learned is not None
-    return Outcomes(np.stack(worth), unchanged if lives.learned is None else lives.learned, told)
+    fitness_of_runs = [
+        fitness(experiment, energy, cost)
+        for energy, cost in zip(results.energy, results.cost, strict=True)
+    ]
+    has_learned_weights = results.learned is not None
+    weights = genomes[:, :, 0, : experiment.weight_count]
+    if results.learned is not None:
+        weights = results.learned
+    return Outcomes(np.stack(fitness_of_runs), weights, has_learned_weights)
 
 
 def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
-    """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again of the last that were."""
+    """Return the genomes of a generation of a stored run, [agent, module, weight].
+
+    Genomes that are not stored are recomputed from the last stored generation before.
+    """
     record = to_storage(record)
-    place = (
-        int(np.searchsorted(record["kept_generation"].values, generation, side="right")) - 1
-    )  # the founders are kept
-    last, genome = (
-        int(record["kept_generation"].values[place]),
-        np.asarray(record["kept_genome"].values[place], np.float32),
-    )
+    stored_generations = record["kept_generation"].values
+    # The founders are always stored, so there is a generation before.
+    index = int(np.searchsorted(stored_generations, generation, side="right")) - 1
+    last = int(stored_generations[index])
+    genome = np.asarray(record["kept_genome"].values[index], np.float32)
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     if last == generation:
         return genome
@@ -88,15 +117,13 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
 
 
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
-    """Those of every generation of a stored run, one after the other: as `stored_genome`, but each bred of the one before it."""
+    """Yield the genomes of each generation of a stored run, each recomputed from the one before."""
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     record = to_storage(record)
-    genome, kept = (
-        stored_genome(experiment, record, 0),
-        set(record["kept_generation"].values.tolist()),
-    )
+    genome = stored_genome(experiment, record, 0)
+    stored_generations = set(record["kept_generation"].values.tolist())
     for generation in range(record.sizes["generation"]):
-        if generation in kept or needs_simulation(experiment):
+        if generation in stored_generations or needs_simulation(experiment):
             genome = stored_genome(experiment, record, generation)
         else:
             genome, _ = make_generation(

@@ -1,4 +1,4 @@
-"""Any lifetime again, step by step: it is recomputed from the seed, not stored."""
+"""Recompute a lifetime of a run from its seed, and record every step."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import as_text, look
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.simulation.history import provenance
 from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
 from baldwinlab.simulation.recorder import Series, record_batch
-from baldwinlab.simulation.simulate import check_seed, provenance, simulate_batch
+from baldwinlab.simulation.simulate import check_seed, simulate_batch
 
 
 def replay(
@@ -70,14 +71,16 @@ def replay(
     check_seed(seed, run)
     if not isinstance(experiment, Experiment):
         raise RefusedError(
-            f"{experiment.name} is of the model {experiment.model}, whose lives have no world to replay"
+            f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
+            "only the model miniworld has one"
         )
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(
-            f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}"
+            f"generation = {generation} must be at least 0 and less than "
+            f"{experiment.evolution.generations}"
         )
     require(
-        f"a life of {experiment.name}",
+        f"a lifetime of {experiment.name}",
         _need(experiment, 0 if energy is not None else generation),
         force=force,
     )
@@ -92,22 +95,21 @@ def replay(
         "generation": generation,
         "look": as_text(experiment),
     }
-    found = variables.dataset(variables.of_trace(experiment), arrays, attributes)
-    return found.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
+    trace = variables.dataset(variables.of_trace(experiment), arrays, attributes)
+    return trace.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
 
 
-def _need(experiment: Experiment, before: int) -> Need:
-    """What a replay takes for which so many generations are lived before."""
+def _need(experiment: Experiment, earlier_generations: int) -> Need:
+    """Estimate the memory of a replay after the simulation of `earlier_generations`."""
     need = estimate_replay(experiment)
-    return (
-        need.then(estimate_simulation(experiment.replace(evolution={"generations": before})))
-        if before
-        else need
-    )
+    if not earlier_generations:
+        return need
+    earlier = experiment.replace(evolution={"generations": earlier_generations})
+    return need.then(estimate_simulation(earlier))
 
 
 def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
-    """What the generations before `key` ate, (generation, agent), lived for it; None before the first."""
+    """Simulate the generations before `key`, and return their energy; None before the first."""
     seed, run, generation = key
     if generation == 0:
         return None
@@ -119,30 +121,42 @@ def recompute_genomes(
     experiment: BaseExperiment,
     key: GenerationKey,
     energy: xr.DataArray | None,
-    known: tuple[int, Genome] | None = None,
+    start: tuple[int, Genome] | None = None,
 ) -> Genome:
-    """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
+    """Recompute the genomes of a generation from the energy of the generations before it.
 
-    They are bred of the founders, or of an earlier generation whose genomes are `known`. Where who is born, or what is
-    inherited, cannot be known without living, neither that nor `energy` is of use.
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The settings.
+    key : GenerationKey
+        The run and the generation.
+    energy : xarray.DataArray or None
+        Energy (generation, agent) of the generations before, which are simulated without it.
+    start : tuple of int and Genome, optional
+        A generation and its genomes, from which reproduction starts instead of the founders.
+
+    Returns
+    -------
+    Genome
+        Genomes, [agent, module, weight].
+
+    Notes
+    -----
+    If inheritance depends on lifetimes, all generations are simulated; `energy` and `start` are unused.
     """
     seed, run, generation = key
     if experiment.part("evolution.inheritance").resamples_genomes:
         return draw_genomes(experiment, key)
     if needs_simulation(experiment) and generation > 0:
-        whole = {
-            "evolution": {"generations": generation + 1},
-            "record": {"genome_every": generation},
-        }
-        return np.asarray(
-            simulate_batch(experiment.replace(**whole), seed, [run])[0]["genome"].values[
-                generation
-            ],
-            np.float32,
+        shortened = experiment.replace(
+            evolution={"generations": generation + 1}, record={"genome_every": generation}
         )
+        genomes = simulate_batch(shortened, seed, [run])[0]["genome"]
+        return np.asarray(genomes.values[generation], np.float32)
     if energy is None:
         energy = simulate_energy_before(experiment, key)
-    first, genome = known or (0, draw_genomes(experiment, GenerationKey(seed, run, 0)))
+    first, genome = start or (0, draw_genomes(experiment, GenerationKey(seed, run, 0)))
     for earlier in range(first, generation):
         assert energy is not None
         genome, _ = make_generation(
@@ -152,21 +166,23 @@ def recompute_genomes(
 
 
 def _record(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]:
-    """Live a life, and write down what each step found and did."""
+    """Simulate a lifetime and record each step."""
     agents = slice(experiment.population.size)
-    found, done = range(experiment.lifetime.steps), range(1, experiment.lifetime.steps + 1)
-    notes = {
-        "x": Series("x", found, agents),
-        "y": Series("y", found, agents),
-        "heading": Series("heading", found, agents),
-        "items": Series("items", found, agents),
-        "sensor": Series("inputs", done, agents, variables.of_trace(experiment)["sensor"].dtype),
-        "output": Series("outputs", done, agents),
-        "action": Series("action", done, agents, np.int8),
-        "eaten": Series("eaten_in_life", done, agents),
+    steps = experiment.lifetime.steps
+    before = range(steps)
+    after = range(1, steps + 1)
+    recorders = {
+        "x": Series("x", before, agents),
+        "y": Series("y", before, agents),
+        "heading": Series("heading", before, agents),
+        "items": Series("items", before, agents),
+        "sensor": Series("inputs", after, agents, variables.of_trace(experiment)["sensor"].dtype),
+        "output": Series("outputs", after, agents),
+        "action": Series("action", after, agents, np.int8),
+        "eaten": Series("eaten_in_life", after, agents),
     }
-    record_batch(batch, list(notes.values()))
-    arrays = {name: note.values for name, note in notes.items()}
+    record_batch(batch, list(recorders.values()))
+    arrays = {name: recorder.values for name, recorder in recorders.items()}
     arrays["heading"] *= np.float32(360 / HEADING_COUNT)
     arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)
     items = arrays.pop("items")

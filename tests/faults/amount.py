@@ -6,5 +6,5 @@ import os
 
 
 def amount(whole: int, sample: int) -> int:
-    """`from_storage` with FAULTS=all in the environment, else a sample."""
+    """`whole` with FAULTS=all in the environment, else a sample."""
     return whole if os.environ.get("FAULTS") == "all" else sample

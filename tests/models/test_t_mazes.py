@@ -106,7 +106,7 @@ class Life:
                 return reward - 0.3
         return reward
 
-    def lived(self) -> float:
+    def n_generations(self) -> float:
         first, moves, after = self.maze
         for trip in range(self.of.trips):
             end = first if trip < moves else after
@@ -130,7 +130,7 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
     found = of.simulate(7, [5], 3, born)
     assert (born == genomes(of)).all(), "what is inherited is left as it was"
     lives = [Life(of, genome[0], of.maze(7, 5, 3)) for genome in born[0]]
-    assert found.energy[0] == pytest.approx([life.lived() for life in lives])
+    assert found.energy[0] == pytest.approx([life.n_generations() for life in lives])
     assert len(set(found.energy[0].round(6))) > 2
     assert found.learned is not None
     died = found.learned[0, :, :-RULE].reshape(len(lives), of.neurons, -1) * 10
@@ -170,7 +170,7 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
     born, worths, end = genomes(of)[0], set[float](), 2 * of.turning_points + 1
     for agent in range(0, 200, 4):
         life = Life(of, born[agent, 0], of.maze(7, 5, 3))
-        life.lived()
+        life.n_generations()
         seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), born, agent)
         assert isinstance(seen, GridView) and seen.visit[-1] == 11
         for trip, (acts, worth) in enumerate(life.trips):
@@ -249,7 +249,7 @@ def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
         assert isinstance(seen, PathView)
         line, average, best = seen.lines.values()
         life = Life(of, born[0, agent, 0], of.maze(7, 5, 3))
-        life.lived()
+        life.n_generations()
         assert line == pytest.approx(np.cumsum([0.0, *(worth for _, worth in life.trips)]))
         assert (line[-1], best[-1]) == (lived[agent], lived.max()) and (best >= line).all()
     assert average[-1] == pytest.approx(lived.mean())

@@ -45,8 +45,8 @@ def test_each_is_compiled_by_one_process_or_here(
         return Process()
 
     monkeypatch.setattr(compilation, "available_cores", lambda: cores)
-    monkeypatch.setattr(compilation, "_compile_elsewhere", compile_elsewhere)
-    monkeypatch.setattr(compilation, "_breed", lambda experiment: None)
+    monkeypatch.setattr(compilation, "_start_compilation", compile_elsewhere)
+    monkeypatch.setattr(compilation, "_compile_evolution", lambda experiment: None)
     monkeypatch.setattr(
         compilation, "simulate_histories", lambda experiment, seed, runs: here.append(experiment)
     )
@@ -54,10 +54,10 @@ def test_each_is_compiled_by_one_process_or_here(
         cpu, "is_compiled", lambda experiment: any(experiment in some for some in elsewhere)
     )
     wanted = [small("evo").replace(name=f"number-{number}") for number in range(combinations)]
-    compilation._compile_together(wanted, told.append)
+    compilation._compile_in_processes(wanted, told.append)
     assert [len(some) for some in elsewhere] == shares
     assert [one for some in elsewhere for one in some] + here == wanted
-    if shares[0] > compilation.LONG:
+    if shares[0] > compilation.QUIET_COMBINATIONS:
         assert told[0].startswith(
             f"compiling {combinations} combinations of parts, {cores} at a time; they are kept"
         )

@@ -46,7 +46,7 @@ def test_a_batch_that_has_lived_is_followed_from_there() -> None:
     )
     record_batch(newborns(), [whole])
     batch.simulate(0, 50)
-    record_batch(batch, [part], lived=50)
+    record_batch(batch, [part], steps_done=50)
     assert np.array_equal(part.values, whole.values[100:120])
 
 

@@ -10,7 +10,8 @@ import xarray as xr
 
 from baldwinlab.core.variables import RUN
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.simulation.simulate import History, simulate, simulate_batch, simulate_histories
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import simulate, simulate_batch, simulate_histories
 from baldwinlab.studies.records import encode
 from tests.small import small
 
@@ -110,7 +111,9 @@ def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer
     cut: dict[int, list[xr.Dataset]] = {}
 
     def keep(histories: Sequence[History]) -> None:
-        cut[histories[0].lived] = [history.dataset().copy(deep=True) for history in histories]
+        cut[histories[0].n_generations] = [
+            history.dataset().copy(deep=True) for history in histories
+        ]
 
     whole = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=keep)
     assert list(cut) == [1, 2, 3, 4, 5]

@@ -178,7 +178,7 @@ def in_the_simulator(subject: Subject) -> str:
 def _simulate_elsewhere(
     subject: Subject, compared: Sequence[Case], backend: str, environment: Mapping[str, str]
 ) -> dict[str, Bits]:
-    """As `collect_outcomes`, of run 0, in another process. Raises NotCheckedError where there is no such backend."""
+    """As `lived`, of run 0, in another process. Raises NotCheckedError where there is no such backend."""
     experiments = [case.experiment.to_dict() for case in compared]
     request = {"experiments": experiments, "seed": subject.seed, "backend": backend}
     answers = list(Process("simulate", subject.parts, environment, **request).answers())

@@ -1,4 +1,4 @@
-"""The lives of foragers, as every model's: genomes in, energy out."""
+"""Simulate lifetimes of MiniWorld agents: from genomes to energy and learned weights."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 
 
 class MiniWorldSimulator:
-    """Several runs of one experiment that live side by side."""
+    """Simulate several runs of one experiment side by side."""
 
     def __init__(
         self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None
@@ -34,23 +34,27 @@ class MiniWorldSimulator:
 def collect_results(
     experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]
 ) -> LifeResults:
-    """What has become of the lives in a batch that began with `genomes` [run, agent, module, weight]."""
-    regions, eaten = item_regions(experiment), batch.eaten_in_life()
+    """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
+    regions = item_regions(experiment)
+    eaten = batch.eaten_in_life()
     final_population = None
     births: dict[str, Any] = {}
     if experiment.births_in_life:
-        state, runs = batch.state, slice(len(genomes))
+        state = batch.state
+        runs = slice(len(genomes))
         final_population = FinalPopulation(state.genome[runs].copy(), state.origin[runs].copy())
         genomes = final_population.genome
         births = {"born": state.born[runs].copy()}
     energies = np.array([region.energy for region in regions] or [0.0], np.float64)
     learned = batch.weights() if experiment.learns else None
-    each = zip(genomes, learned if learned is not None else [None] * len(genomes), strict=True)
+    learned_by_run = [None] * len(genomes) if learned is None else learned
+    costs = [
+        compute_learning_cost(experiment, genome, learned_weights)
+        for genome, learned_weights in zip(genomes, learned_by_run, strict=True)
+    ]
     return LifeResults(
-        energy=np.stack([sum_energy(energies, one) for one in eaten]),
-        cost=np.stack(
-            [compute_learning_cost(experiment, genome, of_run) for genome, of_run in each]
-        ),
+        energy=np.stack([sum_energy(energies, eaten_in_run) for eaten_in_run in eaten]),
+        cost=np.stack(costs),
         learned=learned,
         records=eaten_by_kind(experiment, eaten) | births,
         final_population=final_population,
@@ -60,7 +64,7 @@ def collect_results(
 def eaten_by_kind(
     experiment: Experiment, eaten: npt.NDArray[np.int32]
 ) -> dict[str, npt.NDArray[np.int32]]:
-    """Items eaten in life [run, agent]: food, and every other kind by its name; of `eaten` [run, agent, region]."""
+    """Return items eaten per kind, [run, agent], from `eaten` [run, agent, region]."""
     kinds = [region.kind for region in item_regions(experiment)] or [FOOD]
     return {
         "food_eaten" if kind == FOOD else f"{kind}_eaten": eaten[

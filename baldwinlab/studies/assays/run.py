@@ -223,7 +223,7 @@ def run_assays(
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = compile_experiments(_ways_of_living(study, missing), tell=tell)
+    compile_seconds = compile_experiments(_ways_of_living(study, missing), log=tell)
     tell(f"Engine ready after {compile_seconds:.1f} s.")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)

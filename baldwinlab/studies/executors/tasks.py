@@ -26,7 +26,7 @@ class Task(Protocol):
     def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> Any:
         """Do it, on the study of that seed in `directory`; what it returns is handed to whoever asked for it.
 
-        `collect_outcomes` is called with the agent-steps of every generation that has lived; what it raises ends the task.
+        `lived` is called with the agent-steps of every generation that has lived; what it raises ends the task.
         """
 
 

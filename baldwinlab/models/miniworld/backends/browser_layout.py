@@ -5,7 +5,7 @@ JavaScript follows this and knows nothing of a model. What stands in it, is JSON
     a value   3, or {"path": "world.width"}; with "is": whether it is that; with "among": its place among those; with "above":
               whether it is larger; {"found": "alert radius"}, a number that `measure` answers; {"given": "seed"}
     a number  {"at": offset, "type": "f8", "value": a value}
-    an array  {"at": offset, "type": "f4", "shape": [values, or names of `dimension_sizes`], "fill": 0}, or what is in it: "values" one by
+    an array  {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}, or what is in it: "values" one by
               one, of which any may be a list; or "table", a row for each entry of a list of the experiment
 """
 
