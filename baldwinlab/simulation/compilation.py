@@ -21,7 +21,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.engine.cache import place
+from baldwinlab.engine.cache import cache_root
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
@@ -71,7 +71,7 @@ def compile_experiments(
         if isinstance(experiment, Experiment) and not cpu.is_compiled(experiment)
     ]
     absent.sort(key=lambda experiment: str(_code(experiment)))
-    if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
+    if backend is CPU and len(absent) > 1 and available_cores() > 1 and cache_root():
         _compile_in_processes(absent, log)
     for experiment in shortened.values():
         simulate_histories(experiment, 0, [0], backend)
