@@ -215,7 +215,8 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
 RANDOM = "random genome"  # names of newborns in the assay within-life
 EVOLVED = "evolved"
 AS_EVOLVED = "as evolved"  # the setting of the assay reaction that changes nothing
-NEWBORNS = ("evolved", "neutral twin")  # born as they evolved, and had parents been drawn at random
+# Newborns in the assay neutral: evolved ones, and those of parents that are chosen at random.
+NEWBORNS = (EVOLVED, "neutral control")
 LIVES = (
     "off",
     "on",

@@ -111,7 +111,8 @@ def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_varia
     assert "paper: writing the report of this study again, with the variants" in done.out
     assert done.out.rstrip().endswith("report: paper/report.html")
     assert (
-        '<h2 id="variants">Variants of the paper</h2>' in (tmp_path / "paper/report.html").read_text()
+        '<h2 id="variants">Variants of the paper</h2>'
+        in (tmp_path / "paper/report.html").read_text()
     )
 
 

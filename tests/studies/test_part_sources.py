@@ -155,7 +155,7 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(
         .sel(life="on")
     )
     assert neutral.sel(newborns="evolved") > neutral.sel(
-        newborns="neutral twin"
+        newborns="neutral control"
     )  # selection has built what is learned from
     forget()
     assert (

@@ -21,7 +21,13 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.assays.values import Assays, Quantity, conditions, factors_of, quantities
+from baldwinlab.analysis.assays.values import (
+    Assays,
+    Quantity,
+    compute_quantities,
+    parse_experiments,
+    read_factors,
+)
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import SIGNIFICANT
 from baldwinlab.analysis.statistics.sample_sizes import (
@@ -250,11 +256,11 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
     ValueError
         `last` is less than 1.
     """
-    experiments = conditions(assays)
+    experiments = parse_experiments(assays)
     factors = {
-        name: factors_of(data) for stored in assays.values() for name, data in stored.items()
+        name: read_factors(data) for stored in assays.values() for name, data in stored.items()
     }
-    tables = {name: quantities(assays, name, last) for name in experiments}
+    tables = {name: compute_quantities(assays, name, last) for name in experiments}
     numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
     learning = [
         name

@@ -16,7 +16,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays.reaction_norms import reaction_panels
-from baldwinlab.analysis.assays.values import Assays, distances, factors_of, lifetime, lives, share
+from baldwinlab.analysis.assays.values import (
+    Assays,
+    compute_share,
+    count_steps,
+    mean_food,
+    read_factors,
+    weight_distances,
+)
 from baldwinlab.analysis.figures.palette import LIFE_COLORS, NEWBORN_COLORS
 from baldwinlab.analysis.figures.style import (
     BLACK,
@@ -70,12 +77,12 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
     """
     figure, grid = _grid(assays["innate"], names, rows=2, height=2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
-        food = lives(assays["innate"][name])
+        food = mean_food(assays["innate"][name])
         for life, style in LIFE_STYLES.items():
             _draw_curve(top, food.sel(life=life), style, LIFE_NAMES[life])
         on = food.sel(life="on")
-        innate = share(food.sel(life="off"), on)
-        learned = share(food.sel(life="frozen"), on)
+        innate = compute_share(food.sel(life="off"), on)
+        learned = compute_share(food.sel(life="frozen"), on)
         _draw_curve(bottom, innate, LIFE_STYLES["off"], "innate share (off / on)")
         _draw_curve(bottom, learned, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         _start_at_zero(top)
@@ -106,13 +113,13 @@ def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> F
     Figure
         One panel per condition, and a second one if a model has weights.
     """
-    moved = {name: distances(assays["innate"][name]) for name in names}
+    moved = {name: weight_distances(assays["innate"][name]) for name in names}
     has_weights = any(
         bool(values.notnull().any()) for layers in moved.values() for values in layers.values()
     )
     figure, grid = _grid(assays["innate"], names, rows=1 + has_weights, height=2.2)
     for (top, *others), name in zip(grid, names, strict=True):
-        food = lives(assays["innate"][name])
+        food = mean_food(assays["innate"][name])
         _draw_curve(top, food.sel(life="on") - food.sel(life="off"), LIFE_STYLES["on"], "")
         top.axhline(0, color=GRAY, lw=0.8)
         for bottom in others:
@@ -155,7 +162,7 @@ def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     figure, grid = _grid(assays["within-life"], names, rows=2, height=2.3)
     for (top, bottom), name in zip(grid, names, strict=True):
         data = assays["within-life"][name]
-        steps = lifetime(data)
+        steps = count_steps(data)
         for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
             selected = data.sel(newborns=newborns)
             eaten = _by_step(selected["eaten_in_window"].mean("agent"), steps)
@@ -255,7 +262,7 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     """
     stored = assays["reaction"]
     panels = reaction_panels(stored)
-    factors = {name: factors_of(data) for name, data in stored.items()}
+    factors = {name: read_factors(data) for name, data in stored.items()}
     styles = _learner_styles(assays)
     maps = list(dict.fromkeys(panel.map for panel in panels))
     fields = list(dict.fromkeys(panel.field for panel in panels))
@@ -280,7 +287,7 @@ def _learner_styles(assays: Assays) -> dict[str, Series]:
     """Return the style of each learner. It is the same in all figures of the study."""
     datasets = [data for assay in assays.values() for data in assay.values()]
     learners = [name for data in datasets for name in data.attrs.get("learners", ())]
-    learners += [factors_of(data).learner for data in datasets]
+    learners += [read_factors(data).learner for data in datasets]
     return {name: series(number) for number, name in enumerate(dict.fromkeys(learners))}
 
 
@@ -307,7 +314,7 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         for name, data in assays["descent"].items()
         if data["effective_ancestors"].notnull().any()
     }
-    factors = {name: factors_of(data) for name, data in stored.items()}
+    factors = {name: read_factors(data) for name, data in stored.items()}
     styles = _learner_styles(assays)
     maps = list(dict.fromkeys(condition.map for condition in factors.values()))
     figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
@@ -341,7 +348,7 @@ def _grid(
     for axes in panels[len(names) :].flat:
         axes.set_visible(False)
     for (first, *_), name in zip(panels, names, strict=False):
-        first.set_title(factors_of(data[name]).title, loc="left", fontweight="bold")
+        first.set_title(read_factors(data[name]).title, loc="left", fontweight="bold")
     return figure, panels[: len(names)]
 
 

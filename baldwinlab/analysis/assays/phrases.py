@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from baldwinlab.analysis.assays.values import Assays, conditions
+from baldwinlab.analysis.assays.values import Assays, parse_experiments
 from baldwinlab.experiment import Experiment
 
 TERMS: Final = {
@@ -23,7 +23,9 @@ IMAGE: Final = re.compile(r'(src="[^"]*")')
 
 def has_foragers(assays: Assays) -> bool:
     """Return whether a condition is of the MiniWorld model."""
-    return any(isinstance(experiment, Experiment) for experiment in conditions(assays).values())
+    return any(
+        isinstance(experiment, Experiment) for experiment in parse_experiments(assays).values()
+    )
 
 
 def adapt_terms(text: str, is_foraging: bool) -> str:

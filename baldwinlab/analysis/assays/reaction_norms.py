@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import conditions, factors_of
+from baldwinlab.analysis.assays.values import parse_experiments, read_factors
 from baldwinlab.core.variables import AS_EVOLVED
 from baldwinlab.experiment.paths import name_of
 
@@ -48,9 +48,9 @@ def reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
     list of Panel
         Panels by setting and map.
     """
-    typed = conditions({"reaction": stored})
+    typed = parse_experiments({"reaction": stored})
     experiments = {name: experiment.to_dict() for name, experiment in typed.items()}
-    maps = {name: factors_of(data).map for name, data in stored.items()}
+    maps = {name: read_factors(data).map for name, data in stored.items()}
 
     def make_panel(field: str, map_name: str) -> Panel:
         names = [name for name in stored if maps[name] == map_name]

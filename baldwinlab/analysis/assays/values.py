@@ -1,12 +1,14 @@
-"""Stored assays read back, and what they measured as one value a run.
+"""Quantities of the stored assays, with one value per run.
 
-An assay's dataset is declared in `baldwinlab.core.variables.ASSAYS`. A run counts with the average over its agents and, where there
-are generations, over a window of its first or last ones. Food is the energy of the items eaten in a life.
+`baldwinlab.core.variables.ASSAYS` declares the datasets of the assays. The value of a run is an
+average over its agents and, if the assay has generations, over its first or last ones. Food is
+the energy of the items that an agent eats in its lifetime.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -16,87 +18,133 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
-Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
-Quantity = tuple[
-    str, str
-]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
-Values = tuple[Quantity, xr.DataArray]  # a quantity, one value a run
+# Datasets by assay and condition.
+Assays = Mapping[str, Mapping[str, xr.Dataset]]
+# A measure, and its time or its agents: ("off", "last"), ("first meal", "random genome").
+Quantity = tuple[str, str]
+# A quantity with one value per run.
+RunValues = tuple[Quantity, xr.DataArray]
 
 
-def conditions(assays: Assays) -> dict[str, Experiment]:
-    """The experiment of every condition that any assay has, in their order."""
-    found = {name: data for stored in assays.values() for name, data in stored.items()}
+def parse_experiments(assays: Assays) -> dict[str, Experiment]:
+    """Return the experiment of every condition with a stored assay.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+
+    Returns
+    -------
+    dict of str to Experiment
+        Experiments by condition.
+    """
+    datasets = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
         name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", lenient=True)
-        for name, data in found.items()
+        for name, data in datasets.items()
     }
 
 
-def factors_of(data: xr.Dataset) -> Factors:
-    """Those of the condition that an assay was made of."""
+def read_factors(data: xr.Dataset) -> Factors:
+    """Return the factors of the condition of an assay."""
     return Factors(*(data.attrs[name] for name in Factors._fields))
 
 
-def lives(innate: xr.Dataset) -> xr.DataArray:
-    """Food of the average agent (run, generation, life), with every kind of life; NaN where it was not lived."""
+def mean_food(innate: xr.Dataset) -> xr.DataArray:
+    """Return the food of the average agent in each kind of life.
+
+    Parameters
+    ----------
+    innate : xr.Dataset
+        The stored assay `innate`.
+
+    Returns
+    -------
+    xr.DataArray
+        Food (run, generation, life), NaN for kinds of life that were not simulated.
+    """
     return innate["energy"].mean("agent").reindex(life=list(LIVES))
 
 
-def distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
-    """How far learning moved the average agent's weights, all of them and those of each layer: (run, generation)."""
+def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Return the distance between the weights at birth and at death.
+
+    Parameters
+    ----------
+    innate : xr.Dataset
+        The stored assay `innate`.
+
+    Returns
+    -------
+    dict of str to xr.DataArray
+        Means over agents (run, generation) of all weights and of each layer. Empty if the model
+        has no weights.
+    """
     if "distance" not in innate:
         return {}
-    moved = innate["distance"]
-    together = (moved**2).sum("layer", min_count=1) ** 0.5
+    distance = innate["distance"]
+    total = (distance**2).sum("layer", min_count=1) ** 0.5
     layers = {
-        f"distance, {layer}": moved.sel(layer=layer).mean("agent")
-        for layer in moved["layer"].values
+        f"distance, {layer}": distance.sel(layer=layer).mean("agent")
+        for layer in distance["layer"].values
     }
-    return {"distance": together.mean("agent"), **layers}
+    return {"distance": total.mean("agent"), **layers}
 
 
-def share(part: xr.DataArray, whole: xr.DataArray) -> xr.DataArray:
-    """Return part / whole, or NaN where the whole is 0."""
-    return part / whole.where(whole > 0)
+def compute_share(part: xr.DataArray, total: xr.DataArray) -> xr.DataArray:
+    """Return part / total, or NaN if the total is 0."""
+    return part / total.where(total > 0)
 
 
-def lifetime(within_life: xr.Dataset) -> int:
-    """Steps in a life."""
-    return from_toml(
-        within_life.attrs["experiment"], where="the assay", lenient=True
-    ).lifetime.steps
+def count_steps(within_life: xr.Dataset) -> int:
+    """Return the number of steps of a lifetime."""
+    text = within_life.attrs["experiment"]
+    return from_toml(text, where="the assay", lenient=True).lifetime.steps
 
 
-def evolved(within_life: xr.Dataset) -> str:
-    """The newborns of the latest generation that was assayed; empty where there are none."""
+def latest_newborns(within_life: xr.Dataset) -> str:
+    """Return the newborns of the latest measured generation, or "" if there are none."""
     generations = [str(name) for name in within_life["newborns"].values if name != RANDOM]
     return max(generations, key=lambda name: int(name.split()[-1]), default="")
 
 
-def quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.DataArray]:
-    """Everything the stored assays say of a condition: one value a run (dimension `run`), NaN where it is undefined.
+def compute_quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.DataArray]:
+    """Return all quantities of a condition.
 
-    "first" and "last" are windows of `last` generations, "throughout" is all of them.
-    Raises ValueError unless `last` is at least 1.
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    condition : str
+        A condition.
+    last : int
+        Number of generations in the windows "first" and "last", at least 1. The window
+        "throughout" has all generations.
+
+    Returns
+    -------
+    dict of (str, str) to xr.DataArray
+        Values (run), NaN if they are undefined.
+
+    Raises
+    ------
+    ValueError
+        `last` is less than 1.
     """
     if last < 1:
-        raise ValueError(f"a window of {last} generations: it must have at least 1")
-    stored = {
-        assay: assays[assay][condition]
-        for assay in _QUANTITIES
-        if condition in assays.get(assay, {})
-    }
+        raise ValueError(f"last = {last} must be at least 1 generation")
     return {
         quantity: values
-        for assay, data in stored.items()
-        for quantity, values in _QUANTITIES[assay](data, last)
+        for assay, compute in QUANTITIES.items()
+        if condition in assays.get(assay, {})
+        for quantity, values in compute(assays[assay][condition], last)
     }
 
 
 def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
-    generation = values["generation"].astype(
-        np.int64
-    )  # as stored, it could not be compared with a very large `last`
+    # The stored integers are too small for comparisons with a very large `last`.
+    generation = values["generation"].astype(np.int64)
     return {
         "first": values.where(generation < generation.min() + last, drop=True),
         "last": values.where(generation > generation.max() - last, drop=True),
@@ -104,75 +152,76 @@ def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
     }
 
 
-def _innate(data: xr.Dataset, last: int) -> Iterator[Values]:
-    for when, part in _windows(lives(data), last).items():
-        life = {name: part.sel(life=name) for name in LIVES}
-        average = {name: values.mean("generation") for name, values in life.items()}
+def _innate(data: xr.Dataset, last: int) -> Iterator[RunValues]:
+    for window, food in _windows(mean_food(data), last).items():
+        lives = {name: food.sel(life=name) for name in LIVES}
+        average = {name: values.mean("generation") for name, values in lives.items()}
         for name, values in average.items():
-            yield (name, when), values
-        yield (
-            ("on, where drift was lived", when),
-            life["on"].where(life["drift"].notnull()).mean("generation"),
-        )
-        yield ("gain", when), average["on"] - average["off"]
-        yield ("innate share", when), share(average["off"], average["on"])
-        yield ("kept share", when), share(average["frozen"], average["on"])
-    for name, values in distances(data).items():
-        for when, part in _windows(values, last).items():
-            yield (name, when), part.mean("generation")
+            yield (name, window), values
+        has_drift = lives["drift"].notnull()
+        yield ("on, with drift control", window), lives["on"].where(has_drift).mean("generation")
+        yield ("gain", window), average["on"] - average["off"]
+        yield ("innate share", window), compute_share(average["off"], average["on"])
+        yield ("frozen share", window), compute_share(average["frozen"], average["on"])
+    for name, distance in weight_distances(data).items():
+        for window, values in _windows(distance, last).items():
+            yield (name, window), values.mean("generation")
 
 
-def _neutral(data: xr.Dataset, last: int) -> Iterator[Values]:
+def _neutral(data: xr.Dataset, last: int) -> Iterator[RunValues]:
     energy = _windows(data["energy"], last)["last"].mean(("agent", "generation"))
-    for who in NEWBORNS:
-        off, on = (energy.sel(newborns=who, life=life) for life in ("off", "on"))
-        yield ("off, beside the neutral twin", who), off
-        yield ("on, beside the neutral twin", who), on
-        yield ("gain, beside the neutral twin", who), on - off
+    for newborns in NEWBORNS:
+        off = energy.sel(newborns=newborns, life="off")
+        on = energy.sel(newborns=newborns, life="on")
+        yield ("off, neutral assay", newborns), off
+        yield ("on, neutral assay", newborns), on
+        yield ("gain, neutral assay", newborns), on - off
 
 
-def _within_life(data: xr.Dataset, last: int) -> Iterator[Values]:
-    steps = lifetime(data)
-    for who, name in ((RANDOM, RANDOM), (EVOLVED, evolved(data))):
+def _within_life(data: xr.Dataset, last: int) -> Iterator[RunValues]:
+    steps = count_steps(data)
+    for agents, name in ((RANDOM, RANDOM), (EVOLVED, latest_newborns(data))):
         if name not in data["newborns"].values:
             continue
         newborns = data.sel(newborns=name)
         eaten = newborns["eaten_in_window"].mean("agent")
-        lived = eaten.notnull().all("window")
-        yield ("eaten in life", who), eaten.sum("window").where(lived)
-        yield ("eaten in the first part of life", who), eaten.isel(window=0)
-        yield ("eaten in the last part of life", who), eaten.isel(window=-1)
-        yield ("first meal", who), newborns["first_meal"].fillna(steps).mean("agent").where(lived)
-        yield ("ever ate", who), newborns["first_meal"].notnull().mean("agent").where(lived)
+        is_complete = eaten.notnull().all("window")
+        first_meal = newborns["first_meal"]
+        yield ("eaten in life", agents), eaten.sum("window").where(is_complete)
+        yield ("eaten in the first part of life", agents), eaten.isel(window=0)
+        yield ("eaten in the last part of life", agents), eaten.isel(window=-1)
+        # An agent that never eats counts with its lifetime.
+        yield ("first meal", agents), first_meal.fillna(steps).mean("agent").where(is_complete)
+        yield ("ever ate", agents), first_meal.notnull().mean("agent").where(is_complete)
 
 
-def _modules(data: xr.Dataset, last: int) -> Iterator[Values]:
+def _modules(data: xr.Dataset, last: int) -> Iterator[RunValues]:
     for name in data["modules"].values:
         yield ("modules", str(name)), data["energy"].sel(modules=name).mean("agent")
 
 
-def _reaction(data: xr.Dataset, last: int) -> Iterator[Values]:
+def _reaction(data: xr.Dataset, last: int) -> Iterator[RunValues]:
     food = data["energy"].mean("agent")
-    names = [
-        setting_name(*pair) for pair in zip(data["field"].values, data["value"].values, strict=True)
-    ]
+    settings = zip(data["field"].values, data["value"].values, strict=True)
+    names = [name_setting(field, value) for field, value in settings]
     base = food.isel(setting=names.index(AS_EVOLVED)) if AS_EVOLVED in names else None
     for number, name in enumerate(names):
         yield ("setting", name), food.isel(setting=number)
         if base is not None and name != AS_EVOLVED:
-            yield ("setting, relative", name), share(food.isel(setting=number), base)
+            yield ("setting, relative", name), compute_share(food.isel(setting=number), base)
 
 
-def setting_name(field: str, value: str) -> str:
+def name_setting(field: str, value: str) -> str:
+    """Return the name of a changed setting, or of the setting of evolution."""
     return AS_EVOLVED if field == AS_EVOLVED else f"{field} = {value}"
 
 
-def _descent(data: xr.Dataset, last: int) -> Iterator[Values]:
+def _descent(data: xr.Dataset, last: int) -> Iterator[RunValues]:
     for name in ("common_ancestor_age", "effective_ancestors"):
         yield (name.replace("_", " "), "last"), data[name].isel(generation=-1)
 
 
-_QUANTITIES: Mapping[str, Callable[[xr.Dataset, int], Iterator[Values]]] = {
+QUANTITIES: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[RunValues]]]] = {
     "innate": _innate,
     "neutral": _neutral,
     "within-life": _within_life,

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 import xarray as xr
 
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, opened, verify
-from baldwinlab.core.variables import ASSAYS, RANDOM, Variable
+from baldwinlab.core.variables import ASSAYS, NEWBORNS, RANDOM, Variable
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
-Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
-Quantity = tuple[
-    str, str
-]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
-Values = tuple[Quantity, xr.DataArray]  # a quantity, one value a run
-
-FORMAT = 2  # of the file of an assay
+# Format of the file of an assay.
+FORMAT: Final = 2
+# Names of newborns in files of older versions.
+OLD_NEWBORNS: Final = {"blank slate": RANDOM, "neutral twin": NEWBORNS[1]}
 
 
 class Measured(Protocol):
@@ -105,7 +102,7 @@ def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
             verify(raw)
     except DamagedError as error:
         raise ValueError(f"{path} is damaged: {error}; {again}") from None
-    data = _in_words_of_today(data)
+    data = _upgrade_names(data)
     if not _is_declared(data, ASSAYS[assay]):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
     if misfit := _misfit(data, study, condition):
@@ -160,13 +157,9 @@ def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
     )
 
 
-def _in_words_of_today(data: xr.Dataset) -> xr.Dataset:
-    """An assay that was stored when random genomes were called blank slates, and what is eaten in a window just eaten."""
+def _upgrade_names(data: xr.Dataset) -> xr.Dataset:
+    """Rename the coordinates and variables of older versions."""
     if "newborns" in data.coords:
-        data = data.assign_coords(
-            newborns=[
-                RANDOM if name == "blank slate" else name
-                for name in data["newborns"].values.tolist()
-            ]
-        )
+        names = data["newborns"].values.tolist()
+        data = data.assign_coords(newborns=[OLD_NEWBORNS.get(name, name) for name in names])
     return data.rename(eaten="eaten_in_window") if "eaten" in data else data

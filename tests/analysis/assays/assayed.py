@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.core.variables import ASSAYS, LIVES, dataset
-from baldwinlab.core.variables import NEWBORNS as TWINS
+from baldwinlab.core.variables import NEWBORNS as NEWBORNS_COMPARED
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
@@ -107,13 +107,15 @@ def innate(
 
 
 def neutral(
-    condition: str, evolved: Sequence[float], twin: Sequence[float], runs: int = RUNS
+    condition: str, evolved: Sequence[float], control: Sequence[float], runs: int = RUNS
 ) -> xr.Dataset:
-    """Food of the last ten generations' newborns and of their neutral twins, with learning off and on."""
-    energy = np.array([evolved, twin], float)[:, :, None] * spread(runs, 10, len(TWINS), 2, AGENTS)
+    """Food of the last ten generations' newborns and of their neutral control, with learning off and on."""
+    energy = np.array([evolved, control], float)[:, :, None] * spread(
+        runs, 10, len(NEWBORNS_COMPARED), 2, AGENTS
+    )
     coords = {
         "generation": np.arange(GENERATIONS - 10, GENERATIONS),
-        "newborns": list(TWINS),
+        "newborns": list(NEWBORNS_COMPARED),
         "life": list(LIVES[:2]),
     }
     return _made("neutral", condition, {"energy": energy}, coords)

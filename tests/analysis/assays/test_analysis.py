@@ -21,7 +21,7 @@ from baldwinlab.analysis.assays.analysis import (
     load_criteria,
     write_analysis,
 )
-from baldwinlab.analysis.assays.values import quantities
+from baldwinlab.analysis.assays.values import compute_quantities
 from tests.analysis.assays.assayed import (
     constant,
     innate,
@@ -199,11 +199,11 @@ def test_a_phase_is_as_weak_as_its_weakest_part_that_was_measured(
 
 
 def test_the_questions_name_only_what_there_is() -> None:
-    known = set(quantities(whole(), A, 10)) | {("no-learning control", "last")}
+    known = set(compute_quantities(whole(), A, 10)) | {("no-learning control", "last")}
     assert {quantity for one in load_criteria() for quantity in (one.a, one.b)} <= known
     for one in load_criteria():
         assert {one.a, one.b} <= {
-            *quantities({one.assay: whole()[one.assay]}, A, 10),
+            *compute_quantities({one.assay: whole()[one.assay]}, A, 10),
             ("no-learning control", "last"),
         }
     assert len({one.id for one in load_criteria()}) == len(load_criteria())

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import distances, factors_of, quantities
+from baldwinlab.analysis.assays.values import compute_quantities, read_factors, weight_distances
 from baldwinlab.core.netcdf import opened, sealed
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
@@ -57,12 +57,14 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
         assay: set(conditions) for assay, conditions in whole(runs=2).items()
     }
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
-    assert factors_of(found["innate"][A]) == Factors(learner=A)
+    assert read_factors(found["innate"][A]) == Factors(learner=A)
     assert (
-        factors_of(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
+        read_factors(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
         == "A"
     )
-    assert quantities(found, A, 10).keys() == quantities(whole(runs=2), A, 10).keys()
+    assert (
+        compute_quantities(found, A, 10).keys() == compute_quantities(whole(runs=2), A, 10).keys()
+    )
 
 
 def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
@@ -104,7 +106,7 @@ def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(
 
 def test_the_last_of_more_generations_than_there_could_be_are_all(tmp_path: Path) -> None:
     stored(tmp_path)
-    found = quantities(read(Assayed(tmp_path)), A, 10**18 - 1)
+    found = compute_quantities(read(Assayed(tmp_path)), A, 10**18 - 1)
     np.testing.assert_allclose(found["off", "last"], found["off", "throughout"])
 
 
@@ -115,7 +117,7 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
 
 
 def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
-    found = quantities(
+    found = compute_quantities(
         {"innate": {A: innate(A, off=rising(0, 39), on=constant(78), runs=3)}}, A, last=4
     )
     own = spread(3)
@@ -123,11 +125,11 @@ def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> N
     np.testing.assert_allclose(found["off", "last"].values, 37.5 * own)
     np.testing.assert_allclose(found["gain", "last"].values, 40.5 * own)
     np.testing.assert_allclose(found["innate share", "last"].values, 37.5 / 78)
-    assert found["drift", "last"].isnull().all() and found["kept share", "last"].isnull().all()
+    assert found["drift", "last"].isnull().all() and found["frozen share", "last"].isnull().all()
 
 
 def test_a_share_of_nothing_is_undefined() -> None:
-    found = quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
+    found = compute_quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
     assert found["innate share", "last"].isnull().all()
     assert (found["gain", "last"] == 0).all()
 
@@ -135,22 +137,22 @@ def test_a_share_of_nothing_is_undefined() -> None:
 def test_learning_is_held_against_drift_where_drift_was_lived() -> None:
     data = innate(A, off=constant(1), on=rising(0, 39), drift=constant(5), runs=2)
     data["energy"].loc[{"life": "drift", "generation": range(1, 39)}] = np.nan
-    found = quantities({"innate": {A: data}}, A, 10)
-    np.testing.assert_allclose(found["on, where drift was lived", "last"].values, 39 * spread(2))
+    found = compute_quantities({"innate": {A: data}}, A, 10)
+    np.testing.assert_allclose(found["on, with drift control", "last"].values, 39 * spread(2))
     np.testing.assert_allclose(found["on", "last"].values, 34.5 * spread(2))
 
 
 def test_layers_add_up_to_a_distance_as_perpendicular_ways_do() -> None:
     data = innate(A, on=constant(1), runs=1)
     data["distance"][{"layer": 0}], data["distance"][{"layer": 1}] = 3, 4
-    found = distances(data)
+    found = weight_distances(data)
     assert (found["distance"] == 5).all() and (found["distance, hidden to actions"] == 4).all()
 
 
 def test_who_never_ate_counts_with_the_whole_life() -> None:
     data = within_life(A, 0, 5, runs=1)
     data["first_meal"][{"newborns": -1}] = [[100, 200, np.nan, np.nan]]
-    found = quantities({"within-life": {A: data}}, A, 10)
+    found = compute_quantities({"within-life": {A: data}}, A, 10)
     assert float(found["first meal", "evolved"][0]) == (100 + 200 + 2 * STEPS) / 4
     assert float(found["ever ate", "evolved"][0]) == 0.5
     assert float(found["first meal", "random genome"][0]) == STEPS
@@ -158,7 +160,7 @@ def test_who_never_ate_counts_with_the_whole_life() -> None:
 
 
 def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
-    found = quantities(whole(), A, 10)
+    found = compute_quantities(whole(), A, 10)
     assert ("setting", "as evolved") in found and ("setting, relative", "as evolved") not in found
     np.testing.assert_allclose(found["setting, relative", "map = A"].values, 7 / 8)
     assert found["setting", "learning.rate = 0.1"].shape == (RUNS,)
@@ -166,7 +168,7 @@ def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
 
 def test_a_window_has_at_least_one_generation() -> None:
     with pytest.raises(ValueError, match="at least 1"):
-        quantities(whole(), A, 0)
+        compute_quantities(whole(), A, 0)
 
 
 def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ def test_those_that_evolved_are_the_ones_of_the_study_and_of_the_assay_of_what_i
 
 
 def test_founders_are_their_own_twins_and_their_children_are_not(study: StudyStore) -> None:
-    own, twin = (neutral(study).sel(newborns=name) for name in ("evolved", "neutral twin"))
+    own, twin = (neutral(study).sel(newborns=name) for name in ("evolved", "neutral control"))
     assert np.array_equal(own.sel(generation=0), twin.sel(generation=0))
     assert not np.array_equal(own.sel(generation=2), twin.sel(generation=2))
 
@@ -67,7 +67,7 @@ def test_however_parents_were_selected_the_twin_is_the_same(tmp_path: Path) -> N
     study = measured(tmp_path, schemes, ["neutral"])
     one, other = (neutral(study, name) for name in ("rank", "truncation"))
     assert np.array_equal(
-        one.sel(newborns="neutral twin"), other.sel(newborns="neutral twin"), equal_nan=True
+        one.sel(newborns="neutral control"), other.sel(newborns="neutral control"), equal_nan=True
     )
     assert not np.array_equal(
         one.sel(newborns="evolved"), other.sel(newborns="evolved"), equal_nan=True
@@ -82,7 +82,7 @@ def test_one_agent_alone_is_its_own_twin_generation_by_generation(tmp_path: Path
     )
     found = neutral(measured(tmp_path, [alone], ["neutral"]))
     assert found.generation.values.tolist() == list(range(4, 14))
-    assert np.array_equal(found.sel(newborns="evolved"), found.sel(newborns="neutral twin"))
+    assert np.array_equal(found.sel(newborns="evolved"), found.sel(newborns="neutral control"))
     assert found.sum() > 0
 
 
@@ -106,7 +106,7 @@ def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path
             inherit_genomes(experiment, genome, died),
             nothing,
         )
-    last = neutral(study).sel(run=1, generation=11, newborns="neutral twin")
+    last = neutral(study).sel(run=1, generation=11, newborns="neutral control")
     for life, lived in (("on", experiment), ("off", experiment.without_learning())):
         assert np.array_equal(
             last.sel(life=life), reevaluate(lived, 5, [1], 11, genome[None]).energy[0]
