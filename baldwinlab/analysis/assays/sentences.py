@@ -244,8 +244,9 @@ def _describe_guidance(result: ConditionResult) -> Iterator[str]:
     guidance = result.answer("guidance")
     if guidance.numbers:
         meaning = {
-            MORE: "Learning guides evolution to better innate behavior.",
-            LESS: "Learning hides innate differences from selection (hiding effect).",
+            MORE: "Evolution with learning produces better innate behavior than evolution without.",
+            LESS: "Evolution with learning produces worse innate behavior than evolution without: "
+            "learning hides innate differences from selection (hiding effect).",
             SAME: "Both are the same.",
             UNDECIDED: "The runs do not show a difference.",
         }

@@ -69,7 +69,7 @@ EFFECTS: Final = (
     ),
     Effect(
         "guidance",
-        "Guidance or hiding",
+        "Innate fitness relative to the control",
         "innate fitness in the last generations minus the no-learning control (below 0 if learning "
         "hides innate differences from selection)",
         INNATE,
