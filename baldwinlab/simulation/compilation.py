@@ -84,10 +84,9 @@ def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
         type(experiment.part(f"evolution.{field}"))
         for field in ("selection", "variation", "inheritance", "fitness")
     ]
-    model: tuple[Any, ...] = (type(experiment.of_model),)
     if isinstance(experiment, Experiment):
-        model = cpu.code_of(experiment)
-    return (*model, *evolution)
+        return (*cpu.code_of(experiment), *evolution)
+    return (type(experiment.of_model), *evolution)
 
 
 def _shorten(experiment: BaseExperiment) -> BaseExperiment:

@@ -59,7 +59,7 @@ def test_each_is_compiled_by_one_process_or_here(
     assert [one for some in elsewhere for one in some] + here == wanted
     if shares[0] > compilation.QUIET_COMBINATIONS:
         assert told[0].startswith(
-            f"compiling {combinations} combinations of parts, {cores} at a time; they are kept"
+            f"compiling {combinations} combinations of parts, {cores} at a time; they are cached"
         )
         assert told[-1] == f"compiled: {combinations - 1} of {combinations}"
     else:
