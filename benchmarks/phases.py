@@ -61,33 +61,33 @@ class Phase(NamedTuple):
 def _sense(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
-        for first in range(0, state.places.shape[1], WIDTH):
+        for first in range(0, state.positions.shape[1], WIDTH):
             broad_phase(model, state, bundle(first))
         for world in range(model.worlds):
             for number in range(wake(model, state, world, 0, model.agents)):
-                perceive(model, state, world, get(state.awake, 0, world * model.agents + number))
+                perceive(model, state, world, get(state.near_agents, 0, world * model.agents + number))
 
 
 def _think(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
-        for first in range(0, state.places.shape[1], WIDTH):
+        for first in range(0, state.positions.shape[1], WIDTH):
             think(state.recall, model, state, bundle(first))
 
 
 def _act(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
-        for first in range(0, state.places.shape[1], WIDTH):
+        for first in range(0, state.positions.shape[1], WIDTH):
             choose_action(state.body, model, state, bundle(first))
-        for first in range(0, state.places.shape[1], WIDTH):
+        for first in range(0, state.positions.shape[1], WIDTH):
             travel(state.features, model, state, bundle(first))
 
 
 def _learn(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
-        for first in range(0, state.places.shape[1], WIDTH):
+        for first in range(0, state.positions.shape[1], WIDTH):
             learn(state.rule, model, state, 0, bundle(first))
 
 

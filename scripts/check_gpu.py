@@ -78,7 +78,7 @@ def differences(experiment: Experiment, worlds: int) -> list[str]:
     on_cpu, on_gpu = (
         named_arrays(batch.state, worlds, experiment.population.size) for batch in batches
     )
-    names = [name for name in on_cpu if name != "awake"]
+    names = [name for name in on_cpu if name != "near_agents"]
     return [name for name in names if on_cpu[name].tobytes() != on_gpu[name].tobytes()]
 
 

@@ -91,7 +91,7 @@ CALLS: Final = (
     Call(
         "step", "", "", "Replace the action by a random one with the probability `motor.noise`.", ""
     ),
-    Call("step", "Body", "move", "agent", "`state.places`, `state.heading`"),
+    Call("step", "Body", "move", "agent", "`state.positions`, `state.heading`"),
     Call(
         "step",
         "WorldFeature",

@@ -277,7 +277,7 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
 
     Per agent, once per step, after `choose_action`. It reads `state.action`, and writes
     `state.heading` and
-    `state.places`.
+    `state.positions`.
 
     Parameters
     ----------

@@ -20,8 +20,8 @@ Array = npt.NDArray[Any]
 
 # Functions that read a variable. The first axis of agents' variables is the lane.
 VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
-    "x": lambda batch, lanes: batch.state.places[0, lanes],
-    "y": lambda batch, lanes: batch.state.places[1, lanes],
+    "x": lambda batch, lanes: batch.state.positions[0, lanes],
+    "y": lambda batch, lanes: batch.state.positions[1, lanes],
     "heading": lambda batch, lanes: batch.state.heading[0, lanes],  # turns
     "action": lambda batch, lanes: batch.state.action[0, lanes],
     "activations": lambda batch, lanes: batch.state.activations[:, lanes].T,

@@ -130,7 +130,7 @@ def _seen(experiment: Any, batch: Batch) -> dict[str, Any]:
     hidden = sizes[0], sizes[0] + (sizes[1] if len(sizes) > 2 else 0)
     energies = np.array([region.energy for region in item_regions(experiment)])
     found: dict[str, Any] = {
-        "x": state.places[0], "y": state.places[1], "heading": state.heading[0] * (360 / HEADING_COUNT),
+        "x": state.positions[0], "y": state.positions[1], "heading": state.heading[0] * (360 / HEADING_COUNT),
         "action": state.action[0].astype(int), "eaten_in_life": state.eaten_in_life.sum(axis=0), "rate": state.rate[0],
         "inputs": state.activations[: len(experiment.inputs)].T, "outputs": state.activations[-len(experiment.actions) :].T,
         "gained_in_life": energies @ state.eaten_in_life[: len(energies)],

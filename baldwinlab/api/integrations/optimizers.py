@@ -205,7 +205,7 @@ class Problem:
         if isinstance(self.experiment, Experiment):
             batch = make_batch(self.experiment, self.seed, runs, generation, genomes)
             batch.simulate(0, self.experiment.lifetime.steps)
-            positions = batch.state.places[:, :agents].T.astype(float)
+            positions = batch.state.positions[:, :agents].T.astype(float)
             return collect_results(self.experiment, batch, genomes), positions
         lives = make_simulator(self.experiment, self.seed, runs).simulate(generation, genomes)
         columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]

@@ -37,7 +37,7 @@ export function record(run, { generation, first, last, look }) {
     eaten_in_life: new Uint32Array(steps * agents),
   };
   const state = views(engine, [
-    "places",
+    "positions",
     "heading",
     "activations",
     "action",
@@ -59,8 +59,8 @@ export function record(run, { generation, first, last, look }) {
   const previous = { x: state.item_x.slice(), y: state.item_y.slice() }; // a feature of the world may move what nobody has eaten
   for (let step = first; step < last; step++) {
     const row = (step - first) * agents;
-    arrays.x.set(state.places.subarray(0, agents), row);
-    arrays.y.set(state.places.subarray(lanes, lanes + agents), row);
+    arrays.x.set(state.positions.subarray(0, agents), row);
+    arrays.y.set(state.positions.subarray(lanes, lanes + agents), row);
     arrays.heading.set(state.heading.subarray(0, agents), row);
     run.live(step, step + 1);
     arrays.action.set(state.action.subarray(0, agents), row);

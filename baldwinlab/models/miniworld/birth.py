@@ -63,7 +63,7 @@ def be_born(model: Model, state: State) -> None:
     for world in range(model.worlds):
         for agent in range(model.agents):
             be_first(model, state, world, agent)
-    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+    for first in range(0, state.positions.shape[1], lanes_in_bundle()):
         load_genes(state.rule, model, state, state.genes, bundle(first))
     for world in range(model.worlds):
         init_features(state.features, model, state, world)
@@ -74,7 +74,7 @@ def be_born(model: Model, state: State) -> None:
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 grow(model, state, world, region, item)
             settle(model, state, world, region)
-    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+    for first in range(0, state.positions.shape[1], lanes_in_bundle()):
         ready(state.recall, model, state, state.genes, bundle(first))
 
 

@@ -36,7 +36,7 @@ def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: 
         look_round(everyone, model, state, step)
         return
     rows, actions = state.activations.shape[0], outputs.shape[0]
-    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+    for first in range(0, state.positions.shape[1], lanes_in_bundle()):
         for action in range(actions):
             put(
                 state.activations,

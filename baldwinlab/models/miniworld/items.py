@@ -219,7 +219,7 @@ def eat(model: Model, state: State, world: int, agent: int, step: int) -> None:
         return
     for region in range(model.regions.shape[0]):
         for number in range(model.images[region]):
-            x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
+            x, y = image(model, region, number, state.positions[0, lane], state.positions[1, lane])
             _eat_from(model, state, world, region, lane, step, x, y)
 
 

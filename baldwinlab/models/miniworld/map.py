@@ -59,10 +59,10 @@ def spawn(model: Model, state: State, world: int, agent: int, number: int) -> No
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
-        state.places[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
-        state.places[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
+        state.positions[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
+        state.positions[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
         taken = (
-            forbidden(state.features, model, state.places[0, lane], state.places[1, lane])
+            forbidden(state.features, model, state.positions[0, lane], state.positions[1, lane])
             and attempt < MOST_PLACES
         )
         searching = bool(x * x + y * y > ONE) or taken
@@ -85,12 +85,12 @@ def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, s
 @compiled
 def _stay_out(features: Any, model: Model, state: State, lane: Lane) -> None:
     """Do the action. An agent whose way is blocked stays where it is."""
-    old_x, old_y = get(state.places, 0, lane), get(state.places, 1, lane)
+    old_x, old_y = get(state.positions, 0, lane), get(state.positions, 1, lane)
     move(state.body, model, state, lane)
-    x, y = get(state.places, 0, lane), get(state.places, 1, lane)
+    x, y = get(state.positions, 0, lane), get(state.positions, 1, lane)
     stopped = stopped_by(features, model, x, y)
-    put(state.places, 0, lane, choose(stopped, old_x, x))
-    put(state.places, 1, lane, choose(stopped, old_y, y))
+    put(state.positions, 0, lane, choose(stopped, old_x, x))
+    put(state.positions, 1, lane, choose(stopped, old_y, y))
 
 
 @compiled

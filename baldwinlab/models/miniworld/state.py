@@ -153,14 +153,14 @@ class State(NamedTuple):
         Number of births in the place of an agent since the start of the lifetime. 0 at the start.
     eaten_before
         Items eaten by the earlier agents of the same place. 0 at the start.
-    places
+    positions
         Position of an agent: x and y. Set at birth, before `init_agent`.
-    beside_x, beside_y
+    image_x, image_y
         Position of an agent, in the image of the torus that is nearest to the region.
     near
         1 if a region of items is near. 1/2 if senses are evaluated in every step. Otherwise 0.
         1 at birth.
-    awake
+    near_agents
         Scratch. The agents of a world with `near` above 0, from the first lane of the world on.
     heading
         Heading of an agent, in turns of 9 degrees. Set at birth, before `init_agent`.
@@ -224,11 +224,11 @@ class State(NamedTuple):
     origin: Integers
     born: Integers
     eaten_before: Integers
-    places: Floats
-    beside_x: Floats
-    beside_y: Floats
+    positions: Floats
+    image_x: Floats
+    image_y: Floats
     near: Floats
-    awake: Integers
+    near_agents: Integers
     heading: Floats
     code: Integers
     alert: Integers
@@ -268,11 +268,11 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "origin": per_world("agents", 2, dtype="int32"),
     "born": per_world("agents", dtype="int32"),
     "eaten_before": per_agent("regions", dtype="int32"),
-    "places": per_agent(2),
-    "beside_x": per_agent("regions"),
-    "beside_y": per_agent("regions"),
+    "positions": per_agent(2),
+    "image_x": per_agent("regions"),
+    "image_y": per_agent("regions"),
     "near": per_agent(1),
-    "awake": per_agent(1, dtype="int32"),
+    "near_agents": per_agent(1, dtype="int32"),
     "heading": per_agent(1),
     "code": per_agent(1, dtype="int32"),
     "alert": per_agent(1, dtype="int32"),

@@ -75,7 +75,7 @@ def look_round(who: Any, model: Model, state: State, step: int) -> None:
                 model,
                 state,
                 world,
-                get(state.awake, 0, world * model.agents + who.first_agent + number),
+                get(state.near_agents, 0, world * model.agents + who.first_agent + number),
             )
 
 
@@ -172,7 +172,9 @@ Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
 
 @compiled
 def all_of(model: Model, state: State) -> Everyone:
-    return Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
+    return Everyone(
+        0, state.positions.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents
+    )
 
 
 def live_together(

@@ -31,7 +31,7 @@ class Height(Sense, name="height"):
     def oracle(part, agent, items, naive):
         return [agent.y / naive.height]
 """
-HONEST = "state.places[1, lane] / model.height"
+HONEST = "state.positions[1, lane] / model.height"
 
 
 @pytest.fixture(autouse=True)
@@ -54,7 +54,7 @@ def test_who_tells_the_truth_keeps_the_contract(tmp_path: Path) -> None:
 
 
 def test_numbers_beyond_0_and_1_are_found(tmp_path: Path) -> None:
-    assert "each must be at least 0 and at most 1" in failures(tmp_path, "state.places[1, lane]")
+    assert "each must be at least 0 and at most 1" in failures(tmp_path, "state.positions[1, lane]")
 
 
 def test_an_oracle_that_disagrees_is_found(tmp_path: Path) -> None:
@@ -63,6 +63,6 @@ def test_an_oracle_that_disagrees_is_found(tmp_path: Path) -> None:
 
 def test_a_look_at_a_neighbour_is_refused_before_it_runs(tmp_path: Path) -> None:
     path = tmp_path / "height.py"
-    path.write_text(SENSE.format(measured="state.places[1, lane + 1] / model.height"))
+    path.write_text(SENSE.format(measured="state.positions[1, lane + 1] / model.height"))
     with pytest.raises(PartError, match=r"Height\.measure looks at other agents"):
         load_file(path)

@@ -72,7 +72,7 @@ def test_each_reset_is_the_next_generation_and_a_seed_begins_anew() -> None:
     places = []
     for seed in (5, None, None, 5):
         world.reset(seed=seed)
-        places.append(world._worlds._steered._state.places.copy())
+        places.append(world._worlds._steered._state.positions.copy())
     assert (
         (places[0] == places[3]).all()
         and (places[0] != places[1]).any()
@@ -103,9 +103,9 @@ def test_a_body_that_does_something_of_all_outputs_takes_numbers() -> None:
     world = bl.vector_env(EXPERIMENT.replace(motor={"body": "continuous"}))
     assert world.single_action_space.shape == (2,)
     world.reset(seed=1)
-    before = world._worlds._steered._state.places.copy()
+    before = world._worlds._steered._state.positions.copy()
     world.step(np.zeros((EXPERIMENT.population.size, 2), np.float32))
-    assert (world._worlds._steered._state.places == before).all(), "both wheels stand still"
+    assert (world._worlds._steered._state.positions == before).all(), "both wheels stand still"
 
 
 @pytest.mark.parametrize(

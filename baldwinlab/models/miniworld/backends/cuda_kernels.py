@@ -64,7 +64,7 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
     found, world, lane = False, who.first_world, who.first
     for region in range(model.regions.shape[0] if state.alert[0, lane] != 0 else 0):
         for number in range(model.images[region]):
-            x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
+            x, y = image(model, region, number, state.positions[0, lane], state.positions[1, lane])
             columns = cells_within(model, region, 0, x, DIAGONAL * model.reach)
             first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
             for row in range(first_row, last_row):

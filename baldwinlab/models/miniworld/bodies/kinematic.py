@@ -34,10 +34,10 @@ def _go(model: Model, state: State, heading: Value, speed: Value, lane: Lane) ->
     """Head for `heading`, at most one circle beyond its ends, and go that way."""
     heading = choose(heading < ZERO, heading + HEADINGS, heading)
     heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
-    x = get(state.places, 0, lane) + speed * lookup(model.cosine, heading)
-    y = get(state.places, 1, lane) + speed * lookup(model.sine, heading)
-    put(state.places, 0, lane, wrapped(x, model.width))
-    put(state.places, 1, lane, wrapped(y, model.height))
+    x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
+    y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
+    put(state.positions, 0, lane, wrapped(x, model.width))
+    put(state.positions, 1, lane, wrapped(y, model.height))
     put(state.heading, 0, lane, heading)
 
 

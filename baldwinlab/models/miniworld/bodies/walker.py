@@ -48,10 +48,10 @@ class Walker(Body, name="walker"):
         heading = choose(heading < ZERO, heading + HEADINGS, heading)
         heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
         speed = choose((action > ZERO) & (action < TWO), TWO, ONE)
-        x = get(state.places, 0, lane) + speed * lookup(model.cosine, heading)
-        y = get(state.places, 1, lane) + speed * lookup(model.sine, heading)
-        put(state.places, 0, lane, wrapped(x, model.width))
-        put(state.places, 1, lane, wrapped(y, model.height))
+        x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
+        y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
+        put(state.positions, 0, lane, wrapped(x, model.width))
+        put(state.positions, 1, lane, wrapped(y, model.height))
         put(state.heading, 0, lane, heading)
 
     @staticmethod

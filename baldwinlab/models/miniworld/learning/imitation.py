@@ -63,10 +63,10 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
         put(part.teacher_index, 0, lane, lane)
         put(part.distance, 0, lane, INFINITY)
     for other in range(first, end):
-        x, y = get(state.places, 0, other), get(state.places, 1, other)
+        x, y = get(state.positions, 0, other), get(state.positions, 1, other)
         for lane in range(first, end):
-            dx = shortest(x - get(state.places, 0, lane), model.width)
-            dy = shortest(y - get(state.places, 1, lane), model.height)
+            dx = shortest(x - get(state.positions, 0, lane), model.width)
+            dy = shortest(y - get(state.positions, 1, lane), model.height)
             distance, least = dx * dx + dy * dy, get(part.distance, 0, lane)
             nearer = (distance < least) & (lane != other)
             put(

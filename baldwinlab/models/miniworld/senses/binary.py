@@ -56,12 +56,18 @@ class Neighbours(Sense, name="neighbours"):
     def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         for agent in range(model.agents):
             for axis in range(2):
-                part.places[world, axis, agent] = state.places[axis, world * model.agents + agent]
+                part.places[world, axis, agent] = state.positions[
+                    axis, world * model.agents + agent
+                ]
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         lane, bits = world * model.agents + agent, 0
-        x, y, heading = state.places[0, lane], state.places[1, lane], int(state.heading[0, lane])
+        x, y, heading = (
+            state.positions[0, lane],
+            state.positions[1, lane],
+            int(state.heading[0, lane]),
+        )
         for other in range(model.agents):
             if other != agent:
                 dx = shortest(part.places[world, 0, other] - x, model.width)
@@ -120,7 +126,7 @@ class Touch(Sense, name="touch"):
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         lane = world * model.agents + agent
-        x, y = state.places[0, lane], state.places[1, lane]
+        x, y = state.positions[0, lane], state.positions[1, lane]
         stayed = state.code[0, lane] >= 0 and x == part.place[0, lane] and y == part.place[1, lane]
         part.place[0, lane] = x
         part.place[1, lane] = y

@@ -97,7 +97,9 @@ def notice_all(part: Any, model: Model, state: State, world: int, agent: int) ->
     for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
         if model.region_kind[region] == part.number:
             for number in range(model.images[region]):
-                x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
+                x, y = image(
+                    model, region, number, state.positions[0, lane], state.positions[1, lane]
+                )
                 _notice_in(part, model, state, world, region, lane, x, y)
 
 

@@ -81,9 +81,9 @@ def broad_phase(model: Model, state: State, lane: Lane) -> None:
             model.regions[region, 0] + half_width,
             model.regions[region, 2] + half_height,
         )
-        x, y = get(state.places, 0, lane), get(state.places, 1, lane)
-        put(state.beside_x, region, lane, beside(x, centre_x, model.width))
-        put(state.beside_y, region, lane, beside(y, centre_y, model.height))
+        x, y = get(state.positions, 0, lane), get(state.positions, 1, lane)
+        put(state.image_x, region, lane, beside(x, centre_x, model.width))
+        put(state.image_y, region, lane, beside(y, centre_y, model.height))
         dx, dy = shortest(x - centre_x, model.width), shortest(y - centre_y, model.height)
         near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
         put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
@@ -177,13 +177,15 @@ def _look_from(model: Model, state: State, world: int, region: int, lane: int) -
     """What an agent gets to know of a region, as bits: from beside it, where it is reached from one image alone, as most are."""
     heading = int(get(state.heading, 0, lane))
     if model.images[region] == 1:
-        x, y = get(state.beside_x, region, lane), get(state.beside_y, region, lane)
+        x, y = get(state.image_x, region, lane), get(state.image_y, region, lane)
         if is_one_cell(model, region):
             return _told(_look_along(model, state, world, slots_of(model, region), x, y, heading))
         return _look(model, state, world, region, x, y, heading)
     bits = 0
     for number in range(model.images[region]):
-        x, y = image(model, region, number, get(state.places, 0, lane), get(state.places, 1, lane))
+        x, y = image(
+            model, region, number, get(state.positions, 0, lane), get(state.positions, 1, lane)
+        )
         bits |= _look(model, state, world, region, x, y, heading)
     return bits
 
@@ -313,13 +315,14 @@ _tell = select_by_type(_tell_numbers, _tell_bits, lambda part: bool(part.is_cont
 
 @compiled
 def wake(model: Model, state: State, world: int, first: int, last: int) -> int:
-    """List in `awake` whose inputs may have changed, of the agents from `first` up to, and without, `last`; returns how many.
+    """List the agents with `near` above 0 in `near_agents`, and return their number.
 
-    Everybody is written down, and the next one over who is near nothing: to ask of each would be the processor's to guess.
+    Every agent is written, and the next one overwrites an agent that is not near: a branch per agent
+    would be mispredicted often.
     """
     count = 0
     for agent in range(first, last):
-        put(state.awake, 0, world * model.agents + first + count, agent)
+        put(state.near_agents, 0, world * model.agents + first + count, agent)
         count += int(get(state.near, 0, world * model.agents + agent) != ZERO)
     return count
 

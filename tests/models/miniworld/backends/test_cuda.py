@@ -132,7 +132,7 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
     del arrays[
         "errors"
     ]  # scratch: those of a layer that rests are not asked for, and a bundle rests as one
-    del arrays["awake"]  # scratch: a list of many, or of each by itself
+    del arrays["near_agents"]  # scratch: a list of many, or of each by itself
     return arrays | {
         "eaten": batch.eaten_in_life(),
         "items": batch.items(),

@@ -158,7 +158,7 @@ def test_a_life_in_pieces_and_one_agent_after_another_has_its_births_all_the_sam
             for first, last in pairwise(cuts):
                 batch.simulate(first, last)
         assert whole.state.born.sum() > AGENTS
-        for name in ("genome", "weights", "born", "origin", "places"):
+        for name in ("genome", "weights", "born", "origin", "positions"):
             np.testing.assert_array_equal(getattr(whole.state, name), getattr(pieces.state, name))
 
 

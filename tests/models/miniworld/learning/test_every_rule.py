@@ -84,7 +84,7 @@ def test_with_its_learner_off_an_agent_is_the_one_that_evolution_alone_has(rule:
     genome, without = founders(experiment), experiment.without_learning()
     np.testing.assert_array_equal(genome[:, :1], founders(plain))
     one, other = (lived(each, genome[:, :1], STEPS) for each in (without, plain))
-    np.testing.assert_array_equal(one.state.places, other.state.places)
+    np.testing.assert_array_equal(one.state.positions, other.state.positions)
 
 
 @pytest.mark.parametrize("rule", sorted({*RULES} - STRENGTHS))
@@ -92,7 +92,7 @@ def test_at_rate_0_it_lives_as_without_its_learner(rule: str) -> None:
     still = learning(rule, "learning.rate=0")
     genome = founders(still)
     one, other = lived(still, genome, STEPS), lived(still.without_learning(), genome[:, :1], STEPS)
-    np.testing.assert_array_equal(one.state.places, other.state.places)
+    np.testing.assert_array_equal(one.state.positions, other.state.positions)
 
 
 @every_rule

@@ -100,7 +100,7 @@ def test_the_same_genome_with_rate_0_lives_as_who_does_not_learn() -> None:
     still, plain = predicting("learning.rate=0"), predicting("learning.rule=none")
     genome = founders(still)
     one, other = lived(still, genome, 60), lived(plain, genome[:, :1], 60)
-    np.testing.assert_array_equal(one.state.places, other.state.places)
+    np.testing.assert_array_equal(one.state.positions, other.state.positions)
     np.testing.assert_array_equal(one.eaten_in_life(), other.eaten_in_life())
 
 
