@@ -17,7 +17,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import WIDTH, bundle, get, put
+from baldwinlab.engine.simd import WIDTH, get, put, simd_block
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import hooks_of
@@ -62,33 +62,35 @@ def _sense(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
-            broad_phase(model, state, bundle(first))
+            broad_phase(model, state, simd_block(first))
         for world in range(model.worlds):
             for number in range(wake(model, state, world, 0, model.agents)):
-                perceive(model, state, world, get(state.near_agents, 0, world * model.agents + number))
+                perceive(
+                    model, state, world, get(state.near_agents, 0, world * model.agents + number)
+                )
 
 
 def _think(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
-            think(state.recall, model, state, bundle(first))
+            think(state.recall, model, state, simd_block(first))
 
 
 def _act(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
-            choose_action(state.body, model, state, bundle(first))
+            choose_action(state.body, model, state, simd_block(first))
         for first in range(0, state.positions.shape[1], WIDTH):
-            travel(state.features, model, state, bundle(first))
+            travel(state.features, model, state, simd_block(first))
 
 
 def _learn(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
-            learn(state.rule, model, state, 0, bundle(first))
+            learn(state.rule, model, state, 0, simd_block(first))
 
 
 def _eat(model: Any, state: Any, rounds: int) -> None:
@@ -102,17 +104,17 @@ def _eat(model: Any, state: Any, rounds: int) -> None:
 @jit_entry_point
 def _peak(rows: Any, rounds: int) -> None:
     a, b, c, d = (
-        get(rows, 0, bundle(0)),
-        get(rows, 1, bundle(0)),
-        get(rows, 2, bundle(0)),
-        get(rows, 3, bundle(0)),
+        get(rows, 0, simd_block(0)),
+        get(rows, 1, simd_block(0)),
+        get(rows, 2, simd_block(0)),
+        get(rows, 3, simd_block(0)),
     )
     e, f, g, h = a, b, c, d
-    x, y = get(rows, 4, bundle(0)), get(rows, 5, bundle(0))
+    x, y = get(rows, 4, simd_block(0)), get(rows, 5, simd_block(0))
     for _ in range(rounds):
         a, b, c, d = a + x, b * y, c + x, d * y
         e, f, g, h = e * y, f + x, g * y, h + x
-    put(rows, 0, bundle(0), a + b + c + d + e + f + g + h)
+    put(rows, 0, simd_block(0), a + b + c + d + e + f + g + h)
 
 
 PHASES = (

@@ -1,8 +1,8 @@
 """Functions made of + - * / and square root, which IEEE 754 rounds alike everywhere, and of bits: no libm.
 
-The mathematical library of one machine is not that of another, in the last bit. These functions give the same bits on every CPU,
-on a GPU and in a browser, compiled or in plain Python. The sigmoid and the share of a turn work on float32, all others on one
-float64.
+The mathematical library of one machine is not that of another, in the last bit. These functions
+give the same bits on every CPU, on a GPU and in a browser, compiled or in plain Python. The sigmoid
+and the share of a turn work on float32, all others on one float64.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from baldwinlab.engine.simd import Value, clamp, square_root
 
 Coefficients = tuple[float, ...]  # of a polynomial, the highest power's first
 
-# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
+# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by
+# scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
 LIMIT = np.float32(15.5)
 P0, P1, P2, P3, P4 = (
     np.float32(c)
@@ -68,7 +69,8 @@ LOGARITHM: Coefficients = (
     2.857142874366239149e-01, 3.999999999940941908e-01, 6.666666666666735130e-01,
 )  # fmt: skip
 
-# Of the power of ten: log2(10), its inverse in two parts, and the numerator and denominator of a rational approximation.
+# Of the power of ten: log2(10), its inverse in two parts, and the numerator and denominator of a
+# rational approximation.
 LOG2_10, LOG10_2, LOG10_2_REST = 3.32192809488736234787, 3.01025390625e-1, 4.60503898119521373889e-6
 POWER_ABOVE: Coefficients = (
     4.09962519798587023075e-2, 1.17452732554344059015e1, 4.06717289936872725516e2, 2.39423741207388267439e3
@@ -109,7 +111,7 @@ FAR_BELOW: Coefficients = (
 
 @compiled
 def sigmoid(z: Value) -> Value:
-    """The logistic function of a float32, or of a bundle's: in (0, 1)."""
+    """The logistic function of a float32 or a SIMD block: in (0, 1)."""
     z = clamp(z, LIMIT)
     s = z * z
     p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
@@ -121,7 +123,8 @@ def sigmoid(z: Value) -> Value:
 def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
     """The angle from the axis of u to (u, v), towards that of v, as a share of a whole turn: in [0, 1], within 1e-7; 0 of (0, 0).
 
-    Source: M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 4.4.49, which is C. Hastings'.
+    Source: M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 4.4.49, which
+    is C. Hastings'.
     """
     along, across = abs(u), abs(v)
     larger = max(along, across)

@@ -53,7 +53,7 @@ def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> Part
 def _translate(reason: str) -> str:
     """Return the reason of Numba, or a correction if it names types of the engine."""
     call = CALL.search(reason)
-    kinds = set(re.findall(r"\b(?:wide|mask|bundle)\b", call["types"])) if call else set()
+    kinds = set(re.findall(r"\b(?:wide|mask|lane_block)\b", call["types"])) if call else set()
     if call is None or not kinds:
         return reason
     name = call["name"] if call["name"].isidentifier() else call["function"]
@@ -73,7 +73,7 @@ def _sentence(name: str, kinds: set[str], types: str) -> str:
         return (
             "choose(mask, a, b) takes a mask, and a and b in float32; write np.float32(0.5) for 0.5"
         )
-    if "bundle" in kinds:
+    if "lane_block" in kinds:
         return (
             f"the lane is a SIMD block of agents and no number, so {name} does not take it; "
             "pass it to get and put as it is"
@@ -104,13 +104,13 @@ def _sentence(name: str, kinds: set[str], types: str) -> str:
 
 
 def _sentence_on_array(name: str, types: str) -> str:
-    if re.match(r"array\([^)]*\), bundle", types):
+    if re.match(r"array\([^)]*\), lane_block", types):
         arguments = "array, row, lane, value" if name == "put" else "array, row, lane"
         return f"the row comes before the lane; write {name}({arguments})"
     if not types.startswith("array(float32"):
         return (
-            f"{name} reaches float32 arrays alone in a hook per agent; use a hook per world, such as "
-            "observe_others, for integers"
+            f"{name} reaches float32 arrays alone in a hook per agent; "
+            "use a hook per world, such as observe_others, for integers"
         )
     return "put stores float32; write np.float32(0.5) for 0.5, and choose(mask, a, b) for a mask"
 

@@ -1,7 +1,8 @@
 """Compilation for a GPU: what Numba must be told, so that kernels have the CPU's bits.
 
-All that compiled code can call (jit.py, phases.py) is compiled again, for a single lane. Nothing is contracted to fused
-multiply-adds, and division rounds as IEEE 754 says. In Numba's simulator of a GPU the same functions are plain Python.
+All that compiled code can call (jit.py, phases.py) is compiled again, for a single lane. Nothing is
+contracted to fused multiply-adds, and division rounds as IEEE 754 says. In Numba's simulator of a
+GPU the same functions are plain Python.
 """
 
 from __future__ import annotations

@@ -1,12 +1,14 @@
 """Functions that are only ever compiled into others: typed and lowered, but no machine code of their own.
 
-Numba optimises every function that compiled code calls, and makes it machine code, as if Python were to call it too. Here Python
-never does (`jit.compiled`), and all of them are inlined: their caller is optimised with them in it, once, at the entry. That
-is a third of the time that a combination of parts takes to compile, and leaves what it computes, and how fast, as it was.
+Numba optimises every function that compiled code calls, and makes it machine code, as if Python
+were to call it too. Here Python never does (`jit.compiled`), and all of them are inlined: their
+caller is optimised with them in it, once, at the entry. That is a third of the time that a
+combination of parts takes to compile, and leaves what it computes, and how fast, as it was.
 
-Most of what a step does asks little of the state: who eats needs no learning rule. So it is noted what a function *reads* of the
-tuples whose addresses it is given (`reference.py`), with all that it calls; in a process, it is made once for all combinations of
-parts that are alike in that. Each further one of them takes less than half as long to compile.
+Most of what a step does asks little of the state: who eats needs no learning rule. So it is noted
+what a function *reads* of the tuples whose addresses it is given (`reference.py`), with all that it
+calls; in a process, it is made once for all combinations of parts that are alike in that. Each
+further one of them takes less than half as long to compile.
 """
 
 from __future__ import annotations

@@ -25,10 +25,10 @@ def hook(default: Callable[..., Any]) -> Any:
     """Return a hook with the name and docstring of `default`, which parts inherit."""
 
     @wraps(default)
-    def generic(part: Any, *others: Any) -> Any:
-        return getattr(type(part).part, default.__name__)(part, *others)
+    def generic(part: Any, *arguments: Any) -> Any:
+        return getattr(type(part).part, default.__name__)(part, *arguments)
 
-    def choose(part: Any, *others: Any) -> Any:
+    def choose(part: Any, *arguments: Any) -> Any:
         return getattr(part_class(part), default.__name__)
 
     generic.default = default  # type: ignore[attr-defined]
@@ -36,13 +36,13 @@ def hook(default: Callable[..., Any]) -> Any:
 
 
 def for_each(
-    of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]
+    hook_function: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]
 ) -> Callable[..., Any]:
     """Return a function that calls a hook for each part of a tuple and joins the results.
 
     Parameters
     ----------
-    of_one : Callable
+    hook_function : Callable
         The hook.
     nothing : Any
         Result for an empty tuple.
@@ -50,48 +50,53 @@ def for_each(
         Function that joins two results.
     """
 
-    def generic(parts: Any, *others: Any) -> Any:
-        found = nothing
+    def generic(parts: Any, *arguments: Any) -> Any:
+        result = nothing
         for number, part in enumerate(parts):
-            found = of_one(part, *others) if number == 0 else join(found, of_one(part, *others))
-        return found
+            value = hook_function(part, *arguments)
+            result = value if number == 0 else join(result, value)
+        return result
 
-    def choose(parts: Any, *others: Any) -> Any:
+    def choose(parts: Any, *arguments: Any) -> Any:
         if len(parts) == 0:
-            return lambda parts, *others: nothing
+            return lambda parts, *arguments: nothing
         if len(parts) == 1:
-            return lambda parts, *others: of_one(parts[0], *others)
-        return lambda parts, *others: join(of_one(parts[0], *others), generic(parts[1:], *others))
+            return lambda parts, *arguments: hook_function(parts[0], *arguments)
+        return lambda parts, *arguments: join(
+            hook_function(parts[0], *arguments), generic(parts[1:], *arguments)
+        )
 
     return register(generic, choose)
 
 
 @compiled
-def _nothing(one: None, other: None) -> None:
+def _nothing(first: None, second: None) -> None:
     return None
 
 
-def for_each_part(of_one: Callable[..., None]) -> Callable[..., None]:
+def for_each_part(hook_function: Callable[..., None]) -> Callable[..., None]:
     """Return a function that calls a hook without result for each part of a tuple."""
-    return for_each(of_one, None, _nothing)
+    return for_each(hook_function, None, _nothing)
 
 
 def select_by_type(
-    some: Callable[..., Any],
-    none: Callable[..., Any],
-    that: Callable[[Any], bool] = lambda holder: True,
+    if_any: Callable[..., Any],
+    if_none: Callable[..., Any],
+    condition: Callable[[Any], bool] = lambda holder: True,
 ) -> Callable[..., Any]:
-    """Return a function that calls `some` or `none`, by the types of the parts in a tuple.
+    """Return a function that calls `if_any` or `if_none`, by the types of the parts in a tuple.
 
-    It calls `some` if `that` is true for the class of any part.
+    It calls `if_any` if `condition` is true for the class of any part.
     """
 
-    def generic(parts: Any, *others: Any) -> Any:
-        return (some if any(that(type(part).part) for part in parts) else none)(parts, *others)
+    def generic(parts: Any, *arguments: Any) -> Any:
+        is_any = any(condition(type(part).part) for part in parts)
+        return (if_any if is_any else if_none)(parts, *arguments)
 
-    def choose(parts: Any, *others: Any) -> Any:
-        taken = some if any(that(part_class(part)) for part in parts) else none
-        return lambda parts, *others: taken(parts, *others)
+    def choose(parts: Any, *arguments: Any) -> Any:
+        is_any = any(condition(part_class(part)) for part in parts)
+        selected = if_any if is_any else if_none
+        return lambda parts, *arguments: selected(parts, *arguments)
 
     return register(generic, choose)
 
@@ -100,8 +105,8 @@ def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
     """Return the static methods of a class and its bases: the hooks of a part."""
     names = {
         name: None
-        for each in holder.__mro__
-        for name, value in vars(each).items()
+        for cls in holder.__mro__
+        for name, value in vars(cls).items()
         if isinstance(value, staticmethod)
     }
     return tuple(getattr(holder, name) for name in names)

@@ -1,11 +1,12 @@
 """Poison: a debug mode that fills memory with a pattern before anything is written there.
 
-The environment variable `BALDWINLAB_POISON` chooses the pattern: 0 or unset is off, 1 and 2 are two patterns. Code that reads
-memory before it writes it gives other results under another pattern, so two runs with two patterns must give the same bits.
-Every output and scratch buffer of lifetimes and of reproduction is allocated by `empty` or filled by `fill`.
+The environment variable `BALDWINLAB_POISON` chooses the pattern: 0 or unset is off, 1 and 2 are two
+patterns. Code that reads memory before it writes it gives other results under another pattern, so
+two runs with two patterns must give the same bits. Every output and scratch buffer of lifetimes and
+of reproduction is allocated by `empty` or filled by `fill`.
 
-Integers of the patterns are small, and every poisoned array has a margin on both sides: an index that was never written reads
-or writes the margin, and not the memory of something else.
+Integers of the patterns are small, and every poisoned array has a margin on both sides: an index
+that was never written reads or writes the margin, and not the memory of something else.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""A tuple of arrays handed on by its address, in compiled code.
+"""Tuples of arrays that compiled functions pass by address.
 
-Numba spreads a tuple over the arguments of every function that is given it: a state of sixty arrays
-is five hundred arguments, which takes longer to compile than what is done with them. Once all is
-inlined, nothing is left of the address.
+Numba passes the items of a tuple as separate arguments. A state of sixty arrays has five hundred
+arguments, and passing them takes longer to compile than the work of a function. After inlining, the
+address does not exist in the machine code.
 
-What is handed on is a list of addresses, one for each field. So where a field is found does not
-depend on what the others are, and a function serves all tuples that are alike in what it reads of
-them (`inlined.py`). A tuple as it lies in memory is what browsers hand in.
+A `Scattered` reference is a list of addresses, one per field. The position of a field then does not
+depend on the types of the others, so a function can serve all tuples with the same types of the
+fields that it reads (`inlining.py`). Browsers pass a `Reference`, the address of a tuple in memory.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ _ADDRESS = ir.IntType(8).as_pointer()
 
 
 class Reference(types.Type):  # type: ignore[misc]
-    """The address of a named tuple, as it lies in memory."""
+    """The address of a named tuple in memory."""
 
     def __init__(self, held: Any) -> None:
         self.held = held
         super().__init__(f"{type(self).__name__}({held})")
 
     def field(self, name: str) -> Any:
-        """The type of a field of the tuple."""
+        """Return the type of a field of the tuple."""
         return self.held.types[self.held.fields.index(name)]
 
     @property
     def key(self) -> Any:
-        """What makes two of these equal: the tuples' types, for those of different classes may have the same name."""
+        """The type of the tuple. Types of different classes may have the same name."""
         return self.held
 
 
 class Scattered(Reference):
-    """The address of a named tuple's fields' addresses."""
+    """The address of the addresses of the fields of a named tuple."""
 
 
 @register_model(Reference)
@@ -74,10 +74,11 @@ class _Attributes(AttributeTemplate):  # type: ignore[misc]
 
 
 def _load(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    index, field = kind.held.fields.index(name), kind.field(name)
+    index = kind.held.fields.index(name)
+    field = kind.field(name)
     if isinstance(kind, Scattered):
-        place = builder.load(cgutils.gep(builder, value, index))
-        pointer = builder.bitcast(place, data_type(field).as_pointer())
+        address = builder.load(cgutils.gep(builder, value, index))
+        pointer = builder.bitcast(address, data_type(field).as_pointer())
     else:
         pointer = cgutils.gep_inbounds(builder, value, 0, index)
     return load_value(context, builder, field, pointer)
@@ -87,22 +88,22 @@ lower_getattr_generic(Reference)(_load)
 
 
 def as_pointer(held: Any) -> Any:
-    """A named tuple, handed on by its address from here. In plain Python: as it is."""
+    """Return a reference to a named tuple. Plain Python returns the tuple."""
     return held
 
 
 def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kinds = signature.args[0].types
-    places = cgutils.alloca_once(builder, _ADDRESS, size=len(kinds))
+    addresses = cgutils.alloca_once(builder, _ADDRESS, size=len(kinds))
     for number, kind in enumerate(kinds):
         field = builder.extract_value(arguments[0], number)
-        place = spill_value(context, builder, kind, field)
-        builder.store(builder.bitcast(place, _ADDRESS), cgutils.gep(builder, places, number))
-    return places
+        address = builder.bitcast(spill_value(context, builder, kind, field), _ADDRESS)
+        builder.store(address, cgutils.gep(builder, addresses, number))
+    return addresses
 
 
 def dereference(reference: Any) -> Any:
-    """The named tuple at an address, where nobody changes it any more. In plain Python: as it is."""
+    """Return the named tuple of a reference. Its fields must not change any more."""
     return reference
 
 

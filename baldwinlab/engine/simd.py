@@ -1,15 +1,17 @@
-"""Sixteen agents at a time: the arithmetic of networks on bundles of lanes.
+"""SIMD arithmetic on blocks of sixteen lanes.
 
-A *lane* is one agent's column in an array [row, lane]. `get` and `put` take either one lane (an integer; the value is a
-float32) or a *bundle* of sixteen neighbouring lanes (`bundle(first)`; the value is a vector of sixteen float32). All other
-operations read the same for both, so a network is written once, as if for one agent, and compiled for sixteen: the compiler
-keeps sums in registers, which its own vectoriser did not manage (37 ns a learning step against 10 ns).
+A *lane* is the column of one agent in an array [row, lane]. `get` and `put` take one lane (an
+integer, with a float32 value) or a *SIMD block* of sixteen neighboring lanes (`simd_block(first)`,
+with a vector of sixteen float32). All other operations have the same form for both. So the source
+of a network is that of one agent, and it is compiled for sixteen. The compiler holds sums in
+registers, which its own vectorizer did not (37 ns instead of 10 ns per learning step).
 
-The same serves an agent that looks at sixteen items at a time: then a lane is an item. Comparisons make *masks*, which `&` and
-`|` join; `any_of` asks whether a mask is true anywhere.
+An agent can also process sixteen items at a time: then a lane is an item. Comparisons return
+*masks*, which `&` and `|` combine. `any_of` returns whether a mask is true in any lane.
 
-Every operation is elementwise and IEEE, in the order written: a lane has the same bits alone and in a bundle. In compiled code
-it is its own few instructions where it stands: a function for each would take as long to compile as the rest of the step.
+Every operation is elementwise and IEEE, in the order of the source, so a lane has the same bits
+alone and in a block. Compiled code contains the instructions of an operation inline, because a
+function for each operation would take as long to compile as the rest of the step.
 """
 
 from __future__ import annotations
@@ -38,23 +40,25 @@ from baldwinlab.engine.numba_internals.lowering import (
 )
 
 WIDTH: Final = int(os.environ.get("BALDWINLAB_LANES", "16"))
-"""Lanes in a bundle: one AVX-512 register of float32, and narrower machines use several; for browsers, wasm.py asks for 4."""
+"""Lanes in a SIMD block: one AVX-512 register of float32. `wasm` uses 4 for browsers."""
 
-Lane = Any  # an integer, or a bundle of lanes
-Value = Any  # a float32, or one for each lane of a bundle
-
-Mask = Any  # a truth value, or one for each lane of a bundle
+Lane = Any
+"""An integer, or a SIMD block of lanes."""
+Value = Any
+"""A float32, or one for each lane of a SIMD block."""
+Mask = Any
+"""A Boolean, or one for each lane of a SIMD block."""
 
 _VECTOR = ir.VectorType(ir.FloatType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _WORD = ir.IntType(32)
 
 
-class BundleType(types.Type):  # type: ignore[misc]
-    """The first of sixteen neighbouring lanes."""
+class BlockType(types.Type):  # type: ignore[misc]
+    """The first of sixteen neighboring lanes."""
 
     def __init__(self) -> None:
-        super().__init__("bundle")
+        super().__init__("lane_block")
 
 
 class WideType(types.Type):  # type: ignore[misc]
@@ -65,17 +69,19 @@ class WideType(types.Type):  # type: ignore[misc]
 
 
 class MaskType(types.Type):  # type: ignore[misc]
-    """Sixteen truth values."""
+    """Sixteen Booleans."""
 
     def __init__(self) -> None:
         super().__init__("mask")
 
 
-BUNDLE, WIDE, MASK = BundleType(), WideType(), MaskType()
+BLOCK = BlockType()
+WIDE = WideType()
+MASK = MaskType()
 
 
-@register_model(BundleType)
-class _BundleModel(models.PrimitiveModel):  # type: ignore[misc]
+@register_model(BlockType)
+class _BlockModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, index_type())
 
@@ -92,7 +98,7 @@ class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
         super().__init__(manager, kind, _BITS)
 
 
-def bundle(first: int) -> Lane:
+def simd_block(first: int) -> Lane:
     """Return the SIMD block that starts at lane `first`.
 
     In plain Python and on a GPU, a block is the single lane `first`.
@@ -100,7 +106,7 @@ def bundle(first: int) -> Lane:
     return first
 
 
-def lanes_in_bundle() -> int:
+def lanes_in_block() -> int:
     """Return the number of lanes in a SIMD block: 1 in plain Python and on a GPU."""
     return 1
 
@@ -151,38 +157,37 @@ def lookup(table: Any, index: Value) -> Value:
 
 
 def square_root(value: Value) -> Value:
-    """As IEEE 754 rounds it, of a number or of a bundle's: Numba makes a call to libm of `math.sqrt`."""
+    """Return the square root, rounded as in IEEE 754."""
+    # Numba compiles `math.sqrt` to a call of libm.
     return math.sqrt(value)
 
 
-Result = Callable[
-    ..., Any
-]  # from the types of the arguments to that of what comes out, None where they do not fit
-Emit = Callable[
-    [Any, Any, Any, Any], Any
-]  # instructions: from a context, a builder, the signature and the arguments
+Result = Callable[..., Any]
+"""A function from argument types to the result type, or to None for other types."""
+Emit = Callable[[Any, Any, Any, Any], Any]
+"""A function of context, builder, signature and arguments that emits instructions."""
 
 
 def _instructions(
     function: Callable[..., Any], result: Result, patterns: list[tuple[Any, ...]], emit: Emit
 ) -> None:
-    """Let compiled code do `function` by the instructions of `emit`, for arguments of these types."""
+    """Compile calls of `function` to the instructions of `emit`, for the types of `patterns`."""
     type_callable(function)(lambda context: result)
     for pattern in patterns:
         lower_builtin(function, *pattern)(emit)
 
 
 def _pointer(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Where `array[row, lane]` lies, for an array, a row and a lane or a bundle."""
+    """Return the address of `array[row, lane]`, for one lane or a SIMD block."""
     array_type, *kinds = signature.args[:3]
-    index_types = (types.intp if kind is BUNDLE else kind for kind in kinds)
+    index_types = (types.intp if kind is BLOCK else kind for kind in kinds)
     indices = zip(index_types, arguments[1:3], strict=True)
     pointer = item_address(context, builder, array_type, arguments[0], indices)
-    return builder.bitcast(pointer, _VECTOR.as_pointer()) if BUNDLE in kinds else pointer
+    return builder.bitcast(pointer, _VECTOR.as_pointer()) if BLOCK in kinds else pointer
 
 
 def _repeated(builder: Any, number: Any) -> Any:
-    """A number for each lane of a bundle."""
+    """Return a vector with the same number in each lane."""
     undefined = ir.Constant(_VECTOR, ir.Undefined)
     single = builder.insert_element(undefined, number, ir.Constant(_WORD, 0))
     return builder.shuffle_vector(
@@ -202,7 +207,7 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.fcmp_ordered(">", a, b), a, b)
 
 
-def _bundle(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _block(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return cast_to_index(context, builder, arguments[0], signature.args[0])
 
 
@@ -211,19 +216,19 @@ def _width(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 _instructions(
-    bundle,
-    lambda first: BUNDLE if isinstance(first, types.Integer) else None,
+    simd_block,
+    lambda first: BLOCK if isinstance(first, types.Integer) else None,
     [(types.Integer,)],
-    _bundle,
+    _block,
 )
-_instructions(lanes_in_bundle, lambda: types.intp, [()], _width)
+_instructions(lanes_in_block, lambda: types.intp, [()], _width)
 _instructions(
     first_lane,
-    lambda lane: types.intp if lane is BUNDLE else None,
-    [(BUNDLE,)],
-    lambda *known: known[3][0],
+    lambda lane: types.intp if lane is BLOCK else None,
+    [(BLOCK,)],
+    lambda context, builder, signature, arguments: arguments[0],
 )
-_instructions(lanes_of, lambda lane: types.intp if lane is BUNDLE else None, [(BUNDLE,)], _width)
+_instructions(lanes_of, lambda lane: types.intp if lane is BLOCK else None, [(BLOCK,)], _width)
 
 
 def _get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -237,8 +242,9 @@ def _get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     array_type, _, lane, kind = signature.args
-    pointer, value = _pointer(context, builder, signature, arguments), arguments[3]
-    if lane is BUNDLE:
+    pointer = _pointer(context, builder, signature, arguments)
+    value = arguments[3]
+    if lane is BLOCK:
         builder.store(_widened(builder, value), pointer).align = 4
     else:
         store_item(context, builder, array_type.dtype, pointer, value, kind)
@@ -246,14 +252,14 @@ def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def _get_type(array: Any, row: Any, lane: Any) -> Any:
-    """A block is loaded as float32, so an array of another type is refused rather than misread."""
-    if lane is BUNDLE:
+    """Return the type of `get`, or None for a block of an array that is not float32."""
+    if lane is BLOCK:
         return WIDE if array.dtype == types.float32 else None
     return array.dtype
 
 
 def _put_type(array: Any, row: Any, lane: Any, value: Any) -> Any:
-    if lane is BUNDLE:
+    if lane is BLOCK:
         return types.void if array.dtype == types.float32 and value in _VALUES else None
     return types.void if value is not WIDE else None
 
@@ -264,7 +270,7 @@ def _choose_type(mask: Any, a: Any, b: Any) -> Any:
 
 _VALUES: Final = (WIDE, types.float32)
 _ONE: Final = (types.Array, types.Integer, types.Integer)
-_MANY: Final = (types.Array, types.Integer, BUNDLE)
+_MANY: Final = (types.Array, types.Integer, BLOCK)
 _SINGLE: Final = [(*_ONE, types.Number), (*_ONE, types.Boolean)]
 _instructions(get, _get_type, [_ONE, _MANY], _get)
 _instructions(put, _put_type, [*_SINGLE, (*_MANY, WIDE), (*_MANY, types.float32)], _put)
@@ -273,11 +279,11 @@ _instructions(put, _put_type, [*_SINGLE, (*_MANY, WIDE), (*_MANY, types.float32)
 def _operator(
     symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[Any, Any, Any], Any]
 ) -> None:
-    """Let an operator work on two bundles' values, or on a bundle's values and one float32."""
+    """Compile an operator on two vectors, or on a vector and a float32."""
     pairs = [(WIDE, WIDE), (WIDE, types.float32), (types.float32, WIDE)]
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return build(builder, *(_widened(builder, each) for each in arguments))
+        return build(builder, *(_widened(builder, argument) for argument in arguments))
 
     _instructions(symbol, lambda a, b: result if (a, b) in pairs else None, pairs, emit)
 
@@ -310,17 +316,15 @@ def _magnitude(context: Any, builder: Any, signature: Any, arguments: Any) -> An
 
 
 def _minus(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Flip the sign bits: -0.0 and NaN too, as IEEE 754 and NumPy do."""
+    """Flip the sign bits, also of -0.0 and NaN, as IEEE 754 and NumPy do."""
     return builder.fneg(arguments[0])
 
 
 def _clamp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     value, limit = arguments
-    return _smaller(
-        builder,
-        _larger(builder, value, _repeated(builder, builder.fneg(limit))),
-        _repeated(builder, limit),
-    )
+    lower = _repeated(builder, builder.fneg(limit))
+    upper = _repeated(builder, limit)
+    return _smaller(builder, _larger(builder, value, lower), upper)
 
 
 def _choose(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -339,11 +343,11 @@ def _negated(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 def _lookup(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     data = array_data(context, builder, signature.args[0], arguments[0])
-    whole = builder.fptosi(arguments[1], ir.VectorType(_WORD, WIDTH))
+    indices = builder.fptosi(arguments[1], ir.VectorType(_WORD, WIDTH))
     value = ir.Constant(_VECTOR, ir.Undefined)
     for lane in range(WIDTH):
         number = ir.Constant(_WORD, lane)
-        entry = builder.load(builder.gep(data, [builder.extract_element(whole, number)]))
+        entry = builder.load(builder.gep(data, [builder.extract_element(indices, number)]))
         value = builder.insert_element(value, entry, number)
     return value
 
@@ -373,14 +377,15 @@ _instructions(
 _instructions(square_root, _is_root, [(types.Float,), (WIDE,)], _square_root)
 
 
-# Where a lane is by itself: the functions as they stand in Python.
+# For one lane, the Python functions are compiled.
 _OF_ONE_LANE = (clamp, choose, any_of, negated, lookup, first_lane, lanes_of)
 for _function in _OF_ONE_LANE:
     overload(_function, strict=False)(
-        lambda *types, meaning=_function: None if {WIDE, MASK, BUNDLE} & set(types) else meaning
+        lambda *types, meaning=_function: None if {WIDE, MASK, BLOCK} & set(types) else meaning
     )
 
 FOR_ONE_LANE: Final = {
-    each: each for each in (*_OF_ONE_LANE, bundle, lanes_in_bundle, get, put, square_root)
+    function: function
+    for function in (*_OF_ONE_LANE, simd_block, lanes_in_block, get, put, square_root)
 }
-"""What a GPU compiles, where a thread has a lane to itself."""
+"""The functions that a GPU compiles, where a thread computes one lane."""

@@ -1,10 +1,12 @@
 """From compiled functions to a WebAssembly module, for browsers: the same instructions, so the same bits.
 
-Numba's code for this machine is taken before it is optimised, told that it is WebAssembly's, and optimised for that. An entry
-point takes addresses of named tuples (reference.py) and gives nothing back. The module imports nothing but its memory.
+Numba's code for this machine is taken before it is optimised, told that it is WebAssembly's, and
+optimised for that. An entry point takes addresses of named tuples (reference.py) and gives nothing
+back. The module imports nothing but its memory.
 
-A function that Numba finds in its cache comes without code to be retargeted, and a bundle is of another width there. So this is
-done in a process of its own, `aside`, in which nothing is cached and nothing has been compiled.
+A function that Numba finds in its cache comes without code to be retargeted, and a SIMD block is of
+another width there. So this is done in a process of its own, `aside`, in which nothing is cached
+and nothing has been compiled.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from baldwinlab.core.variables import OF_AGENT, Variable
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
-from baldwinlab.engine.simd import any_of, bundle, choose, get, negated, put
+from baldwinlab.engine.simd import any_of, choose, get, negated, put, simd_block
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
 from baldwinlab.parts.agent_parts import (
@@ -66,7 +66,6 @@ __all__ = [
     "WorldFeature",
     "any_of",
     "backward",
-    "bundle",
     "choose",
     "compiled",
     "forward",
@@ -78,6 +77,7 @@ __all__ = [
     "per_world",
     "philox",
     "put",
+    "simd_block",
     "sources_of",
     "uniforms",
     "unit",

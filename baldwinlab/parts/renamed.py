@@ -49,6 +49,7 @@ CLASSES: Final = {
     "Lives": "LifeResults",
     "Matrix": "MatrixView",
     "Walk": "PathView",
+    "bundle": "simd_block",
 }
 
 

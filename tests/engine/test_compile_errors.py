@@ -17,7 +17,7 @@ from baldwinlab.engine.jit import cached_jit
 
 HOOK = """
 def learn(weights, counts, first):
-    lane = bundle(first)
+    lane = simd_block(first)
     x = get(weights, 0, lane)
     mask = x > np.float32(0)
     {statement}
@@ -70,7 +70,7 @@ def test_a_mistake_with_a_block_is_named_in_words_of_the_documentation(
     message = _compile(tmp_path / "rule.py", statement)
     assert message.startswith(f"learn cannot be compiled ({tmp_path / 'rule.py'}:6): ")
     assert sentence in message
-    assert not re.search(r"\b(wide|bundle|Function|signature)\b", message)
+    assert not re.search(r"\b(wide|lane_block|Function|signature)\b", message)
     assert len(message.splitlines()) == 1
 
 

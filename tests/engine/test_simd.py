@@ -1,4 +1,4 @@
-"""A bundle's lanes have the bits that each has alone, compiled or not."""
+"""Tests that the lanes of a SIMD block have the bits of single lanes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,13 +10,13 @@ from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.simd import (
     WIDTH,
     any_of,
-    bundle,
     choose,
     clamp,
     get,
     lookup,
     negated,
     put,
+    simd_block,
     square_root,
 )
 
@@ -46,7 +46,7 @@ def _work(out: Any, a: Any, b: Any, half: Any, lane: Any) -> None:
 
 
 def _sixteen(out: Any, a: Any, b: Any, half: Any, first: int) -> None:
-    lane = bundle(first)
+    lane = simd_block(first)
     _work(out, a, b, half, lane)
     out[17, first] = any_of(get(a, 0, lane) > get(b, 0, lane))
     out[18, first] = any_of(get(a, 0, lane) > get(a, 0, lane))
@@ -95,7 +95,7 @@ def _write_minus(out: Any, a: Any, lane: Any) -> None:
 
 
 def _negate_block(out: Any, a: Any) -> None:
-    _write_minus(out, a, bundle(0))
+    _write_minus(out, a, simd_block(0))
 
 
 def _negate_lanes(out: Any, a: Any) -> None:

@@ -411,7 +411,7 @@ def test_the_parts_keep_the_whole_contract() -> None:
         requirements=[
             "compiles",
             "again",
-            "bundle",
+            "block",
             "batch",
             "resumed",
             "replayed",

@@ -1,4 +1,4 @@
-"""The same bits: alone and in a bundle, in any batch, a second time, in pieces, replayed, and elsewhere than in compiled code."""
+"""The same bits: alone and in a SIMD block, in any batch, a second time, in pieces, replayed, and elsewhere than in compiled code."""
 
 from __future__ import annotations
 
@@ -66,17 +66,17 @@ def it_compiles(subject: Subject) -> str:
     return ""
 
 
-def alone_and_in_a_bundle(subject: Subject) -> str:
-    """In a world with one agent both updates are the same: one works on a lane, the other on bundles of sixteen."""
+def alone_and_in_a_block(subject: Subject) -> str:
+    """In a world with one agent both updates are the same: one works on a lane, the other on SIMD blocks of sixteen."""
     if not is_of_miniworld(subject.experiment):
-        raise NotCheckedError("a model has bundles of its own, or none")
+        raise NotCheckedError("a model has its own SIMD blocks, or none")
     one_by_one, together = (
         lived(each.replace(population={"size": 1}), subject.seed, range(17))
         for each in reversed(both_updates(subject))
     )
     if differing := [run for run in range(17) if one_by_one[run] != together[run]]:
         raise FailsError(
-            f"an agent alone has other bits than in a bundle of sixteen (seed {subject.seed}, run {differing[0]})"
+            f"an agent alone has other bits than in a SIMD block of sixteen (seed {subject.seed}, run {differing[0]})"
         )
     return ""
 

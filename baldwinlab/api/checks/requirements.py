@@ -14,7 +14,7 @@ from baldwinlab.api.checks.machine_code import arithmetic_is_portable
 from baldwinlab.api.checks.oracles import the_oracle_agrees
 from baldwinlab.api.checks.reproducibility import (
     a_second_time,
-    alone_and_in_a_bundle,
+    alone_and_in_a_block,
     in_any_batch,
     in_plain_python,
     in_the_simulator,
@@ -39,7 +39,7 @@ COMPILED: Final[Mapping[str, Requirement]] = {
     "arithmetic": ("arithmetic stays float32 and away from libm", arithmetic_is_portable),
     "others": ("no per-agent hook reads other agents", nobody_looks_at_others),
     "again": ("the same bits a second time, under both updates", a_second_time),
-    "bundle": ("the same bits alone and in a bundle", alone_and_in_a_bundle),
+    "block": ("the same bits alone and in a SIMD block", alone_and_in_a_block),
     "batch": ("the same bits in any batch, under both updates", in_any_batch),
     "resumed": ("the same bits resumed, under both updates", resumed),
     "replayed": ("the same bits replayed, under both updates", replayed),

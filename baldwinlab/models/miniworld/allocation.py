@@ -35,12 +35,12 @@ FOOD_COLOR: Final = "green"  # of `baldwinlab.analysis.figures.palette`
 
 
 def _bundles(count: int) -> int:
-    """How many bundles it takes to hold `count` lanes."""
+    """Return the number of SIMD blocks that hold `count` lanes."""
     return -(-count // WIDTH)
 
 
 def _aligned(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
-    """Allocate an array that begins on a cache line, so that no bundle straddles two."""
+    """Allocate an array that begins on a cache line, so that no SIMD block straddles two."""
     array = poison.allocate(shape, np.dtype(declared.dtype))
     array[...] = declared.fill or 0
     return array

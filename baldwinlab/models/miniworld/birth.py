@@ -6,7 +6,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part
-from baldwinlab.engine.simd import bundle, lanes_in_bundle
+from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.models.miniworld.items import grow, settle
 from baldwinlab.models.miniworld.learning.self_taught import expressed
 from baldwinlab.models.miniworld.lookup import ready
@@ -63,8 +63,8 @@ def be_born(model: Model, state: State) -> None:
     for world in range(model.worlds):
         for agent in range(model.agents):
             be_first(model, state, world, agent)
-    for first in range(0, state.positions.shape[1], lanes_in_bundle()):
-        load_genes(state.rule, model, state, state.genes, bundle(first))
+    for first in range(0, state.positions.shape[1], lanes_in_block()):
+        load_genes(state.rule, model, state, state.genes, simd_block(first))
     for world in range(model.worlds):
         init_features(state.features, model, state, world)
         for agent in range(model.agents):
@@ -74,8 +74,8 @@ def be_born(model: Model, state: State) -> None:
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 grow(model, state, world, region, item)
             settle(model, state, world, region)
-    for first in range(0, state.positions.shape[1], lanes_in_bundle()):
-        ready(state.recall, model, state, state.genes, bundle(first))
+    for first in range(0, state.positions.shape[1], lanes_in_block()):
+        ready(state.recall, model, state, state.genes, simd_block(first))
 
 
 @compiled

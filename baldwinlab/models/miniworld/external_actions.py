@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import bundle, get, lanes_in_bundle, put
+from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
     hooks_of,
@@ -36,13 +36,13 @@ def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: 
         look_round(everyone, model, state, step)
         return
     rows, actions = state.activations.shape[0], outputs.shape[0]
-    for first in range(0, state.positions.shape[1], lanes_in_bundle()):
+    for first in range(0, state.positions.shape[1], lanes_in_block()):
         for action in range(actions):
             put(
                 state.activations,
                 rows - actions + action,
-                bundle(first),
-                get(outputs, action, bundle(first)),
+                simd_block(first),
+                get(outputs, action, simd_block(first)),
             )
     do_it(everyone, model, state, step)
     for world in range(model.worlds):

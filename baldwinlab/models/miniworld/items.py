@@ -20,11 +20,11 @@ from baldwinlab.engine.simd import (
     Mask,
     Value,
     any_of,
-    bundle,
     choose,
     get,
-    lanes_in_bundle,
+    lanes_in_block,
     put,
+    simd_block,
 )
 from baldwinlab.models.miniworld.map import forbidden, wrapped
 from baldwinlab.models.miniworld.state import Model, State
@@ -199,9 +199,9 @@ def _eat_from(
     first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
     for row in range(first_row, last_row):
         begin, end = slots_in_row(model, state, world, region, row, columns)
-        for first in range(begin, end, lanes_in_bundle()):
-            if any_of(touches(model, state, world, bundle(first), x, y)):
-                for slot in range(first, min(first + lanes_in_bundle(), end)):
+        for first in range(begin, end, lanes_in_block()):
+            if any_of(touches(model, state, world, simd_block(first), x, y)):
+                for slot in range(first, min(first + lanes_in_block(), end)):
                     item = state.slot_item[world, slot]
                     if state.touched[world, item] != step and touches(
                         model, state, world, slot, x, y

@@ -2,7 +2,7 @@
 
 A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
 
-Who takes a step is a type: `Everyone` of a batch, a bundle of lanes at a time, phase by phase; or
+Who takes a step is a type: `Everyone` of a batch, a SIMD block at a time, phase by phase; or
 `One` agent, as under the sequential update (R7). A venue may add its own (kernels.py): what is done
 per world differs between them, and where a venue needs a barrier, it puts it there.
 """
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part, hook
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import Lane, bundle, get, lanes_in_bundle
+from baldwinlab.engine.simd import Lane, get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.items import eat, tidy
 from baldwinlab.models.miniworld.lookup import think
@@ -102,7 +102,7 @@ class _Everyone:
 
     @staticmethod
     def lane_of(who: Any, first: int) -> Lane:
-        return bundle(first)
+        return simd_block(first)
 
     @staticmethod
     def watch(who: Any, model: Model, state: State, step: int) -> None:
@@ -172,9 +172,7 @@ Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
 
 @compiled
 def all_of(model: Model, state: State) -> Everyone:
-    return Everyone(
-        0, state.positions.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents
-    )
+    return Everyone(0, state.positions.shape[1], lanes_in_block(), 0, model.worlds, 0, model.agents)
 
 
 def live_together(

@@ -27,9 +27,9 @@ from baldwinlab.engine.simd import (
     Lane,
     Value,
     any_of,
-    bundle,
     get,
-    lanes_in_bundle,
+    lanes_in_block,
+    simd_block,
     square_root,
 )
 from baldwinlab.experiment.registry import key_of
@@ -82,9 +82,9 @@ def _notice_in(
     first_row, last_row = cells_within(model, region, 1, y, model.visual_radius)
     for row in range(first_row, last_row):
         begin, end = slots_in_row(model, state, world, region, row, columns)
-        for first in range(begin, end, lanes_in_bundle()):
-            if any_of(_squared_distance(state, world, bundle(first), x, y) <= farthest):
-                for slot in range(first, min(first + lanes_in_bundle(), end)):
+        for first in range(begin, end, lanes_in_block()):
+            if any_of(_squared_distance(state, world, simd_block(first), x, y) <= farthest):
+                for slot in range(first, min(first + lanes_in_block(), end)):
                     if _squared_distance(state, world, slot, x, y) <= farthest:
                         dx, dy = state.slot_x[world, slot] - x, state.slot_y[world, slot] - y
                         notice(part, model, state, lane, x, y, dx, dy)

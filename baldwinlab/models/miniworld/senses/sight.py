@@ -20,12 +20,12 @@ from baldwinlab.engine.simd import (
     Mask,
     Value,
     any_of,
-    bundle,
     choose,
     get,
-    lanes_in_bundle,
+    lanes_in_block,
     negated,
     put,
+    simd_block,
 )
 from baldwinlab.models.miniworld.items import (
     beside,
@@ -113,7 +113,7 @@ def as_bits(left: Mask, front: Mask, right: Mask) -> int:
 
 @compiled
 def _either_spotted(one: Spotted, other: Spotted) -> Spotted:
-    """What is spotted in any of two bundles."""
+    """What is spotted in any of two SIMD blocks."""
     return one[0] | other[0], one[1] | other[1], one[2] | other[2], one[3] | other[3]
 
 
@@ -146,11 +146,13 @@ def _look_along(
     y: np.float32,
     heading: int,
 ) -> Spotted:
-    """As `_spot`, from the first of `slots`, without the second; but a bundle at least: what is found beyond is there as well."""
+    """As `_spot`, from the first of `slots`, without the second; but a SIMD block at least: what is found beyond is there as well."""
     begin, end = slots
-    spotted = _spot(model, state, world, bundle(begin), x, y, heading)
-    for first in range(begin + lanes_in_bundle(), end, lanes_in_bundle()):
-        spotted = _either_spotted(spotted, _spot(model, state, world, bundle(first), x, y, heading))
+    spotted = _spot(model, state, world, simd_block(begin), x, y, heading)
+    for first in range(begin + lanes_in_block(), end, lanes_in_block()):
+        spotted = _either_spotted(
+            spotted, _spot(model, state, world, simd_block(first), x, y, heading)
+        )
     return spotted
 
 
@@ -158,7 +160,7 @@ def _look_along(
 def _look(
     model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int
 ) -> int:
-    """What an agent at (x, y) gets to know of a region, as bits: told once, for that takes as long as a bundle."""
+    """What an agent at (x, y) gets to know of a region, as bits: told once, for that takes as long as a SIMD block."""
     farthest = max(model.visual_radius, model.alert_radius)
     columns = cells_within(model, region, 0, x, farthest)
     first_row, last_row = cells_within(model, region, 1, y, farthest)

@@ -19,7 +19,7 @@ import pytest
 import baldwinlab
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.engine.gpu import uncontracted
-from baldwinlab.engine.simd import bundle, lanes_in_bundle
+from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
@@ -131,7 +131,7 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
     arrays = named_arrays(batch.state, *shape[:2])
     del arrays[
         "errors"
-    ]  # scratch: those of a layer that rests are not asked for, and a bundle rests as one
+    ]  # scratch: those of a layer that rests are not asked for, and a SIMD block rests as one
     del arrays["near_agents"]  # scratch: a list of many, or of each by itself
     return arrays | {
         "eaten": batch.eaten_in_life(),
@@ -174,7 +174,7 @@ def in_the_simulator(command: str) -> None:
         "NUMBA_DISABLE_JIT": "1",
         "PYTHONPATH": str(root),
     }
-    command = f"from tests.models.miniworld import test_cuda; test_cuda.{command}"
+    command = f"from tests.models.miniworld.backends import test_cuda; test_cuda.{command}"
     subprocess.run(
         [sys.executable, "-W", "ignore::RuntimeWarning", "-c", command],
         env=environment,
@@ -278,14 +278,14 @@ def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
     from numba.cuda import compile_ptx, types
 
     def step_and_lane(out: npt.NDArray[np.int64]) -> None:
-        out[0] = lanes_in_bundle()
-        out[1] = bundle(7)
+        out[0] = lanes_in_block()
+        out[1] = simd_block(7)
 
     out = np.zeros(2, np.int64)
-    numba.njit(lambda out: lanes_in_bundle() + (bundle(3) is None))(
+    numba.njit(lambda out: lanes_in_block() + (simd_block(3) is None))(
         out
     )  # the CPU's meaning, known before the GPU's
-    assert numba.njit(lambda: lanes_in_bundle())() == 16
+    assert numba.njit(lambda: lanes_in_block())() == 16
     code, _ = compile_ptx(step_and_lane, (types.int64[::1],), cc=(9, 0))
     assert re.findall(r"mov\.[ubs]64\s+\S+, (\d+);", code) == ["1", "7"]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.engine.jit import cached_jit
-from baldwinlab.engine.simd import bundle, get, lanes_in_bundle
+from baldwinlab.engine.simd import get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.networks.feed_forward import (
     Rows,
     backpropagate,
@@ -52,19 +52,24 @@ def test_the_oracle_learns_down_the_gradient_of_half_the_squared_error(
 def of_any_layers(
     sizes: Any, rates: Rows, weights: Rows, activations: Rows, errors: Rows, targets: Rows
 ) -> None:
-    for first in range(0, weights.shape[1], lanes_in_bundle()):
-        feed_forward(sizes, False, weights, activations, bundle(first))
-        rate = get(rates, 0, bundle(first))
-        backpropagate(sizes, False, rate, weights, activations, errors, targets, bundle(first))
+    for first in range(0, weights.shape[1], lanes_in_block()):
+        feed_forward(sizes, False, weights, activations, simd_block(first))
+        rate = get(rates, 0, simd_block(first))
+        backpropagate(sizes, False, rate, weights, activations, errors, targets, simd_block(first))
 
 
 def written_out(
     sizes: Any, rates: Rows, weights: Rows, activations: Rows, errors: Rows, targets: Rows
 ) -> None:
-    for first in range(0, weights.shape[1], lanes_in_bundle()):
-        forward_of_three(sizes[1], weights, activations, bundle(first))
+    for first in range(0, weights.shape[1], lanes_in_block()):
+        forward_of_three(sizes[1], weights, activations, simd_block(first))
         backward_of_three(
-            sizes[1], get(rates, 0, bundle(first)), weights, activations, targets, bundle(first)
+            sizes[1],
+            get(rates, 0, simd_block(first)),
+            weights,
+            activations,
+            targets,
+            simd_block(first),
         )
 
 
@@ -86,7 +91,7 @@ def test_three_inputs_and_three_outputs_written_out_have_the_bits_of_any_layers(
             activations[:3] = sensing.random((3, lanes)) < 0.3
             activations[:3, 16 * (step % 3) :] *= (
                 step % 4 != 0
-            )  # whole bundles that sense nothing, and all of them
+            )  # complete SIMD blocks that sense nothing, and all of them
             cached_jit(lived)(
                 sizes, rates, weights, activations, np.zeros_like(activations), targets
             )

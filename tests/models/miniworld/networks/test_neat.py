@@ -86,7 +86,7 @@ def test_it_keeps_the_contract_of_a_part() -> None:
     assert [
         str(found)
         for found in check_part(
-            NeatNetwork, requirements=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
+            NeatNetwork, requirements=["compiles", "arithmetic", "block", "resumed", "oracle"]
         )
         if found.holds is False
     ] == []

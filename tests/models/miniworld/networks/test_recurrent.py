@@ -290,7 +290,7 @@ def test_in_a_life_that_senses_nothing_the_compiled_network_does_what_it_does_in
         assert trace.output.values[:, agent].astype(np.float32).tobytes() == expected.tobytes()
 
 
-@pytest.mark.nightly  # each network is compiled with a rule, for both updates and for a bundle
+@pytest.mark.nightly  # each network is compiled with a rule, for both updates and for a SIMD block
 def test_the_parts_keep_the_whole_contract() -> None:
     parts = [registry.find("network", name) for name in NAMES]
     found = bl.check_part(parts, requirements=[name for name in REQUIREMENTS if name != "speed"])
