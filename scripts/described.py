@@ -55,7 +55,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def fields_of(model: Any, path: str = "") -> list[tuple[str, Any]]:
     """Return the dotted path and the JSON schema of each field of a class.
 
-    N stands for the number of a table in a list.
+    N is the number of a table in a list.
     """
     schema = schema_of(model)
     return list(_fields(schema, schema.get("$defs", {}), path))

@@ -179,14 +179,14 @@ def sections(navigation: dict[str, Any], generated: dict[str, str]) -> dict[str,
     A pattern adds the other pages that it matches.
     """
     patterns = [pattern for section in navigation["sections"] for pattern in section["pages"]]
-    taken = {pattern for pattern in patterns if "*" not in pattern}
+    assigned = {pattern for pattern in patterns if "*" not in pattern}
     result: dict[str, list[str]] = {}
     for section in navigation["sections"]:
         pages: list[str] = []
         for pattern in section["pages"]:
             matches = [pattern] if "*" not in pattern else matching_pages(pattern, generated)
-            pages += [page for page in matches if page == pattern or page not in taken]
-            taken.update(matches)
+            pages += [page for page in matches if page == pattern or page not in assigned]
+            assigned.update(matches)
         result[section["title"]] = pages
     return result
 

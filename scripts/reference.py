@@ -246,8 +246,9 @@ def papers_by_year() -> list[Paper]:
 
 def short_citation(paper: Paper) -> str:
     """Return the authors and the year of a paper, for example "Nolfi and Parisi 1993"."""
-    *others, last = (author.split()[-1] for author in paper.about.authors)
-    return f"{', '.join(others)}{' and ' * bool(others)}{last} {paper.about.year}"
+    *first, last = (author.split()[-1] for author in paper.about.authors)
+    conjunction = " and " if first else ""
+    return f"{', '.join(first)}{conjunction}{last} {paper.about.year}"
 
 
 def _paper(paper: Paper) -> str:
