@@ -1,8 +1,8 @@
-"""Functions made of + - * / and square root, which IEEE 754 rounds alike everywhere, and of bits: no libm.
+"""Mathematical functions from + - * /, square root and bit operations, without libm.
 
-The mathematical library of one machine is not that of another, in the last bit. These functions
-give the same bits on every CPU, on a GPU and in a browser, compiled or in plain Python. The sigmoid
-and the share of a turn work on float32, all others on one float64.
+IEEE 754 defines these operations completely. Libraries of different machines differ in the last
+bit. These functions give the same bits on every CPU, on a GPU and in a browser, compiled or in
+plain Python. The sigmoid and the share of a turn work on float32, all others on one float64.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Value, clamp, square_root
 
-Coefficients = tuple[float, ...]  # of a polynomial, the highest power's first
+Coefficients = tuple[float, ...]
+"""Coefficients of a polynomial, from the highest power."""
 
 # sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by
 # scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
@@ -39,7 +40,10 @@ Q1, Q2, Q3, Q4 = (
         3.3775202634700463e-09,
     )
 )
-ZERO, QUARTER, HALF, ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
+ZERO = np.float32(0.0)
+QUARTER = np.float32(0.25)
+HALF = np.float32(0.5)
+ONE = np.float32(1.0)
 
 # arctan(x) / x on [0, 1], in powers of x^2, within 2e-8.
 A1, A2, A3, A4, A5, A6, A7, A8 = (
@@ -58,23 +62,37 @@ A1, A2, A3, A4, A5, A6, A7, A8 = (
 TURN = np.float32(2 * math.pi)
 
 # A float64 is sign, exponent and fraction.
-FRACTION_BITS, BIAS = np.int64(52), np.int64(1023)
-FRACTION, UNIT = np.int64(2**52 - 1), np.int64(1023 << 52)  # the bits of a fraction; those of 1.0
+FRACTION_BITS = np.int64(52)
+BIAS = np.int64(1023)
+# The bits of a fraction, and those of 1.0.
+FRACTION = np.int64(2**52 - 1)
+UNIT = np.int64(1023 << 52)
 SMALLEST_NORMAL: Final = 2.0**-1022
 
-# Of the logarithm: ln 2 in two parts, and a minimax polynomial.
-LN2, LN2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+# The logarithm: ln 2 in two parts, and a minimax polynomial.
+LN2 = 6.93147180369123816490e-01
+LN2_REST = 1.90821492927058770002e-10
 LOGARITHM: Coefficients = (
-    1.479819860511658591e-01, 1.531383769920937332e-01, 1.818357216161805012e-01, 2.222219843214978396e-01,
-    2.857142874366239149e-01, 3.999999999940941908e-01, 6.666666666666735130e-01,
-)  # fmt: skip
+    1.479819860511658591e-01,
+    1.531383769920937332e-01,
+    1.818357216161805012e-01,
+    2.222219843214978396e-01,
+    2.857142874366239149e-01,
+    3.999999999940941908e-01,
+    6.666666666666735130e-01,
+)
 
-# Of the power of ten: log2(10), its inverse in two parts, and the numerator and denominator of a
+# The power of ten: log2(10), its inverse in two parts, and the numerator and denominator of a
 # rational approximation.
-LOG2_10, LOG10_2, LOG10_2_REST = 3.32192809488736234787, 3.01025390625e-1, 4.60503898119521373889e-6
+LOG2_10 = 3.32192809488736234787
+LOG10_2 = 3.01025390625e-1
+LOG10_2_REST = 4.60503898119521373889e-6
 POWER_ABOVE: Coefficients = (
-    4.09962519798587023075e-2, 1.17452732554344059015e1, 4.06717289936872725516e2, 2.39423741207388267439e3
-)  # fmt: skip
+    4.09962519798587023075e-2,
+    1.17452732554344059015e1,
+    4.06717289936872725516e2,
+    2.39423741207388267439e3,
+)
 POWER_BELOW: Coefficients = (
     1.0,
     8.50936160849306532625e1,
@@ -82,36 +100,72 @@ POWER_BELOW: Coefficients = (
     2.07960819286001865907e3,
 )
 
-# Of the normal quantile: numerator and denominator near the middle, in the tails, and far out.
+# The normal quantile: numerator and denominator near the middle, in the tails, and far out.
 MIDDLE_ABOVE: Coefficients = (
-    2.5090809287301226727e3, 3.3430575583588128105e4, 6.7265770927008700853e4, 4.5921953931549871457e4,
-    1.3731693765509461125e4, 1.9715909503065514427e3, 1.3314166789178437745e2, 3.3871328727963666080,
-)  # fmt: skip
+    2.5090809287301226727e3,
+    3.3430575583588128105e4,
+    6.7265770927008700853e4,
+    4.5921953931549871457e4,
+    1.3731693765509461125e4,
+    1.9715909503065514427e3,
+    1.3314166789178437745e2,
+    3.3871328727963666080,
+)
 MIDDLE_BELOW: Coefficients = (
-    5.2264952788528545610e3, 2.8729085735721942674e4, 3.9307895800092710610e4, 2.1213794301586595867e4,
-    5.3941960214247511077e3, 6.8718700749205790830e2, 4.2313330701600911252e1, 1.0,
-)  # fmt: skip
+    5.2264952788528545610e3,
+    2.8729085735721942674e4,
+    3.9307895800092710610e4,
+    2.1213794301586595867e4,
+    5.3941960214247511077e3,
+    6.8718700749205790830e2,
+    4.2313330701600911252e1,
+    1.0,
+)
 TAIL_ABOVE: Coefficients = (
-    7.74545014278341407640e-4, 2.27238449892691845833e-2, 2.41780725177450611770e-1, 1.27045825245236838258,
-    3.64784832476320460504, 5.76949722146069140550, 4.63033784615654529590, 1.42343711074968357734,
-)  # fmt: skip
+    7.74545014278341407640e-4,
+    2.27238449892691845833e-2,
+    2.41780725177450611770e-1,
+    1.27045825245236838258,
+    3.64784832476320460504,
+    5.76949722146069140550,
+    4.63033784615654529590,
+    1.42343711074968357734,
+)
 TAIL_BELOW: Coefficients = (
-    1.05075007164441684324e-9, 5.47593808499534494600e-4, 1.51986665636164571966e-2, 1.48103976427480074590e-1,
-    6.89767334985100004550e-1, 1.67638483018380384940, 2.05319162663775882187, 1.0,
-)  # fmt: skip
+    1.05075007164441684324e-9,
+    5.47593808499534494600e-4,
+    1.51986665636164571966e-2,
+    1.48103976427480074590e-1,
+    6.89767334985100004550e-1,
+    1.67638483018380384940,
+    2.05319162663775882187,
+    1.0,
+)
 FAR_ABOVE: Coefficients = (
-    2.01033439929228813265e-7, 2.71155556874348757815e-5, 1.24266094738807843860e-3, 2.65321895265761230930e-2,
-    2.96560571828504891230e-1, 1.78482653991729133580, 5.46378491116411436990, 6.65790464350110377720,
-)  # fmt: skip
+    2.01033439929228813265e-7,
+    2.71155556874348757815e-5,
+    1.24266094738807843860e-3,
+    2.65321895265761230930e-2,
+    2.96560571828504891230e-1,
+    1.78482653991729133580,
+    5.46378491116411436990,
+    6.65790464350110377720,
+)
 FAR_BELOW: Coefficients = (
-    2.04426310338993978564e-15, 1.42151175831644588870e-7, 1.84631831751005468180e-5, 7.86869131145613259100e-4,
-    1.48753612908506148525e-2, 1.36929880922735805310e-1, 5.99832206555887937690e-1, 1.0,
-)  # fmt: skip
+    2.04426310338993978564e-15,
+    1.42151175831644588870e-7,
+    1.84631831751005468180e-5,
+    7.86869131145613259100e-4,
+    1.48753612908506148525e-2,
+    1.36929880922735805310e-1,
+    5.99832206555887937690e-1,
+    1.0,
+)
 
 
 @compiled
 def sigmoid(z: Value) -> Value:
-    """The logistic function of a float32 or a SIMD block: in (0, 1)."""
+    """Return the logistic function of a float32 or a SIMD block, in (0, 1)."""
     z = clamp(z, LIMIT)
     s = z * z
     p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
@@ -121,12 +175,17 @@ def sigmoid(z: Value) -> Value:
 
 @compiled
 def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
-    """The angle from the axis of u to (u, v), towards that of v, as a share of a whole turn: in [0, 1], within 1e-7; 0 of (0, 0).
+    """Return the angle of (u, v) from the u axis toward the v axis, as a share of a turn.
 
-    Source: M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 4.4.49, which
-    is C. Hastings'.
+    The result is in [0, 1], with an error below 1e-7. It is 0 for (0, 0).
+
+    References
+    ----------
+    M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 4.4.49, by
+    C. Hastings.
     """
-    along, across = abs(u), abs(v)
+    along = abs(u)
+    across = abs(v)
     larger = max(along, across)
     if not larger > ZERO:
         return ZERO
@@ -143,7 +202,7 @@ def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
 
 @compiled
 def polynomial(x: float, coefficients: Coefficients) -> float:
-    """By Horner's rule."""
+    """Evaluate a polynomial by Horner's rule."""
     total = 0.0
     for coefficient in coefficients:
         total = total * x + coefficient
@@ -152,40 +211,48 @@ def polynomial(x: float, coefficients: Coefficients) -> float:
 
 @compiled
 def bits_of(x: float) -> np.int64:
-    """The bits of a float64, as they stand."""
+    """Return the bits of a float64."""
     return np.float64(x).view(np.int64)
 
 
 @compiled
 def from_bits(bits: np.int64) -> np.float64:
-    """The float64 that has these bits."""
+    """Return the float64 with the given bits."""
     return np.int64(bits).view(np.float64)
 
 
 @compiled
 def power_of_two(exponent: np.int64) -> np.float64:
-    """2 to a whole number from -1022 to 1023."""
+    """Return 2 to the power of an integer from -1022 to 1023."""
     return from_bits((exponent + BIAS) << FRACTION_BITS)
 
 
 @compiled
 def logarithm(x: float) -> float:
-    """The natural logarithm, within 1 ulp; -inf of 0, NaN of less.
+    """Return the natural logarithm, within 1 ulp; -inf for 0, and NaN for negative numbers.
 
-    Source: FDLIBM's e_log.c, Sun Microsystems, 1993.
+    References
+    ----------
+    e_log.c of FDLIBM, Sun Microsystems, 1993.
     """
-    x, exponent = np.float64(x), np.int64(0)
+    x = np.float64(x)
+    exponent = np.int64(0)
     if not 0 < x < math.inf:
         return x if x > 0 else -math.inf if x == 0 else math.nan
     if x < SMALLEST_NORMAL:
-        x, exponent = x * 2.0**54, np.int64(-54)
+        x = x * 2.0**54
+        exponent = np.int64(-54)
     bits = bits_of(x)
     exponent += (bits >> FRACTION_BITS) - BIAS
     mantissa = from_bits((bits & FRACTION) | UNIT)
-    if mantissa > 1.4142135623730951:  # so that what is left lies evenly around 1
-        mantissa, exponent = 0.5 * mantissa, exponent + np.int64(1)
-    f, k = mantissa - 1.0, np.float64(exponent)
-    s, half_square = f / (2.0 + f), 0.5 * f * f
+    # The mantissa becomes symmetric around 1.
+    if mantissa > 1.4142135623730951:
+        mantissa = 0.5 * mantissa
+        exponent = exponent + np.int64(1)
+    f = mantissa - 1.0
+    k = np.float64(exponent)
+    s = f / (2.0 + f)
+    half_square = 0.5 * f * f
     z = s * s
     rest = s * (half_square + z * polynomial(z, LOGARITHM)) + k * LN2_REST
     return k * LN2 - ((half_square - rest) - f)
@@ -193,30 +260,36 @@ def logarithm(x: float) -> float:
 
 @compiled
 def power_of_ten(x: float) -> float:
-    """10 to the power x, within 2 ulp.
+    """Return 10 to the power x, within 2 ulp.
 
-    Source: Cephes' exp10.c, S. L. Moshier, Methods and Programs for Mathematical Functions, 1989.
+    References
+    ----------
+    exp10.c of Cephes: S. L. Moshier, Methods and Programs for Mathematical Functions, 1989.
     """
     x = np.float64(x)
-    if not -400.0 < x < 400.0:  # beyond what a float64 holds
+    # The result is not a finite float64, or x is NaN.
+    if not -400.0 < x < 400.0:
         return math.inf if x > 0 else 0.0 if x < 0 else x
     doublings = x * LOG2_10
-    whole = np.int64(doublings + (0.5 if doublings > 0 else -0.5))
-    left = x - np.float64(whole) * LOG10_2 - np.float64(whole) * LOG10_2_REST
-    square = left * left
-    above = left * polynomial(square, POWER_ABOVE)
+    exponent = np.int64(doublings + (0.5 if doublings > 0 else -0.5))
+    rest = x - np.float64(exponent) * LOG10_2 - np.float64(exponent) * LOG10_2_REST
+    square = rest * rest
+    above = rest * polynomial(square, POWER_ABOVE)
     ratio = 1.0 + 2.0 * (above / (polynomial(square, POWER_BELOW) - above))
-    half = whole >> np.int64(1)
-    return (
-        ratio * power_of_two(half) * power_of_two(whole - half)
-    )  # in two, so that neither is beyond a float64
+    half = exponent >> np.int64(1)
+    # Each of the two factors is a finite float64.
+    return ratio * power_of_two(half) * power_of_two(exponent - half)
 
 
 @compiled
 def normal_quantile(p: float) -> float:
-    """What a standard normal number is below with probability p, within 1e-15 of itself; p in [0, 1], else NaN.
+    """Return the quantile of the standard normal distribution, with a relative error below 1e-15.
 
-    Source: M. J. Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988).
+    The result is NaN for p outside [0, 1].
+
+    References
+    ----------
+    M. J. Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988).
     """
     if not 0.0 < p < 1.0:
         return -math.inf if p == 0.0 else math.inf if p == 1.0 else math.nan

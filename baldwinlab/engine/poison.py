@@ -23,7 +23,8 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError
 
 VARIABLE: Final = "BALDWINLAB_POISON"
-ALIGNMENT: Final = 64  # bytes, a cache line
+ALIGNMENT: Final = 64
+"""Bytes of a cache line."""
 
 
 class Pattern(NamedTuple):
@@ -38,7 +39,8 @@ class Pattern(NamedTuple):
 PATTERNS: Final = {1: Pattern(math.nan, -3, 3, True), 2: Pattern(-1e30, 4, 5, False)}
 
 
-_pattern: int | None = None  # not read from the environment yet
+# None: not read from the environment yet.
+_pattern: int | None = None
 
 
 def pattern_number() -> int:
@@ -69,7 +71,8 @@ def is_on() -> bool:
 def use_pattern(number: int) -> Iterator[None]:
     """Poison with pattern `number` (0 is off) in this process, until the block ends."""
     global _pattern
-    before, _pattern = pattern_number(), number
+    before = pattern_number()
+    _pattern = number
     try:
         yield
     finally:

@@ -48,7 +48,7 @@ def require_tested_version(package: str, version: str) -> None:
     Raises
     ------
     RefusedError
-        If the minor version lies outside the tested ones.
+        If the minor version is outside the tested ones.
     """
     tested = TESTED[package]
     installed = tuple(map(int, re.findall(r"\d+", version)[:2]))

@@ -154,7 +154,7 @@ def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.Monk
         pytest.skip("needs the extra 'cuda': make cuda")
     from numba.cuda import compile_ptx, types
 
-    from baldwinlab.engine.gpu import uncontracted
+    from baldwinlab.engine.gpu import without_contraction
 
     def kernel(out: Numbers, x: float) -> None:
         out[0] = arithmetic.logarithm(x)
@@ -163,7 +163,7 @@ def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.Monk
 
     device = SimpleNamespace(compute_capability=(9, 0))
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
-    with uncontracted():
+    with without_contraction():
         code, _ = compile_ptx(kernel, (types.float64[::1], types.float64), cc=(9, 0))
     operations = set(
         re.findall(

@@ -33,7 +33,7 @@ def test_each_leaf_of_a_tuple_lies_where_c_would_put_it() -> None:
     outer = Outer(
         np.zeros((2, 3)), Inner(True, np.float32(1), 2), (Inner(False, np.float32(0), 1),) * 2, 0.5
     )
-    size, places = wasm.places(typeof(outer))
+    size, places = wasm.memory_offsets(typeof(outer))
     assert places["numbers"] == 0
     first = ARRAY + 4 * 8  # its shape and its strides follow
     assert [places[f"inner.{name}"] - first for name in ("flag", "rate", "step")] == [0, 4, 8]

@@ -32,22 +32,22 @@ def without_contraction() -> Iterator[None]:
 
 @intrinsic
 def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]
-    """Return an array [row, 1] as one [row, lane] whose lanes are all the same."""
+    """Return an array [row, 1] as [row, lane] with equal lanes."""
     view = array.copy(layout="A")
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        one = context.make_array(array)(context, builder, arguments[0])
-        every = context.make_array(view)(context, builder)
-        rows = cgutils.unpack_tuple(builder, one.strides)[0]
+        source = context.make_array(array)(context, builder, arguments[0])
+        result = context.make_array(view)(context, builder)
+        rows = cgutils.unpack_tuple(builder, source.strides)[0]
         strides = [rows, context.get_constant(types.intp, 0)]
         context.populate_array(
-            every,
-            data=one.data,
-            shape=one.shape,
+            result,
+            data=source.data,
+            shape=source.shape,
             strides=strides,
-            itemsize=one.itemsize,
+            itemsize=source.itemsize,
             meminfo=None,
         )
-        return every._getvalue()
+        return result._getvalue()
 
     return view(array, lanes), generate

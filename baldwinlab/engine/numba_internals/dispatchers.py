@@ -51,7 +51,7 @@ class CodeStore(ABC):
 
     @abstractmethod
     def discard(self, key: str) -> None:
-        """Remove what is stored under a key."""
+        """Remove the code under a key."""
 
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
         """Return the compiled function of a signature; None if it is not stored, or not sound."""
@@ -80,7 +80,7 @@ def _key(signature: Any, codegen: Any) -> str:
 
 
 def set_code_store(dispatcher: Any, store: CodeStore) -> None:
-    """Let a dispatcher store its compiled code, and load what is stored."""
+    """Let a dispatcher store its compiled code, and load stored code."""
     dispatcher._cache = store
 
 

@@ -48,7 +48,7 @@ def named_tuple_class(kind: Any) -> Any:
 
 
 def data_type(kind: Any) -> Any:
-    """Return LLVM's type of a value of a type of Numba's, as it lies in memory."""
+    """Return LLVM's type of a value of a type of Numba's, in memory."""
     return default_manager.lookup(kind).get_data_type()
 
 

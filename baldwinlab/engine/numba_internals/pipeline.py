@@ -31,7 +31,8 @@ class Lowering(NativeLowering):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         """Lower a function, and call its library's `finish_lowering`."""
-        codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
+        codegen = state.targetctx.codegen()
+        name = state.func_id.func_qualname
         library = state.library = state.pipeline.library_class(codegen, name)
         changed = bool(super().run_pass(state))
         library.finish_lowering(state)
@@ -46,8 +47,8 @@ class Compiler(CompilerBase):  # type: ignore[misc]
     def define_pipelines(self) -> list[PassManager]:
         """Return Numba's passes with `Lowering` in the place of Numba's."""
         passes = PassManager("nopython")  # Numba's error messages contain this name
-        for each, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
-            passes.add_pass(Lowering if each is NativeLowering else each, description)
+        for step, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
+            passes.add_pass(Lowering if step is NativeLowering else step, description)
         passes.finalize()
         return [passes]
 

@@ -207,7 +207,7 @@ class Habitat:
         }
         tuples = {}
         for name, sources in leaves.items():
-            size, places = wasm.places(typeof(getattr(self, name)))
+            size, places = wasm.memory_offsets(typeof(getattr(self, name)))
             tuples[name] = {
                 "bytes": size,
                 "leaves": {leaf: {"at": at, **sources[leaf]} for leaf, at in places.items()},

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numba import config, cuda
 
 from baldwinlab.core.extras import missing_extra
-from baldwinlab.engine.gpu import COMPILING, uncontracted
+from baldwinlab.engine.gpu import COMPILING, without_contraction
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends.cuda_kernels import (
@@ -115,12 +115,12 @@ class Batch:
         self._genomes[: len(genomes)] = genomes
         self._state.genome.copy_to_device(self._genomes, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
-        with uncontracted():
+        with without_contraction():
             self._begin[self._launch](self._model, self._state, self._claims)
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`. Returns before they are done."""
-        with uncontracted():
+        with without_contraction():
             self._live[self._launch](self._model, self._state, self._claims, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:

@@ -90,7 +90,7 @@ def compiled(experiments: Iterable[Experiment]) -> list[bytes]:
         "parts": [{"text": source.text, "file": source.file} for source in sources_of(given)],
         "experiments": [experiment.to_dict() for experiment in given],
     }
-    return [b64decode(one) for one in wasm.aside(__name__, order)]
+    return [b64decode(one) for one in wasm.compile_in_subprocess(__name__, order)]
 
 
 def _compile(order: Mapping[str, Any]) -> list[str]:

@@ -18,7 +18,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.core.extras import missing_extra
-from baldwinlab.engine.gpu import uncontracted
+from baldwinlab.engine.gpu import without_contraction
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
@@ -232,7 +232,7 @@ def machine_code(experiment: Experiment) -> str:
     )
     arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
-    with uncontracted():
+    with without_contraction():
         return "".join(
             compile_ptx(kernel.py_func, (*arguments, *others), cc=(9, 0))[0]
             for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
