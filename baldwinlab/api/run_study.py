@@ -15,7 +15,7 @@ from baldwinlab.core.resources import NOTHING, Need, require
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
 from baldwinlab.models.miniworld.backends.choice import Backend, choose
-from baldwinlab.papers import Paper, keep, presets
+from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies import executors, store
@@ -227,7 +227,7 @@ def _open_or_create(request: StudyRequest) -> StudyStore:
         changes=request.changes,
     )
     if request.paper:
-        keep(request.paper, request.directory)
+        save_copy(request.paper, request.directory)
     for name, content in request.extra_files.items():
         write_atomically(request.directory / name, content)
     return study

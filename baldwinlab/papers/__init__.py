@@ -19,11 +19,20 @@ from baldwinlab.core.suggestions import suggest
 from baldwinlab.papers.loading import PaperError
 from baldwinlab.papers.paper import CARD, KINDS, Paper, check, open_paper
 
-__all__ = ["DEFAULT", "KEPT", "Paper", "PaperError", "built_in", "keep", "load", "of_study"]
+__all__ = [
+    "COPY_FOLDER",
+    "DEFAULT",
+    "Paper",
+    "PaperError",
+    "built_in",
+    "load",
+    "of_study",
+    "save_copy",
+]
 
 DEFAULT = "le-2019"
 # Folder of a study with a copy of its custom paper.
-KEPT = "paper"
+COPY_FOLDER = "paper"
 
 
 @cache
@@ -57,7 +66,7 @@ def load(paper: str | Path = DEFAULT) -> Paper:
     return custom
 
 
-def keep(paper: Paper, directory: Path) -> None:
+def save_copy(paper: Paper, directory: Path) -> None:
     """Copy a custom paper into the folder of its study, and remove an earlier copy. Raises OSError."""
     if built_in().get(paper.name) == paper:
         return
@@ -72,7 +81,7 @@ def keep(paper: Paper, directory: Path) -> None:
         for page in pages
         for path in paper.folder.glob(page)
     }
-    copy = directory / KEPT
+    copy = directory / COPY_FOLDER
     require_inside_study(copy / "paper.toml")
     for path in copy.rglob("*.toml"):
         path.unlink()
@@ -85,7 +94,7 @@ def of_study(directory: Path, name: str) -> Paper:
 
     Raises PaperError if the paper is neither in the study nor in baldwinlab.
     """
-    copy = directory / KEPT
+    copy = directory / COPY_FOLDER
     if (copy / "paper.toml").exists():
         return open_paper(copy, is_stored=True)
     if (name or DEFAULT) not in built_in():

@@ -86,7 +86,7 @@ def test_variants_are_read_from_a_folder_with_the_old_name_readings(tmp_path: Pa
     paper = papers.load(place)
     assert paper.names("variants") == ["standard"]
     assert paper.experiment("plain/near").lifetime.steps == 60
-    papers.keep(paper, tmp_path / "study")
+    papers.save_copy(paper, tmp_path / "study")
     assert (tmp_path / "study/paper/readings/standard.toml").read_text() == STANDARD
 
 
