@@ -204,7 +204,10 @@ A record is a run in a file. It contains only the genomes that are stored.
 
 def claims() -> str:
     """Return the page of the rules, measures, figures and assays that a paper can name."""
-    rules = table(("rule", "verdict"), [(f"`{rule}`", text) for rule, text in RULES.items()])
+    rules = table(
+        ("rule", "verdict"),
+        [(f"`{rule}`", text.replace("{bound}", "`bound`")) for rule, text in RULES.items()],
+    )
     return f"""# Claims, figures and assays
 
 The names that the files `claims.toml` and `paper.toml` of a paper can use.
