@@ -1,7 +1,7 @@
-"""What the experiments of all models share, and how one is made of a tree of values.
+"""Base class of the experiments of all models, and their validation.
 
-The class of an experiment depends on the parts that it chooses: each part's own fields stand in a table of its name beside the
-field that chooses it (`classes`).
+The class of an experiment depends on its parts: the settings of a part are in a table of its name,
+next to the setting that chooses the part (`class_builder`).
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class BaseExperiment(Fields):
         return self
 
     def __new__(cls, **values: Any) -> Self:
-        """An experiment made in Python has the tables of the parts that it chooses, too."""
+        """Create an experiment with the tables of the chosen parts."""
         made: Self = object.__new__(class_for(cls, chosen_parts(cls, values)))
         return made
 
@@ -150,9 +150,18 @@ class BaseExperiment(Fields):
         return validate, (self.to_dict(), True)
 
     def replace(self, /, **changes: Any) -> Self:
-        """A changed copy. A table may be given whole, or as a dict of the fields to change.
+        """Return a changed copy.
 
-        Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
+        Parameters
+        ----------
+        changes
+            New values by name. A dict changes only the settings that it contains.
+            The table of a part that is no longer chosen is removed.
+
+        Raises
+        ------
+        ExperimentError
+            If the copy is invalid.
         """
         made: Self = validate(
             _without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes))
@@ -160,20 +169,21 @@ class BaseExperiment(Fields):
         return made
 
     def to_dict(self) -> dict[str, Any]:
+        """Return all settings as nested dicts."""
         return self.model_dump(mode="json")
 
     def _repr_html_(self) -> str:
-        """In a notebook: a table of its fields."""
+        """Return a table of the settings, for notebooks."""
         return html(self, self.name, self.model)
 
     @property
     def of_model(self) -> Any:
-        """The model, with its fields. Raises ExperimentError for one that is not here."""
+        """The model with its settings. Raises ExperimentError if its part is not loaded."""
         return self.part("model")
 
     @property
     def loaded_model(self) -> Any | None:
-        """The model that is a part, or None: of foragers, and where the part is not loaded."""
+        """The model, or None for foragers and for a part that is not loaded."""
         with suppress(ExperimentError):
             return None if self.model == "miniworld" else self.of_model
         return None
@@ -185,66 +195,67 @@ class BaseExperiment(Fields):
 
     @property
     def births_in_life(self) -> bool:
-        """Whether agents are born in the midst of a life, so that who lives at its end is not who was born at its beginning."""
+        """Whether agents are born during a lifetime."""
         return False
 
     @property
     def steps(self) -> int:
-        """Steps of a life."""
+        """Number of steps of a lifetime."""
         return int(self.of_model.steps)
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """The modules of a genome."""
+        """Names of the modules of a genome."""
         return tuple(self.of_model.modules)
 
     @property
     def weight_count(self) -> int:
-        """Entries of a module that a life begins with."""
+        """Number of weights of a module."""
         return int(self.of_model.weights())
 
     @property
     def genome_length(self) -> int:
-        """Entries of each module in a genome."""
+        """Number of entries of each module in a genome."""
         return self.weight_count
 
     def without_learning(self) -> Self:
-        """The first switch: the same with nothing learned in life, so that what is gained is innate."""
+        """Return the experiment without learning during life, so that fitness is innate."""
         return self.replace(**{key_of(self.model): self.of_model.without_learning()})
 
     def neutral_twin(self) -> Self:
-        """The second switch: the same births, with parents at random.
+        """Return the neutral control: the same births with random parents.
 
-        Raises ExperimentError where the selection breeds groups, which parents at random would mix.
+        Raises
+        ------
+        ExperimentError
+            If the selection reproduces groups separately, which random parents would mix.
         """
         if self.part("evolution.selection").has_groups:
             raise ExperimentError(
-                f"evolution.selection = {self.evolution.selection!r} breeds groups of agents separately, and 'neutral' would mix "
+                f"evolution.selection = {self.evolution.selection!r} breeds groups of agents "
+                "separately, and 'neutral' would mix "
                 "them: there is no neutral twin"
             )
         return self.replace(evolution={"selection": "neutral"})
 
     def part(self, path: str) -> Any:
-        """The part that the field at a dotted path chooses, with its fields. Raises ExperimentError for one that is not here."""
+        """Return the part that a setting chooses. Raises ExperimentError if it is not loaded."""
         return self.parts(path)[0]
 
     def parts(self, path: str) -> tuple[Any, ...]:
-        """As `part`, of a field that chooses any number of parts."""
+        """Return the parts that a setting chooses, for a setting with any number of parts."""
         *tables, field = path.split(".")
         section: Any = reduce(getattr, tables, self)
         of_section: Any = type(section)
         kind = kind_of(of_section, field)
         assert kind is not None, path
-        found = getattr(section, field)
-        return tuple(
-            self._made(section, kind, name, path)
-            for name in ((found,) if isinstance(found, str) else found)
-        )
+        value = getattr(section, field)
+        names = (value,) if isinstance(value, str) else value
+        return tuple(self._made(section, kind, name, path) for name in names)
 
     def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
-        table = vars(section).get(
-            key_of(name)
-        )  # no attribute: every table has a method `copy`, which may be a part's name
+        # `getattr` would return a method of the table for a part with the name "copy".
+        table = vars(section).get(key_of(name))
         if isinstance(table, Fields):
             return table
         if table is not None or not registry.is_here(kind, name):
@@ -255,14 +266,14 @@ class BaseExperiment(Fields):
 
 
 def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
-    """Kind and name of every part that an experiment chooses and that does not come with the package."""
+    """Yield kind and name of each custom part of an experiment."""
     for kind, name in added_choices(experiment):
         if name not in registry.packaged(kind):
             yield kind, name
 
 
 def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
-    """Kind and name of every part that an experiment chooses and that is not built in: of the library, or foreign."""
+    """Yield kind and name of each part of an experiment that is not in `registry.BUILT_IN`."""
     for path, kind, _ in choosing_fields(type(experiment)):
         names = paths.look_up(experiment, path)[0]
         for name in (names,) if isinstance(names, str) else names:
@@ -273,21 +284,21 @@ def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
 def _without_idle_tables(
     before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]
 ) -> dict[str, Any]:
-    """A tree without the tables of parts that are no longer chosen, unless the changes name them."""
+    """Return a tree without the tables of parts that are no longer chosen or changed."""
     base = _base_of(tree)
-    kept = {path for path, _ in chosen_parts(base, tree)}
+    chosen = {path for path, _ in chosen_parts(base, tree)}
     for path, _ in chosen_parts(_base_of(before.to_dict()), before.to_dict(), lenient=True):
         *steps, last = path.split(".")
         table, given = tree, changes
         for step in steps:
             table, given = table[step], given.get(step, {}) if isinstance(given, dict) else {}
-        if path not in kept and last not in given and isinstance(table, dict):
+        if path not in chosen and last not in given and isinstance(table, dict):
             table.pop(last, None)
     return tree
 
 
 def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
-    """The class of a model's experiments, before any part is chosen."""
+    """Return the class of the experiments of a model, without tables of parts."""
     name = tree.get("model", "miniworld")
     if name == "miniworld" or name not in registry.names("model"):
         experiment: type[BaseExperiment] = registry.find("model", "miniworld")
@@ -312,7 +323,7 @@ def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
 
 
 class _Unread(BaseExperiment, extra="allow"):
-    """An experiment of a model that is not here: its tables are plain data."""
+    """Experiment of a model that is not loaded. Its tables are plain data."""
 
     name: Name = "experiment"
     model: ModelName = "?"
@@ -322,9 +333,19 @@ class _Unread(BaseExperiment, extra="allow"):
 
 
 def validate(tree: Any, lenient: bool = False) -> Any:
-    """The experiment that `tree` describes. Raises ExperimentError with a line for every fault.
+    """Return the experiment that a tree of values describes.
 
-    `lenient` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
+    Parameters
+    ----------
+    tree
+        Settings as nested dicts.
+    lenient
+        Whether the experiment is only read: tables of parts that are not loaded stay plain data.
+
+    Raises
+    ------
+    ExperimentError
+        With one line per error.
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
@@ -335,7 +356,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
 
 
 def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
-    """As `validate`, without asking the parts."""
+    """Return the experiment of a tree, without the checks of its parts."""
     model = tree.get("model", "miniworld")
     if not lenient and model not in registry.names("model"):
         raise ExperimentError(f"model = {model!r}: {registry.refusal('model', str(model))}")
@@ -344,9 +365,8 @@ def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
         experiment = made.model_validate(tree, context={"lenient": lenient})
     except ValidationError as error:
         plainer = _class_of(tree, lenient, foreign=False) if lenient else made
-        if (
-            plainer is not made
-        ):  # a part of that name is here, but not the one that it was made with
+        # The loaded part may be another part of the same name.
+        if plainer is not made:
             with suppress(ValidationError):
                 return plainer.model_validate(tree, context={"lenient": True})
         raise ExperimentError(sentences(error, made)) from None
@@ -354,7 +374,7 @@ def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
 
 
 def _let_added_parts_check(experiment: BaseExperiment) -> None:
-    """Raises ExperimentError for what a part of the library, or a foreign one, refuses."""
+    """Raise ExperimentError if a part does not accept the experiment."""
     added = {kind for kind, _ in added_choices(experiment)}
     for path, kind, _ in choosing_fields(type(experiment)):
         if kind in added:
@@ -368,26 +388,40 @@ def _let_added_parts_check(experiment: BaseExperiment) -> None:
 
 
 def _require_separate_groups(experiment: BaseExperiment) -> None:
-    """Raises ExperimentError for settings that mix the groups which the selection breeds separately."""
+    """Raise ExperimentError for settings that mix the groups of the selection."""
     if mixing := experiment.part("evolution.selection").mixing_settings(experiment):
         raise ExperimentError(
-            f"evolution.selection = {experiment.evolution.selection!r} breeds groups of agents separately, and "
+            f"evolution.selection = {experiment.evolution.selection!r} breeds groups of agents "
+            "separately, and "
             f"{' and '.join(mixing)} would mix them: leave it out, or choose another selection"
         )
 
 
 def _class_of(tree: dict[str, Any], lenient: bool, foreign: bool = True) -> Any:
-    """What a tree is to be made; `lenient` as in `validate`, and without foreign parts as if none were here."""
-    there = registry.names("model") if foreign else registry.BUILT_IN["model"]
-    base = _Unread if lenient and tree.get("model", "miniworld") not in there else _base_of(tree)
+    """Return the class of the experiment of a tree, with or without custom parts."""
+    model_names = registry.names("model") if foreign else registry.BUILT_IN["model"]
+    base = (
+        _Unread if lenient and tree.get("model", "miniworld") not in model_names else _base_of(tree)
+    )
     return class_for(base, chosen_parts(base, tree, lenient, foreign))
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
-    """A copy changed by assignments such as `lifetime.steps=1000` or `world.food.0.count=10`.
+    """Return a copy changed by assignments.
 
-    A value is TOML; what is not TOML is a plain string. What chooses parts is assigned first, whatever the order, so that
-    the fields of those parts can be assigned too. Raises ExperimentError.
+    Settings that choose parts are assigned first, so that the settings of these parts exist.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    assignments
+        Texts such as "lifetime.steps=1000". A value is TOML, or else a text.
+
+    Raises
+    ------
+    ExperimentError
+        If a path does not exist, or the copy is invalid.
     """
     given = [paths.parse(assignment) for assignment in assignments]
     choosing = {path for path, _, _ in choosing_fields(_base_of(experiment.to_dict()))}
@@ -396,9 +430,8 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     for path, value in first:
         paths.put(tree, path, value)
     if first:
-        tree = _made(
-            _without_idle_tables(experiment, tree, {})
-        ).to_dict()  # with the tables that come with the choice
+        # This adds the tables of the chosen parts.
+        tree = _made(_without_idle_tables(experiment, tree, {})).to_dict()
     for path, value in given:
         if path not in choosing:
             paths.put(tree, path, value)

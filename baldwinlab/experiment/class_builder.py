@@ -1,4 +1,7 @@
-"""The classes of experiments: each with the tables of the parts that it chooses, made once for each choice of parts."""
+"""Classes of experiments, with one table per chosen part.
+
+Each combination of parts has one class.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,12 @@ from baldwinlab.experiment.fields import Fields, plain
 from baldwinlab.experiment.registry import Choice, key_of
 
 Chosen = tuple[tuple[str, type[Fields] | None], ...]
-"""Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""
+"""Dotted path of the table of a part, and its class; None for a part that is not loaded."""
 
 
 @cache
 def kind_of(section: type[BaseModel], field: str) -> str | None:
-    """The kind of part that a field chooses, if it does."""
+    """Return the kind of part that a setting chooses, or None."""
     info = section.model_fields[field]
     inside = [
         part
@@ -31,21 +34,21 @@ def kind_of(section: type[BaseModel], field: str) -> str | None:
 
 @cache
 def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str, str, Any], ...]:
-    """Path, kind and default of every field that chooses parts."""
-    found: list[tuple[str, str, Any]] = []
+    """Return path, kind and default of every setting that chooses parts."""
+    result: list[tuple[str, str, Any]] = []
     for name, info in section.model_fields.items():
         if kind := kind_of(section, name):
-            found.append((f"{path}{name}", kind, info.default))
+            result.append((f"{path}{name}", kind, info.default))
         elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
-            found += choosing_fields(info.annotation, f"{path}{name}.")
-    return tuple(found)
+            result += choosing_fields(info.annotation, f"{path}{name}.")
+    return tuple(result)
 
 
 def chosen_parts(
     base: type[BaseModel], tree: dict[str, Any], lenient: bool = False, foreign: bool = True
 ) -> Chosen:
-    """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
-    found: list[tuple[str, type[Fields] | None]] = []
+    """Return the chosen parts that have settings, with or without custom (`foreign`) parts."""
+    result: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in choosing_fields(base):
         *steps, last = path.split(".")
         table: Any = tree
@@ -60,15 +63,15 @@ def chosen_parts(
                 registry.names(kind) if foreign else registry.packaged(kind)
             ):
                 if isinstance(table, dict) and key_of(str(name)) in table:
-                    found.append((where, None))
+                    result.append((where, None))
             elif kind != "model" and (part := registry.own_fields(kind, str(name))):
-                found.append((where, part))
-    return tuple(found)
+                result.append((where, part))
+    return tuple(result)
 
 
 @cache
 def class_for(base: Any, chosen: Chosen) -> Any:
-    """`base` with the tables of the chosen parts."""
+    """Return the class `base` with the tables of the chosen parts."""
     for path, part in chosen:
         base = _with_table(base, path.split("."), part)
     return base
@@ -89,7 +92,7 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
 
 
 def with_its_default(table: type[BaseModel]) -> Any:
-    """The table as it is where nothing is given; required where it has a field without a default."""
+    """Return the field of a table. It is required if a setting of the table has no default."""
     required = any(info.is_required() for info in table.model_fields.values())
     return (
         Field(description=_meaning(table))
@@ -103,7 +106,7 @@ def _meaning(table: type[BaseModel]) -> str:
 
 
 def with_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
-    """The table with other defaults of its fields."""
+    """Return a table with other defaults."""
     fields: dict[str, Any] = {}
     for name, value in values.items():
         info = copy(table.model_fields[name])

@@ -1,10 +1,11 @@
-"""What tells the conditions of a study apart: written down in `study.toml`, and coordinates of `open_runs`."""
+"""Factors of the conditions of a study, which are coordinates of `open_runs`."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-if TYPE_CHECKING:  # presets are shown without it, which takes a while to load
+# Commands that show presets do not load xarray, which takes time.
+if TYPE_CHECKING:
     import xarray as xr
 
 Kind = Literal["conditions", "sweep", "multiverse"]
@@ -15,26 +16,38 @@ KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
 
 
 class Factors(NamedTuple):
-    """By which a condition differs from others; "" where a factor says nothing of it."""
+    """Factors of a condition.
 
-    learner: str = ""  # who lives there, such as evo+self-taught
+    Attributes
+    ----------
+    learner : str
+        Learning condition, for example "evo+self-taught".
+    map : str
+        Name of the map, or "".
+    variant : str
+        Variant of the paper in a multiverse, or "".
+    """
+
+    learner: str = ""
     map: str = ""
-    variant: str = ""  # of the paper, in a multiverse
+    variant: str = ""
 
     @property
     def title(self) -> str:
-        """Over a picture of the condition."""
+        """Title of a figure of the condition."""
         return f"Map {self.map}, {self.learner}" if self.map else self.learner
 
 
 def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
-    """Coordinates along `condition`: of each factor that says something of any of these conditions."""
-    columns = {name: [getattr(one, name) for one in factors] for name in Factors._fields}
+    """Return the coordinates along `condition` of the factors that are not empty."""
+    columns = {
+        name: [getattr(condition, name) for condition in factors] for name in Factors._fields
+    }
     return {name: ("condition", values) for name, values in columns.items() if any(values)}
 
 
 def of_study(dataset: xr.Dataset) -> dict[str, Factors]:
-    """The factors of each condition of a dataset as `open_runs` gives it."""
+    """Return the factors of each condition of a dataset of `open_runs`."""
     names = [str(name) for name in dataset["condition"].values]
     columns = [
         dataset[name].values if name in dataset.coords else [""] * len(names)

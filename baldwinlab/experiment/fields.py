@@ -1,4 +1,4 @@
-"""What every table of an experiment is made of: frozen fields with limits, units and meaning; faults in plain sentences."""
+"""Base class of the tables of an experiment, and messages about invalid settings."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from pydantic_core import PydanticCustomError
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.experiment.renamed import new_path
 
-MOST_FAULTS: Final = 10  # that are told; who mends these may see more
-LONGEST: Final = 100  # characters of a path or a value
-FIELDS_REFUSED: Final = (
-    "fields_refused"  # the type of pydantic's errors that `refuse_fields` raises
-)
+MAX_FAULTS: Final = 10
+"""Number of errors that a message lists."""
+MAX_LENGTH: Final = 100
+"""Number of characters of a path or a value in a message."""
+FIELDS_REFUSED: Final = "fields_refused"
+"""Type of the errors of pydantic that `refuse_fields` raises."""
 
 
 class ExperimentError(BaldwinLabError, ValueError):
@@ -41,7 +42,7 @@ class Fields(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _no_number_from_truth(cls, value: Any, info: Any) -> Any:
-        """`true` is not 1: Python would take it so, and hide a slip."""
+        """Refuse true and false for a number. Python would read true as 1."""
         if isinstance(value, bool) and cls.model_fields[info.field_name].annotation not in (
             bool,
             Any,
@@ -51,16 +52,21 @@ class Fields(BaseModel):
 
 
 def refuse_fields(faults: Sequence[tuple[str, object, str]]) -> None:
-    """Refuse fields of a table, each by its path below the table, its value and what is allowed.
+    """Raise an error for settings of a table.
 
-    A validator of a table calls this, so that the error names these fields and not the table. It accepts no faults.
+    A validator of a table calls this function, so that the error names the settings.
+
+    Parameters
+    ----------
+    faults
+        Path below the table, value and rule of each invalid setting. An empty sequence is valid.
     """
     if faults:
         raise PydanticCustomError(FIELDS_REFUSED, "fields are refused", {"faults": list(faults)})
 
 
 def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """`base` with `changes` laid over it, table by table; lists are replaced whole."""
+    """Return `base` with `changes`, table by table. A list replaces a list."""
     merged = dict(base)
     for key, value in changes.items():
         below = merged.get(key)
@@ -71,7 +77,7 @@ def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Tables as dicts and tuples as lists, all the way down."""
+    """Return a value with tables as dicts and tuples as lists, at all levels."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json")
     if isinstance(value, dict):
@@ -82,28 +88,25 @@ def plain(value: Any) -> Any:
 
 
 def sentences(error: ValidationError, model: type[BaseModel]) -> str:
-    """One line a fault: its path, the value, what is allowed. `model` is what was to be made."""
+    """Return one line per error: path, value and rule."""
     return lines(error.errors(), lambda fault: _sentence(fault, model))
 
 
 def lines(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
-    """A line for each of the first few, and how many more there are."""
-    shown = [sentence(fault) for fault in faults[:MOST_FAULTS]]
-    return "\n".join(
-        [
-            *shown,
-            *([f"and {len(faults) - MOST_FAULTS:,} more"] if len(faults) > MOST_FAULTS else []),
-        ]
-    )
+    """Return a line for each of the first errors, and the number of further errors."""
+    shown = [sentence(fault) for fault in faults[:MAX_FAULTS]]
+    if len(faults) > MAX_FAULTS:
+        shown.append(f"and {len(faults) - MAX_FAULTS:,} more")
+    return "\n".join(shown)
 
 
 def brief(text: str) -> str:
-    """A text, or as much of it as is needed to recognise it."""
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    """Return a text, cut at `MAX_LENGTH` characters."""
+    return text if len(text) <= MAX_LENGTH else f"{text[:MAX_LENGTH]}..."
 
 
 def as_text(value: object) -> str:
-    """Return a number, a text or a list for a message, numbers without needless digits."""
+    """Return a value as text for a message."""
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(as_text, value))}]"
     return f"{value:g}" if isinstance(value, float) else repr(value)
@@ -120,7 +123,8 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
     if fault["type"] == "extra_forbidden" and (current := new_path(path)):
         return renamed(path, current)
     if fault["type"] == "extra_forbidden":
-        return f"{path}: there is no such field; there are: {', '.join(_names_beside(fault['loc'], model))}"
+        names = ", ".join(_setting_names(fault["loc"], model))
+        return f"{path}: there is no such field; there are: {names}"
     if fault["type"] == "missing":
         return f"{path}: is missing"
     if fault["type"] == FIELDS_REFUSED:
@@ -137,8 +141,8 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
     return f"{path} = {shown}: {message[0].lower()}{message[1:]}"
 
 
-def _names_beside(location: Iterable[str | int], model: Any) -> list[str]:
-    """The fields there are where an unknown one was given."""
+def _setting_names(location: Iterable[str | int], model: Any) -> list[str]:
+    """Return the names of the settings of the table with an unknown setting."""
     steps = list(location)[:-1]
     for step in steps:
         if isinstance(step, str):

@@ -13,7 +13,8 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.experiment.fields import Fields
 
-DIGITS: Final = 12  # of a hash, in sentences
+DIGITS: Final = 12
+"""Number of digits of a hash in messages."""
 
 
 class File(Fields):
@@ -56,17 +57,18 @@ class File(Fields):
             content = _content(self.path)
         except ValueError as error:
             raise PartError(str(error)) from None
-        found = hashlib.sha256(content).hexdigest()
-        if found != self.sha256:
+        digest = hashlib.sha256(content).hexdigest()
+        if digest != self.sha256:
             raise PartError(
-                f"the file {self.path} has the SHA-256 {found[:DIGITS]}..., and the experiment was made "
-                f"with a file with {self.sha256[:DIGITS]}...: give that file again, or make another experiment"
+                f"the file {self.path} has the SHA-256 {digest[:DIGITS]}..., and the experiment "
+                f"was made with a file with {self.sha256[:DIGITS]}...: give that file again, or "
+                "make another experiment"
             )
         return content
 
 
 def files_of(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
-    """Find the data files of an experiment, each with the dotted path of its field."""
+    """Yield the path of each setting with a data file, and the file."""
     for name, value in table:
         for entry in value if isinstance(value, tuple) else (value,):
             if isinstance(entry, File) and entry.path:
@@ -76,7 +78,7 @@ def files_of(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
 
 
 def require_files(experiment: Any, where: str) -> None:
-    """Raise PartError, naming the field, where a data file of an experiment is not here, or is another."""
+    """Raise PartError if a data file of an experiment is missing or has changed."""
     for path, file in files_of(experiment):
         try:
             file.read()

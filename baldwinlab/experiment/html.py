@@ -1,4 +1,4 @@
-"""An experiment in a notebook: a table of its fields, what differs from the defaults first. Colours are the notebook's own."""
+"""Experiments as HTML tables for notebooks, in the colors of the notebook."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ LEFT = 'style="text-align: left; vertical-align: top"'
 class Row(NamedTuple):
     path: str
     value: str
-    default: str  # "–" where the field has none
-    meaning: str  # with its unit
+    # "–" without a default.
+    default: str
+    meaning: str
 
     @property
     def differs(self) -> bool:
@@ -27,13 +28,9 @@ class Row(NamedTuple):
 
 
 def rows(table: BaseModel, default: Any = None, path: str = "") -> Iterator[Row]:
-    """Every field below `path`, in the order of the experiment; `default` is the table as it would be unless told otherwise."""
-    for (
-        name,
-        value,
-    ) in (
-        table
-    ):  # with what is there beside the fields, in an experiment of a model that is not here
+    """Yield a row per setting below `path`. `default` is the table with default values."""
+    # A table of a model that is not loaded has values without fields.
+    for name, value in table:
         info = type(table).model_fields.get(name)
         usual = (
             default[name] if isinstance(default, dict) and name in default else _default_of(info)
@@ -53,27 +50,25 @@ def _default_of(info: Any) -> Any:
 
 
 def _text(value: Any) -> str:
-    """As JSON has it, but for words, which stand alone, and what is not set; cut short where it is long."""
-    return (
-        "not set"
-        if value is None
-        else brief(value if isinstance(value, str) else json.dumps(plain(value)))
-    )
+    """Return a value as JSON, but texts without quotes, and cut if it is long."""
+    if value is None:
+        return "not set"
+    return brief(value if isinstance(value, str) else json.dumps(plain(value)))
 
 
 def html(experiment: BaseModel, name: str, model: str) -> str:
     """Return the fields of an experiment as two tables: changed fields, and all fields, folded."""
-    found = [row for row in rows(experiment) if row.path not in ("name", "model")]
-    changed = [row for row in found if row.differs]
+    settings = [row for row in rows(experiment) if row.path not in ("name", "model")]
+    changed = [row for row in settings if row.differs]
     title = f"<strong>{escape(name)}</strong>, an experiment of the model {escape(model)}"
-    told = (
-        f"{len(changed)} of its {len(found)} fields differ from their defaults:"
+    summary = (
+        f"{len(changed)} of its {len(settings)} fields differ from their defaults:"
         if changed
         else "all fields are at their defaults."
     )
     return (
-        f"<div><p>{title}; {told}</p>{_table(changed) if changed else ''}"
-        f"<details><summary>all fields</summary>{_table(found)}</details></div>"
+        f"<div><p>{title}; {summary}</p>{_table(changed) if changed else ''}"
+        f"<details><summary>all fields</summary>{_table(settings)}</details></div>"
     )
 
 
@@ -82,7 +77,8 @@ def _table(shown: list[Row]) -> str:
     body = "".join(
         f"<tr>{''.join(f'<td {LEFT}>{cell}</td>' for cell in _cells(row))}</tr>" for row in shown
     )
-    return f'<div style="overflow-x: auto"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<div style="overflow-x: auto">{table}</div>'
 
 
 def _cells(row: Row) -> tuple[str, ...]:

@@ -1,11 +1,11 @@
-"""The experiment of the foragers in MiniWorld: everything that decides a result, apart from the seed.
+"""Settings of experiments with foragers in MiniWorld.
 
-Field defaults are the standard variant of the paper; every field carries its meaning and unit, its limits are checked, and an
-unknown name is refused. TOML and Python show the same tree. A choosing field names a part; the part's own fields, if it has
-any, stand in a table of its name beside it, and only while it is chosen.
+The defaults are the standard variant of the paper. Each setting has a description and limits.
+A setting can choose a part, whose settings are in a table of its name.
 
-Source: the paper's section "Simulation setup"; the fields that name a variant (R1 to R8) are the choices that the paper
-leaves open, see docs/explanation/model.md.
+Settings with a number R1 to R8 are choices that the paper leaves open (docs/explanation/model.md).
+
+Source: the paper, section "Simulation setup".
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ BodyName = Annotated[str, Choice("body")]
 NetworkName = Annotated[str, Choice("network")]
 RuleName = Annotated[str, Choice("learning rule")]
 FeatureName = Annotated[str, Choice("world feature")]
-LONGEST_LIFE: Final = 100_000_000  # steps
+LONGEST_LIFE: Final = 100_000_000
+"""Maximum number of steps of a lifetime."""
 
 
 class Start(Fields):
@@ -213,7 +214,7 @@ class Learning(Fields):
     @field_validator("steps")
     @classmethod
     def _for_life(cls, steps: int | None) -> int | None:
-        """As many as the longest life has are for life: so it was written once, and is where TOML has no word for nothing."""
+        """Read the steps of the longest lifetime, which older files contain, as None."""
         return None if steps == LONGEST_LIFE else steps
 
 
@@ -274,7 +275,7 @@ class Experiment(BaseExperiment):
 
     @property
     def learning_steps(self) -> int:
-        """Steps of a life in which an agent that learns may do so."""
+        """Number of steps, from birth, in which agents learn."""
         stops = self.learning.steps
         return self.steps if stops is None else min(stops, self.steps)
 
@@ -283,27 +284,27 @@ class Experiment(BaseExperiment):
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """The networks in a genome."""
+        """Names of the modules of a genome."""
         return tuple(self.part("learning.rule").modules)
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """What is sensed, a name an input."""
+        """Names of the inputs of the network."""
         return tuple(name for sense in self.parts("senses.kinds") for name in sense.inputs)
 
     @property
     def real_valued(self) -> bool:
-        """Whether any input is a number between 0 and 1, and not just one of them."""
+        """Whether an input is real-valued, in [0, 1]."""
         return any(sense.is_continuous for sense in self.parts("senses.kinds"))
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """What can be done, a name an action; each is an output of the network."""
+        """Names of the actions, which are the outputs of the network."""
         return tuple(self.part("motor.body").actions)
 
     @property
     def layer_sizes(self) -> tuple[int, ...]:
-        """Units from the inputs (left, front, right) to the actions (left, forward, right)."""
+        """Number of units in each layer, from the inputs to the actions."""
         return tuple(
             self.part("network.kind").layers(
                 len(self.inputs), self.network.hidden, len(self.actions)
@@ -312,7 +313,7 @@ class Experiment(BaseExperiment):
 
     @property
     def weight_count(self) -> int:
-        """Weights in one module."""
+        """Number of weights of a module."""
         bias = int(self.network.biases)
         return sum(
             (inputs + bias) * outputs
@@ -321,5 +322,5 @@ class Experiment(BaseExperiment):
 
     @property
     def genome_length(self) -> int:
-        """Entries for each module: its weights, and the gene of the learning rate if that evolves (used in the action module)."""
+        """Number of entries of each module: weights, and the gene of an evolved rate."""
         return self.weight_count + int(self.learning.evolved_rate)

@@ -15,15 +15,23 @@ from baldwinlab.experiment.renamed import new_path
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
-    """The value at a path, and what it means. Raises ExperimentError for a path that there is not."""
+    """Return the value and the description of a setting.
+
+    Raises
+    ------
+    ExperimentError
+        If the path does not exist.
+    """
     value: Any = experiment
     meaning = ""
     for step in path.split("."):
         if isinstance(value, BaseModel) and step in type(value).model_fields:
             meaning = type(value).model_fields[step].description or ""
             value = getattr(value, step)
-        elif isinstance(value, dict) and step in value:  # the table of a part that is not here
-            value, meaning = value[step], ""
+        elif isinstance(value, dict) and step in value:
+            # The table of a part that is not loaded is a dict.
+            value = value[step]
+            meaning = ""
         elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
             value = value[int(step)]
         else:
@@ -58,7 +66,7 @@ def _first_clause(description: str) -> str:
 
 
 def _which(path: str, experiment: BaseModel) -> str:
-    """Such as ", food 2"; nothing of the only one there is."""
+    """Return the number of a region, for example ", food 2", or "" for a single region."""
     steps = path.split(".")
     for number, step in enumerate(steps):
         if step.isdecimal() and len(look_up(experiment, ".".join(steps[:number]))[0]) > 1:
@@ -67,7 +75,13 @@ def _which(path: str, experiment: BaseModel) -> str:
 
 
 def put(tree: dict[str, Any], path: str, value: Any) -> None:
-    """Set what is at a path of a tree of dicts and lists. Raises ExperimentError for a path that there is not."""
+    """Set the value at a path of a tree of dicts and lists.
+
+    Raises
+    ------
+    ExperimentError
+        If the path does not exist.
+    """
     table: Any = tree
     *steps, last = path.strip().split(".")
     for step in steps:
@@ -86,18 +100,24 @@ def _key(table: Any, step: str, path: str) -> str | int:
 def _absent(table: Any, step: str, path: str) -> str:
     if current := new_path(path):
         return renamed(path, current)
-    names = (
-        list(table)
-        if isinstance(table, dict)
-        else range(len(table))
-        if isinstance(table, list)
-        else ()
-    )
+    names: Any = ()
+    if isinstance(table, dict):
+        names = list(table)
+    elif isinstance(table, list):
+        names = range(len(table))
     return f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}"
 
 
 def parse(assignment: str) -> tuple[str, Any]:
-    """`path=value`, where the value is TOML; what is not TOML is a plain string. Raises ExperimentError."""
+    """Return path and value of an assignment such as "lifetime.steps=1000".
+
+    A value that is not TOML is a text.
+
+    Raises
+    ------
+    ExperimentError
+        If the assignment has no equals sign.
+    """
     path, equals, text = assignment.partition("=")
     if not equals:
         raise ExperimentError(f"{assignment}: must be path=value, such as lifetime.steps=1000")

@@ -1,8 +1,7 @@
-"""Which parts there are, by kind and name: what a choosing field of an experiment may say.
+"""Names of the parts of each kind, and the modules of their classes.
 
-A built-in part is known by name before its module is loaded, so that to read an experiment loads no engine. So is one of the
-library, which is written as a user's own would be and comes with the package. A foreign part is known as soon as its class
-exists. Nothing here knows what a part does.
+The names of built-in parts are available before their modules are loaded, so reading an experiment
+loads no engine. A custom part is registered when its class is created.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"
 _MINIWORLD: Final = "baldwinlab.models.miniworld"
 
-# Kind -> name -> where its class is. These names, and those of the library, can never be taken.
+# Kind -> name -> module and class. A custom part cannot have one of these names, or of `LIBRARY`.
 BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {"miniworld": "baldwinlab.experiment.miniworld:Experiment"},
     "sense": {"food": f"{_MINIWORLD}.senses.sight:Sight"},
@@ -137,7 +136,7 @@ _FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 
 
 class Choice(NamedTuple):
-    """Marks the field that chooses parts of a kind, `Annotated[str, Choice("selection")]`: one, or (in a tuple) any number."""
+    """Mark of a setting that chooses parts of a kind: `Annotated[str, Choice("selection")]`."""
 
     kind: str
 
@@ -160,27 +159,27 @@ class Choice(NamedTuple):
 
 
 def packaged(kind: str) -> dict[str, str]:
-    """What comes with the package, the built-in parts first: where each class is, by name."""
+    """Return module and class of each part of the package, by name."""
     return {**BUILT_IN[kind], **LIBRARY.get(kind, {})}
 
 
 def names(kind: str) -> list[str]:
-    """What may be chosen, the built-in ones first."""
+    """Return the names of all parts of a kind."""
     return [*packaged(kind), *_FOREIGN[kind]]
 
 
 def is_here(kind: str, name: str) -> bool:
-    """Whether there is a part of that name."""
-    return any(name in known[kind] for known in (BUILT_IN, LIBRARY, _FOREIGN))
+    """Return whether a part exists."""
+    return any(name in parts[kind] for parts in (BUILT_IN, LIBRARY, _FOREIGN))
 
 
 def foreign() -> dict[tuple[str, str], type]:
-    """The classes of all foreign parts that have been loaded, by kind and name."""
+    """Return the classes of the loaded custom parts, by kind and name."""
     return {(kind, name): part for kind, parts in _FOREIGN.items() for name, part in parts.items()}
 
 
 def find(kind: str, name: str) -> Any:
-    """The class of a part. Raises KeyError for one that is not here."""
+    """Return the class of a part. Raises KeyError if it does not exist."""
     if name in _FOREIGN[kind]:
         return _FOREIGN[kind][name]
     module, _, attribute = (BUILT_IN[kind].get(name) or LIBRARY[kind][name]).partition(":")
@@ -188,28 +187,35 @@ def find(kind: str, name: str) -> Any:
 
 
 def is_built_in(kind: str, name: str, module: str) -> bool:
-    """Whether the class of that name in that module comes with the package. Raises ValueError where it takes a name of those."""
-    there = packaged(kind).get(name)
+    """Return whether a class is a built-in part.
+
+    Raises
+    ------
+    ValueError
+        If a custom part has the name of a built-in part.
+    """
+    location = packaged(kind).get(name)
     if current := new_name(kind, name):
         raise ValueError(f"{name!r} is the old name of the {kind} {current!r}; choose another name")
-    if there is None:
+    if location is None:
         return False
-    if there.partition(":")[0] != module:
-        raise ValueError(f"{name!r} is a built-in {kind}; a part of one's own needs another name")
+    if location.partition(":")[0] != module:
+        raise ValueError(f"{name!r} is a built-in {kind}; a custom part needs another name")
     return True
 
 
 def add(kind: str, name: str, part: type) -> None:
-    """Make a foreign part known, in the place of one of the same name that was loaded before."""
+    """Register a custom part. It replaces a custom part of the same name."""
     _FOREIGN[kind][name] = part
 
 
 def forget(kind: str, name: str) -> None:
+    """Remove a custom part."""
     _FOREIGN[kind].pop(name, None)
 
 
 def refusal(kind: str, name: str) -> str:
-    """What is said of a name that is not known."""
+    """Return the message for an unknown name."""
     if current := new_name(kind, name):
         return f"the {kind} {name!r} was renamed to {current!r}: use the new name"
     quoted = list_names(repr(name), map(repr, names(kind)))
@@ -218,11 +224,11 @@ def refusal(kind: str, name: str) -> str:
 
 
 def own_fields(kind: str, name: str) -> Any:
-    """The class of a part that has fields of its own; None for any other, also for every built-in one."""
+    """Return the class of a part with settings, or None for a part without settings."""
     part: Any = find(kind, name) if name in LIBRARY.get(kind, {}) else _FOREIGN[kind].get(name)
     return part if part is not None and part.model_fields else None
 
 
 def key_of(name: str) -> str:
-    """The table of a part: its name, with underscores for hyphens."""
+    """Return the name of the table of a part: the name of the part with underscores."""
     return name.replace("-", "_")

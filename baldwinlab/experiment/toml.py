@@ -15,7 +15,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, v
 
 
 def to_toml(experiment: BaseExperiment) -> str:
-    """The whole experiment as TOML, every field with its meaning, ready to be edited and loaded."""
+    """Return an experiment as TOML, with the description of every setting."""
     document = tomlkit.document()
     _fill(document, experiment)
     return tomlkit.dumps(document)
@@ -24,17 +24,17 @@ def to_toml(experiment: BaseExperiment) -> str:
 def _fill(table: Any, part: BaseModel) -> None:
     below = []
     meanings = {name: field.description for name, field in type(part).model_fields.items()}
-    for (
-        name,
-        value,
-    ) in part:  # with what is there beside the fields, in an experiment of a model that is not here
+    # A table of a model that is not loaded has values without fields.
+    for name, value in part:
         if isinstance(value, BaseModel | dict) or (
             isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
         ):
-            below.append((name, value))  # tables follow plain fields, as TOML wants it
+            # In TOML, tables follow plain values.
+            below.append((name, value))
             continue
         meaning = meanings.get(name)
-        if value is None:  # for which TOML has no word
+        # TOML has no null value.
+        if value is None:
             table.add(tomlkit.comment(f"{name} is not set: {meaning}"))
             continue
         item = tomlkit.item(list(value) if isinstance(value, tuple) else value)
@@ -43,7 +43,8 @@ def _fill(table: Any, part: BaseModel) -> None:
         if isinstance(value, BaseModel):
             table.add(name, _table(value, tomlkit.table()))
         elif isinstance(value, dict):
-            table.add(name, tomlkit.item(value))  # of a part that is not here, as it stands
+            # The table of a part that is not loaded is a dict.
+            table.add(name, tomlkit.item(value))
         else:
             tables = tomlkit.aot()
             for entry in value:
@@ -57,7 +58,22 @@ def _table(part: BaseModel, table: Any) -> Any:
 
 
 def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
-    """The experiment in TOML text; `where` names its origin in messages, `lenient` as in `validate`. Raises ExperimentError."""
+    """Return the experiment of a TOML text.
+
+    Parameters
+    ----------
+    text
+        The TOML text.
+    where
+        Origin of the text, for messages.
+    lenient
+        As in `validate`.
+
+    Raises
+    ------
+    ExperimentError
+        If the text is no valid experiment.
+    """
     tree = parse_tree(text, where)
     with faults_in(where):
         made: Experiment = validate(tree, lenient)
@@ -65,7 +81,7 @@ def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
 
 
 def parse_tree(text: str, where: str) -> dict[str, Any]:
-    """Return the tables of a TOML text. Raises ExperimentError, which names `where`, for any other text."""
+    """Return the tables of a TOML text. Raises ExperimentError with the name `where`."""
     try:
         return parse_toml(text)
     except tomllib.TOMLDecodeError as error:

@@ -1,8 +1,8 @@
-"""Settings without effect: refused where a user gives them, so that nobody compares two names for the same thing.
+"""Settings without effect. They are errors if a user changes them.
 
-Only a setting that a user gives is refused. A setting is given where its value differs from the value in the origin of the
-experiment: the preset, the base of the file, or the defaults. Stored studies and the experiments that an assay derives are
-never refused: an experiment without its learner has idle settings of learning on purpose.
+A user has changed a setting if its value differs from the origin of the experiment: the preset,
+the base of the file, or the defaults. Stored studies and experiments of assays may contain settings without
+effect, for example settings of learning in an experiment without learning.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from baldwinlab.experiment.paths import look_up
 
 
 def idle_fields(experiment: BaseExperiment) -> dict[str, str]:
-    """Return the fields without effect in an experiment, each with the reason: {"learning.teacher": ...}."""
+    """Return the settings without effect in an experiment, with the reason of each."""
     return _of_variation(experiment) | (
         _of_foragers(experiment) if isinstance(experiment, Experiment) else {}
     )
@@ -25,7 +25,7 @@ def idle_fields(experiment: BaseExperiment) -> dict[str, str]:
 def idle_settings(
     experiment: BaseExperiment, origin: BaseExperiment | None = None
 ) -> dict[str, str]:
-    """Return the idle fields whose values differ from those of the origin, by default the model's defaults."""
+    """Return the settings without effect whose values differ from those of the origin."""
     origin = validate({"model": experiment.model}) if origin is None else origin
     fields = idle_fields(experiment)
     return {
@@ -36,7 +36,7 @@ def idle_settings(
 
 
 def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
-    """The fields of mutation that the chosen variation does not heed."""
+    """Return the settings of mutation that the variation does not use."""
     name, part = experiment.evolution.variation, experiment.part("evolution.variation")
     fields = [
         field for field in type(experiment.evolution).model_fields if field.startswith("mutation_")
@@ -49,20 +49,20 @@ def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
 
 
 def _of_foragers(experiment: Experiment) -> dict[str, str]:
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
         fields = ("rate", "steps", "evolved_rate", "cost_per_step", "cost_per_change")
         paths = (*(f"learning.{field}" for field in fields), "evolution.lamarckian_share")
-        found |= dict.fromkeys(paths, rule)
+        reasons |= dict.fromkeys(paths, rule)
     if "reinforcement" not in experiment.modules:
-        found["learning.teacher"] = rule
+        reasons["learning.teacher"] = rule
     if experiment.evolution.inheritance == "none":
-        found |= dict.fromkeys(
+        reasons |= dict.fromkeys(
             ("learning.teacher", "evolution.lamarckian_share", "evolution.elite"),
             'evolution.inheritance = "none"',
         )
-    return found
+    return reasons
 
 
 def require_effect(
@@ -75,7 +75,7 @@ def require_effect(
     experiments
         The experiments that a user gives.
     origins
-        The origin of each; None, or no origins at all, stand for the defaults.
+        The origin of each experiment. None, or an empty sequence, means the defaults.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def require_effect(
     """
     pairs = zip(experiments, origins or [None] * len(experiments), strict=True)
     idle = [idle_settings(experiment, origin) for experiment, origin in pairs]
-    paths = [path for path in idle[0] if all(path in others for others in idle)]
+    paths = [path for path in idle[0] if all(path in reasons for reasons in idle)]
     if paths:
         raise ExperimentError("\n".join(describe_idle(path, idle[0][path]) for path in paths))
 
