@@ -20,7 +20,7 @@ from PIL import Image
 import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.claims import Samples
+from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.report import content
 from baldwinlab.papers.paper import CARD
 

@@ -7,18 +7,17 @@ method.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import (
@@ -38,10 +37,9 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     smallest_corrected,
 )
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
-from baldwinlab.analysis.statistics.survival import Survival, compare_survival
+from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.files import write_atomically
-from baldwinlab.papers import load
-from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
+from baldwinlab.papers.claims import FIRST, Claim, Comparison
 
 STATISTICS_COLUMNS = ("claim", *COLUMNS)
 
@@ -165,131 +163,6 @@ class ClaimResult:
             "why_not": self.why_not,
             "comparisons": [finding.record() for finding in self.findings],
         }
-
-
-class ClaimSource(Protocol):
-    """A paper, or another source of claims."""
-
-    @property
-    def claims(self) -> tuple[Claim, ...]:
-        """All claims."""
-
-    def measures(self, name: str, /) -> Mapping[str, Any] | None:
-        """Return the measures of a condition's model, or None if its model is not loaded."""
-        ...
-
-
-class ModelMeasure(NamedTuple):
-    """A measure that a model defines, with one value per run."""
-
-    name: str
-    meaning: str
-    # Values by condition.
-    values: dict[str, npt.NDArray[np.float64]]
-
-
-class Samples:
-    """The value of each run in the measures that claims compare.
-
-    A measure is an average over the last or the first generations of a run, or defined by a model.
-
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    last : int
-        Number of final generations to average in each run, at least 1.
-    source : ClaimSource or None
-        The claims. Defaults to the default paper.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
-    """
-
-    def __init__(self, data: xr.Dataset, last: int = 10, source: ClaimSource | None = None) -> None:
-        data = fitness.with_curves(data)
-        self.source = source or load()
-        self._data = data
-        self._last = {measure: fitness.final(data, measure, last) for measure in fitness.MEASURES}
-        self._last["most"] = fitness.largest_gain(data)
-        self._first = {
-            measure: fitness.initial(data, measure, last) for measure in fitness.MEASURES
-        }
-        # Values of the models' measures, by condition and measure.
-        self._of_models: dict[tuple[str, str], xr.DataArray] = {}
-        has_runs = self._last["best"].notnull().any("run")
-        self.present = {str(name) for name in data["condition"].values[has_runs.values]}
-
-    def unmeasured(self, claim: Claim) -> set[str]:
-        """Return the measures of a claim whose model is not loaded."""
-        return {
-            comparison.measure
-            for comparison in claim.comparisons
-            if comparison.measure not in OF_ALL
-            and any(self.source.measures(name) is None for name in comparison.conditions)
-        }
-
-    def meaning(self, comparison: Comparison) -> str:
-        """Return the meaning of a measure that a model defines, or ""."""
-        if comparison.measure in OF_ALL:
-            return ""
-        measures = self.source.measures(comparison.a) or {}
-        return measures[comparison.measure].meaning if comparison.measure in measures else ""
-
-    def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
-        """Return the values by run, without runs if the model of the measure is not loaded."""
-        if measure in OF_ALL:
-            table = self._first if first else self._last
-            return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
-        key = (condition, measure)
-        if key not in self._of_models:
-            self._of_models[key] = self._measure_model(condition, measure)
-        return self._of_models[key]
-
-    def survival(self, condition: str, measure: str) -> Survival:
-        """Return the survival times by run, and which of them are censored."""
-        measures = self.source.measures(condition) or {}
-        times = self.get(condition, measure)
-        runs = self._data.sel(condition=condition, run=times["run"].values)
-        return Survival(times.values, measures[measure].censored(_without_gaps(runs)).values)
-
-    def model_measures(self) -> list[ModelMeasure]:
-        """Return the measures of the models in which claims compare conditions."""
-        comparisons = {
-            comparison.measure: comparison
-            for claim in self.source.claims
-            for comparison in claim.comparisons
-            if comparison.b and self.meaning(comparison)
-        }
-        conditions = [str(name) for name in self._data["condition"].values]
-        return [
-            ModelMeasure(
-                measure,
-                self.meaning(comparison),
-                {condition: self.get(condition, measure).values for condition in conditions},
-            )
-            for measure, comparison in comparisons.items()
-        ]
-
-    def _measure_model(self, condition: str, measure: str) -> xr.DataArray:
-        measures = self.source.measures(condition) or {}
-        if measure not in measures:
-            return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
-        runs = _without_gaps(self._data.sel(condition=condition))
-        values: xr.DataArray = measures[measure].of(runs)
-        return values.dropna("run").astype(np.float64)
-
-
-def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
-    """Drop runs, generations and agents without data. Nothing is copied if none is missing."""
-    for dim in ("run", "generation", "agent"):
-        others = [name for name in runs["energy"].dims if name != dim]
-        has_data = runs["energy"].notnull().any(others)
-        if not bool(has_data.all()):
-            runs = runs.isel({dim: has_data.values})
-    return runs
 
 
 def evaluate_claims(

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from baldwinlab.analysis.claims import ClaimResult
-from baldwinlab.analysis.multiverse.analysis import Multiverse
+from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.statistics.rules import MARKS
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW

@@ -11,7 +11,7 @@ from typing import get_args
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.analysis.assays.analysis import load_criteria
+from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.variables import ASSAYS

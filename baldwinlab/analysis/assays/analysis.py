@@ -7,20 +7,28 @@ Holm's method.
 
 from __future__ import annotations
 
-import json
-import tomllib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from math import nan
-from pathlib import Path
-from typing import Any, Final, Literal
 
 import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.assays.controls import evolves_and_learns, find_control
+from baldwinlab.analysis.assays.criteria import (
+    CONTROL,
+    INNATE,
+    NO,
+    NOT_MEASURED,
+    SIGNS,
+    UNDECIDED,
+    YES,
+    Criterion,
+    Verdict,
+    combine_verdicts,
+    load_criteria,
+)
 from baldwinlab.analysis.assays.values import (
     Assays,
     Quantity,
@@ -28,7 +36,6 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
-from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import SIGNIFICANT
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW,
@@ -36,60 +43,10 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     describe_too_few,
     smallest_corrected,
 )
-from baldwinlab.core.files import write_atomically
-from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.experiment.registry import key_of
-
-Verdict = Literal["yes", "no", "undecided", "not measured"]
-YES: Final[Verdict] = "yes"
-NO: Final[Verdict] = "no"
-UNDECIDED: Final[Verdict] = "undecided"
-NOT_MEASURED: Final[Verdict] = "not measured"
-
-SIGNS: Final = {"greater": 1, "lower": -1}
-# Innate fitness in the last generations, and the same in the no-learning control.
-INNATE: Final[Quantity] = ("off", "last")
-CONTROL: Final[Quantity] = ("no-learning control", "last")
-COLUMNS: Final = (
-    "condition",
-    "quantity",
-    "when",
-    "against",
-    "runs",
-    "left_out",
-    "median",
-    "low",
-    "high",
-    "p",
-    "p_holm",
-    "verdict",
-)
 
 Table = Mapping[Quantity, xr.DataArray]
-
-
-@dataclass(frozen=True)
-class Criterion:
-    """A question about the Baldwin effect, answered by comparing two quantities run by run."""
-
-    id: str
-    # The assay that measures a and b.
-    assay: str
-    question: str
-    # The comparison in words.
-    detail: str
-    # "greater" or "lower".
-    rule: str
-    a: Quantity
-    b: Quantity
-    phase: int | None = None
-    # "foragers" if the criterion applies only to the MiniWorld model.
-    only_for: str = ""
-
-    def applies_to(self, experiment: BaseExperiment) -> bool:
-        """Return whether the criterion can be tested for an experiment."""
-        return self.only_for != "foragers" or isinstance(experiment, Experiment)
 
 
 @dataclass(frozen=True)
@@ -194,48 +151,6 @@ class Analysis:
         return None
 
 
-@cache
-def _load_questions() -> dict[str, Any]:
-    return tomllib.loads(
-        (files("baldwinlab.analysis.assays") / "questions.toml").read_text("utf-8")
-    )
-
-
-@cache
-def load_criteria() -> tuple[Criterion, ...]:
-    """Return all criteria of `questions.toml`."""
-    return tuple(
-        Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])})
-        for entry in _load_questions()["criteria"]
-    )
-
-
-def load_rules() -> dict[str, str]:
-    """Return the description of each rule."""
-    return dict(_load_questions()["rules"])
-
-
-def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
-    """Return no if any verdict is no, yes if all are yes, else undecided.
-
-    Parameters
-    ----------
-    verdicts : sequence of str
-        Verdicts. "not measured" is ignored.
-
-    Returns
-    -------
-    str
-        The verdict, or "not measured" if nothing was measured.
-    """
-    measured = set(verdicts) - {NOT_MEASURED}
-    if not measured:
-        return NOT_MEASURED
-    if NO in measured:
-        return NO
-    return YES if measured == {YES} else UNDECIDED
-
-
 def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
     """Test every criterion for every condition that evolves and learns.
 
@@ -265,9 +180,9 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
     learning = [
         name
         for name, experiment in experiments.items()
-        if _evolves_and_learns(experiment, assays.get("innate", {}).get(name))
+        if evolves_and_learns(experiment, assays.get("innate", {}).get(name))
     ]
-    controls = {name: _find_control(name, experiments) for name in learning}
+    controls = {name: find_control(name, experiments) for name in learning}
     for name, control in controls.items():
         if control and INNATE in tables[control]:
             tables[name][CONTROL] = tables[control][INNATE]
@@ -308,58 +223,6 @@ def _answer(
         limit = smallest.get((name, criterion), nan)
         answers[name].append(Answer(criterion, pairs, left_out, p, verdict, limit))
     return {name: tuple(condition_answers) for name, condition_answers in answers.items()}
-
-
-def _evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
-    """Return whether a condition evolves and learns.
-
-    Other models may not be loaded. Then the assay shows whether the condition learns.
-    """
-    if experiment.evolution.inheritance == "none":
-        return False
-    if isinstance(experiment, Experiment):
-        return experiment.learns
-    return innate is not None and bool(innate["energy"].sel(life="on").notnull().any())
-
-
-def _find_control(name: str, experiments: Mapping[str, Experiment]) -> str:
-    """Return the condition that differs only in having no learning, or ""."""
-    experiment = experiments[name]
-    is_control = _is_without_rule if isinstance(experiment, Experiment) else _is_without_learning
-    for candidate, other in experiments.items():
-        if candidate != name and is_control(experiment, other):
-            return candidate
-    return ""
-
-
-def _is_without_rule(experiment: Experiment, other: Experiment) -> bool:
-    """Return whether a MiniWorld condition is `experiment` with another, inactive rule."""
-    if other.learns:
-        return False
-    tree = experiment.to_dict()
-    shared = {"name": experiment.name, "learning": tree["learning"]}
-    return bool(other.to_dict() | shared == tree)
-
-
-def _is_without_learning(experiment: BaseExperiment, other: BaseExperiment) -> bool:
-    """Return whether `other` is `experiment` without learning, for any other model."""
-    try:
-        return bool(
-            experiment.without_learning().to_dict() | {"name": other.name} == other.to_dict()
-        )
-    # The model is not loaded.
-    except ExperimentError:
-        key = key_of(experiment.model)
-        tree = experiment.to_dict()
-        other_tree = other.to_dict()
-        shared = {"name": experiment.name, key: tree[key]}
-        return other_tree | shared == tree and _switches_learning_off(other_tree[key], tree[key])
-
-
-def _switches_learning_off(other: Mapping[str, object], settings: Mapping[str, object]) -> bool:
-    """Return whether a single setting of a model differs, and it is off in `other`."""
-    differing = [name for name in settings if other.get(name) != settings[name]]
-    return len(differing) == 1 and other.get(differing[0]) is False
 
 
 def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
@@ -409,10 +272,10 @@ def planned_designs(
     return [
         _design(runs)
         for name, experiment in experiments.items()
-        if _evolves_and_learns(experiment, None)
+        if evolves_and_learns(experiment, None)
         for criterion in load_criteria()
         if criterion.applies_to(experiment) and criterion.assay in assays[name]
-        if criterion.b != CONTROL or _find_control(name, experiments)
+        if criterion.b != CONTROL or find_control(name, experiments)
     ]
 
 
@@ -439,88 +302,3 @@ def _numbers(condition: str, table: Table) -> Iterator[Number]:
             median = float(np.median(values))
             low, high = statistics.median_interval(values)
             yield Number(condition, measure, when, values.size, left_out, median, low, high)
-
-
-def write_analysis(analysis: Analysis, directory: Path) -> None:
-    """Write `baldwin.json` and `baldwin.csv`, each atomically.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis. `baldwin.csv` has one row per number and per comparison.
-    directory : Path
-        Folder for the files.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
-    """
-    record = {
-        "last": analysis.last,
-        "conditions": {result.condition: _condition_record(result) for result in analysis.results},
-        "numbers": [_to_json(vars(number)) for number in analysis.numbers],
-    }
-    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(directory / "baldwin.json", f"{text}\n".encode())
-    write_atomically(directory / "baldwin.csv", to_csv(COLUMNS, [*_rows(analysis)]))
-
-
-def _condition_record(result: ConditionResult) -> dict[str, Any]:
-    return {
-        "control": result.control or None,
-        "phase_1": result.phase_verdict(1),
-        "phase_2": result.phase_verdict(2),
-        "criteria": [_answer_record(answer) for answer in result.answers],
-    }
-
-
-def _answer_record(answer: Answer) -> dict[str, Any]:
-    criterion = answer.criterion
-    numbers = answer.numbers._asdict() if answer.numbers else {}
-    return {
-        **vars(criterion),
-        "rule": load_rules()[criterion.rule],
-        "verdict": answer.verdict,
-        **_to_json(numbers),
-        "left_out": answer.left_out,
-        "p_holm": finite_or_none(answer.p_holm),
-        "smallest_p_holm": finite_or_none(answer.smallest_p_holm),
-        "too_few_runs": answer.has_too_few_runs,
-    }
-
-
-def _to_json(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace numbers that do not exist by None."""
-    return {
-        name: finite_or_none(value) if isinstance(value, float) else value
-        for name, value in values.items()
-    }
-
-
-def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
-    for number in analysis.numbers:
-        row = vars(number) | {"quantity": number.measure}
-        yield {name: row.get(name, "") for name in COLUMNS}
-    for result in analysis.results:
-        for answer in result.answers:
-            if answer.numbers:
-                yield _answer_row(result.condition, answer, answer.numbers)
-
-
-def _answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
-    quantity, when = answer.criterion.a
-    return {
-        "condition": condition,
-        "quantity": quantity,
-        "when": when,
-        "against": ", ".join(answer.criterion.b),
-        "runs": pairs.n,
-        "left_out": answer.left_out,
-        "median": pairs.effect,
-        "low": pairs.low,
-        "high": pairs.high,
-        "p": pairs.p,
-        "p_holm": answer.p_holm,
-        "verdict": answer.verdict,
-    }

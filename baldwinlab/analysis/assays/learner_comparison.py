@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, YES, Analysis, Answer, Verdict
+from baldwinlab.analysis.assays.analysis import Analysis, Answer
+from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES, Verdict
 from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.analysis.report.phrases import format_signed
 from baldwinlab.analysis.report.sections import Summary, render

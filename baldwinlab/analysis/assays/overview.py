@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, YES, Analysis, ConditionResult
+from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
+from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES
 from baldwinlab.analysis.assays.sentences import describe_phases
 from baldwinlab.analysis.figures.overview import OverviewCell
 from baldwinlab.analysis.figures.overview import draw_overview as draw_cells
-from baldwinlab.analysis.report.figures import ReportFigure
+from baldwinlab.analysis.report.embedding import ReportFigure
 
 # Number of conditions above which the section is an overview.
 MAX_IN_FULL: Final = 8

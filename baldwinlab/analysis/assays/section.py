@@ -10,17 +10,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays import figures, overview, sentences
-from baldwinlab.analysis.assays.analysis import (
-    Analysis,
-    Criterion,
-    Number,
-    evaluate_assays,
-    load_rules,
-    write_analysis,
-)
+from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
+from baldwinlab.analysis.assays.criteria import Criterion, load_rules
 from baldwinlab.analysis.assays.phrases import adapt_terms, has_foragers
+from baldwinlab.analysis.assays.records import write_analysis
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.fitness import interval_of_median

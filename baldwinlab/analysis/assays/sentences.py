@@ -5,15 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from baldwinlab.analysis.assays.analysis import (
-    NO,
-    NOT_MEASURED,
-    UNDECIDED,
-    YES,
-    Analysis,
-    Answer,
-    ConditionResult,
-)
+from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
+from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.papers.texts import Inference
 

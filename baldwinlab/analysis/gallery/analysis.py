@@ -16,15 +16,8 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.analysis.assays.analysis import (
-    CONTROL,
-    INNATE,
-    NOT_MEASURED,
-    ConditionResult,
-    Table,
-    Verdict,
-    evaluate_assays,
-)
+from baldwinlab.analysis.assays.analysis import ConditionResult, Table, evaluate_assays
+from baldwinlab.analysis.assays.criteria import CONTROL, INNATE, NOT_MEASURED, Verdict
 from baldwinlab.analysis.assays.sentences import describe_phases
 from baldwinlab.analysis.assays.values import Assays, Quantity
 from baldwinlab.analysis.statistics import fitness, median_interval

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from baldwinlab.analysis.assays.analysis import NO, NOT_MEASURED, UNDECIDED, YES
+from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.analysis.figures.palette import VERMILION
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, styled
 from baldwinlab.analysis.gallery.analysis import EFFECTS, System, SystemAnswer

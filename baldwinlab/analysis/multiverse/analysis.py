@@ -10,51 +10,20 @@ for which the paper has an effect size. 0 is the result of the paper, and 1 is n
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
-from pydantic import BaseModel, ConfigDict, ValidationError
 
 from baldwinlab.analysis.claims import evaluate_claims
+from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, Outcome, VariantResult
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
-from baldwinlab.core.files import RESULTS_FILE, read_bytes, write_atomically
 from baldwinlab.papers import Paper, load
 
 # The name of the variant with which all others are compared.
 STANDARD: Final = "standard"
 DECIDED: Final = (HOLDS, UNDECIDED, FAILS)
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-
-class Outcome(_Record):
-    """The verdict on a claim and the numbers of the deciding comparison, if they exist."""
-
-    verdict: Verdict
-    condition: str | None = None
-    comparison: str | None = None
-    measure: str | None = None
-    effect: float | None = None
-    interval: tuple[float, float] | None = None
-    p_holm: float | None = None
-    a12: float | None = None
-
-
-class ClaimText(_Record):
-    """A claim of the paper."""
-
-    id: str
-    title: str
-    claim: str
-    # The effect size in the paper, items per agent.
-    figure: float | None
 
 
 class VariantSettings(Protocol):
@@ -75,53 +44,6 @@ class VariantSettings(Protocol):
     @property
     def fields(self) -> dict[str, Any]:
         """The changed settings, by path."""
-
-
-class VariantResult(_Record):
-    """A variant of the paper with the outcomes of all claims."""
-
-    name: str
-    description: str
-    # The alternatives, by choice. The standard variant has none.
-    choices: dict[str, str]
-    # The changed settings, by path, such as {"contact.reach": 5}.
-    fields: dict[str, Any]
-    # Runs of the conditions with the fewest and the most runs.
-    runs: tuple[int, int]
-    # Number of claims that hold.
-    held: int
-    # Distance from the paper.
-    distance: float | None
-    # Outcomes by claim.
-    outcomes: dict[str, Outcome]
-
-
-class Multiverse(_Record):
-    """All variants of a paper with the outcomes of its claims."""
-
-    seed: int
-    # Number of final generations that are averaged in each run.
-    last: int
-    claims: tuple[ClaimText, ...]
-    variants: tuple[VariantResult, ...]
-    # Authors, title and publication of the paper.
-    source: str = ""
-
-    @property
-    def singles(self) -> Multiverse:
-        """The standard variant, and the variants that change a single choice."""
-        variants = tuple(variant for variant in self.variants if len(variant.choices) < 2)
-        return self.model_copy(update={"variants": variants})
-
-    @property
-    def has_combinations(self) -> bool:
-        """Whether a variant changes several choices."""
-        return len(self.singles.variants) < len(self.variants)
-
-    @property
-    def choices(self) -> list[str]:
-        """The open choices, by name."""
-        return sorted({choice for variant in self.variants for choice in variant.choices})
 
 
 def list_claims(paper: Paper | None = None) -> tuple[ClaimText, ...]:
@@ -379,130 +301,3 @@ def largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] |
 
 def _share_of(share: Share) -> float:
     return share.share or 0.0
-
-
-def summarize(multiverse: Multiverse) -> dict[str, Any]:
-    """Return the facts of the report's sentences, for JSON.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    dict of str to Any
-        Plain data.
-    """
-    nearest = find_nearest(multiverse)
-    shares = compute_shares(multiverse) if multiverse.has_combinations else None
-    return {
-        "hold_under_every_variant": select_claims(multiverse, HOLDS),
-        "refuted_under_no_variant": select_claims(multiverse, HOLDS, UNDECIDED),
-        "hold_under_no_variant": select_claims(multiverse, UNDECIDED, FAILS),
-        "depends_on": {
-            claim.id: decisive_choices(multiverse, claim.id) for claim in multiverse.claims
-        },
-        "nearest": nearest
-        and {"variant": nearest.name, "distance": nearest.distance, "held": nearest.held},
-        "intervals_contain_the_figures": [
-            variant.name for variant in variants_with_figures(multiverse)
-        ],
-        "most_held": [variant.name for variant in variants_with_most_claims(multiverse)],
-        "shares": None if shares is None else [share._asdict() for share in shares],
-    }
-
-
-def write_multiverse(multiverse: Multiverse, path: Path) -> Path:
-    """Write a multiverse as JSON, atomically, with null for numbers that do not exist.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-    path : Path
-        File to write.
-
-    Returns
-    -------
-    Path
-        `path`.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
-    record = {
-        "checksum": _checksum(multiverse),
-        "summary": summarize(multiverse),
-        **multiverse.model_dump(mode="json"),
-    }
-    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
-    return write_atomically(path, f"{text}\n".encode())
-
-
-def read_multiverse(path: Path) -> Multiverse:
-    """Read a file of `write_multiverse`.
-
-    Parameters
-    ----------
-    path : Path
-        File to read.
-
-    Returns
-    -------
-    Multiverse
-        The multiverse.
-
-    Raises
-    ------
-    ValueError
-        The file has another format, or was changed.
-    OSError
-        The file cannot be read.
-    """
-    raw = _read_bytes(path)
-    try:
-        record = _upgrade_names(json.loads(raw))
-        multiverse = Multiverse.model_validate(record)
-    except ValidationError as error:
-        place = ".".join(str(key) for key in error.errors()[0]["loc"]) or "it is not an object"
-        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {place}") from None
-    except (ValueError, RecursionError):
-        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: not JSON") from None
-    if not _is_unchanged(multiverse, record):
-        raise ValueError(
-            f"{path} was changed after `baldwinlab multiverse` wrote it. Run that command again."
-        )
-    return multiverse
-
-
-def _upgrade_names(record: Any) -> Any:
-    """Rename the variants of a file that was written when they were called readings."""
-    if isinstance(record, dict) and "readings" in record and "variants" not in record:
-        return {**record, "variants": record["readings"]}
-    return record
-
-
-def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
-    if "checksum" not in record:
-        return True
-    if "readings" in record:
-        old_text = multiverse.model_dump_json().replace('"variants":', '"readings":', 1)
-        return bool(record["checksum"] == hashlib.sha256(old_text.encode()).hexdigest())
-    return bool(
-        record["checksum"] == _checksum(multiverse) and record["summary"] == summarize(multiverse)
-    )
-
-
-def _read_bytes(path: Path) -> bytes:
-    try:
-        return read_bytes(path, RESULTS_FILE)
-    except ValueError as error:
-        raise ValueError(f"{path} cannot be read: {error}") from None
-
-
-def _checksum(multiverse: Multiverse) -> str:
-    """Return the SHA-256 of everything except the summary, which follows from the rest."""
-    return hashlib.sha256(multiverse.model_dump_json().encode()).hexdigest()

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from baldwinlab.analysis.multiverse import analysis, figures
-from baldwinlab.analysis.multiverse.analysis import Multiverse, VariantResult
+from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, VariantResult
 from baldwinlab.analysis.report.content import format_range
-from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import format_number, format_signed
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
@@ -229,7 +229,7 @@ def compose_sentences(multiverse: Multiverse) -> list[str]:
     ]
 
 
-def _format_title(claim: analysis.ClaimText) -> str:
+def _format_title(claim: ClaimText) -> str:
     return f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})"
 
 

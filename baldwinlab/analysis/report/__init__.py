@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.analysis.claims import ClaimResult, describe_claims_too_few
-from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.content import ReportData
-from baldwinlab.analysis.report.figures import EXPLAINING, SUMMING_UP, draw_figures, save_and_inline
+from baldwinlab.analysis.report import content, settings, setup
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import save_and_inline
+from baldwinlab.analysis.report.figures import EXPLAINING, SUMMING_UP, draw_figures
 from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.sections import Section, Summary, complete_page, render, write_page
 from baldwinlab.analysis.statistics.summary import summarize_conditions
@@ -75,7 +76,7 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         "paper": report.paper,
         "is_reproduction": report.is_reproduction,
         "contrasts": report.contrasts if report.contrasts and report.contrasts.rows else None,
-        "overview": content.summarize_setup(
+        "overview": setup.summarize_setup(
             report.data, report.experiments, report.provenance, report.paper
         ),
         "figures": [save_and_inline(figure, folder) for figure in draw_figures(report)],
@@ -95,7 +96,7 @@ def draw_report(report: ReportData) -> dict[str, Any]:
 def _list_changed_settings(report: ReportData) -> list[str]:
     if report.paper is None:
         return []
-    return content.changed_settings(report.data, report.experiments, report.paper)
+    return settings.changed_settings(report.data, report.experiments, report.paper)
 
 
 def _summarize_claims(report: ReportData) -> dict[str, Any]:
@@ -112,7 +113,7 @@ def _summarize_claims(report: ReportData) -> dict[str, Any]:
         "has_survival": any(finding.comparison.rule == "survives_longer" for finding in findings),
         "has_model_measures": any(finding.meaning for finding in findings),
         "differing": differing,
-        "open_choices": content.relevant_choices(differing, report.experiments),
+        "open_choices": settings.relevant_choices(differing, report.experiments),
     }
 
 

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.content import ReportData, select_foragers, title_worlds
+from baldwinlab.analysis.report.content import select_foragers, title_worlds
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.core.files import write_atomically
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import of_study
 from baldwinlab.papers import load
 from baldwinlab.papers.texts import FIGURES, Figure
 
-# Widths in inches below which a figure is shown narrower than the page.
-NARROW: Final = 4.0
-SLIM: Final = 6.0
 # Figures that models other than MiniWorld record.
 OF_ANY_MODEL: Final = ("shares", "clocks", "measures", "survival")
 # Figures that show what was run. The section "What was run" shows them.
@@ -36,21 +30,6 @@ BOXES: Final = (
     "Each point is a run. The box shows the quartiles, and its thick line the median. Whiskers "
     "extend to the most distant run within 1.5 times the interquartile range."
 )
-
-
-class ReportFigure(NamedTuple):
-    """A figure with its caption and its data."""
-
-    name: str
-    title: str
-    caption: str
-    # Text for readers who cannot see the figure.
-    alternative: str
-    figure: Drawing
-    # Rows of its CSV file.
-    table: Sequence[Mapping[str, Any]] = ()
-    # Commands that compute the figure's data again, in the directory of the study.
-    commands: Sequence[str] = ()
 
 
 def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
@@ -401,53 +380,6 @@ def describe_final_medians(data: xr.Dataset, last: int) -> str:
         for name in medians["condition"].values
     ]
     return f"Final fitness of the average agent, median over runs: {', '.join(values)}."
-
-
-def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
-    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it.
-
-    Parameters
-    ----------
-    figure : ReportFigure
-        The figure.
-    folder : Path
-        Folder for the files.
-
-    Returns
-    -------
-    dict of str to Any
-        Arguments of the template macro `drawing`, with the SVG as a data URL.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
-    """
-    drawing = figures.save_figure(figure.figure, folder, figure.name)
-    files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
-    if figure.table:
-        files["CSV"] = f"{figure.name}.csv"
-        columns = dict.fromkeys(column for row in figure.table for column in row)
-        write_atomically(folder / files["CSV"], to_csv(list(columns), figure.table))
-    return {
-        "name": figure.name,
-        "title": figure.title,
-        "caption": figure.caption,
-        "alternative": figure.alternative,
-        "shape": _name_shape(figure.figure),
-        "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
-        "files": files,
-        "commands": figure.commands,
-    }
-
-
-def _name_shape(figure: Drawing) -> str:
-    """Return the CSS classes of a figure, by its size."""
-    width, height = figure.get_size_inches()
-    if width < NARROW:
-        return "narrow"
-    classes = {"slim": width < SLIM, "tall": height > width}
-    return " ".join(name for name, applies in classes.items() if applies)
 
 
 def format_replay_command(condition: str, run: int, generation: int) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import format_number, name_measures
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness

@@ -8,11 +8,11 @@ from math import isnan
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.assays.analysis import NO, YES
+from baldwinlab.analysis.assays.criteria import NO, YES
 from baldwinlab.analysis.gallery.analysis import EFFECTS, Clock, Size, System
 from baldwinlab.analysis.gallery.figures import draw_effect_sizes
 from baldwinlab.analysis.report import Section, render, write_page
-from baldwinlab.analysis.report.figures import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
+from baldwinlab.analysis.multiverse.files import write_multiverse
+from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead, section
 from baldwinlab.analysis.report import write_page
 from baldwinlab.api.publish.plan import ReportPlan
@@ -24,7 +26,7 @@ def publish_multiverse(
     plan: ReportPlan,
     progress: Callable[[str, int, str], Progress],
     log: Callable[[str], None],
-) -> analysis.Multiverse:
+) -> Multiverse:
     """Write multiverse.json, the figures and the page of a multiverse.
 
     Parameters
@@ -52,14 +54,14 @@ def publish_multiverse(
     study.require_runs()
     paper = plan.paper or of_study(study.directory, study.paper)
     variants = _evaluate_variants(study, paper, plan.last, progress)
-    multiverse = analysis.Multiverse(
+    multiverse = Multiverse(
         seed=study.seed,
         last=plan.last,
         claims=analysis.list_claims(paper),
         variants=tuple(variants),
         source=paper.about.source,
     )
-    analysis.write_multiverse(multiverse, study.directory / FILE)
+    write_multiverse(multiverse, study.directory / FILE)
     log("drawing the figures")
     figures = study.directory / "figures"
     sections = [section(multiverse, figures)]
@@ -70,7 +72,7 @@ def publish_multiverse(
 
 def _evaluate_variants(
     study: StudyStore, paper: Paper, last: int, progress: Callable[[str, int, str], Progress]
-) -> list[analysis.VariantResult]:
+) -> list[VariantResult]:
     results = []
     groups = by_variant(study.factors, paper)
     with progress("evaluating the claims", len(groups), "variants") as show:

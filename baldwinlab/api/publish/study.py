@@ -11,15 +11,16 @@ from baldwinlab.analysis.assays import learner_comparison
 from baldwinlab.analysis.assays import section as assays
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
 from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import (
     ClaimResult,
-    Samples,
     claim_records,
     evaluate_samples,
     write_statistics,
 )
 from baldwinlab.analysis.multiverse import section as variants
-from baldwinlab.analysis.multiverse.analysis import STANDARD, read_multiverse
+from baldwinlab.analysis.multiverse.analysis import STANDARD
+from baldwinlab.analysis.multiverse.files import read_multiverse
 from baldwinlab.analysis.report import (
     ReportData,
     Section,
@@ -28,7 +29,8 @@ from baldwinlab.analysis.report import (
     emergence_generations,
     write_report,
 )
-from baldwinlab.analysis.report.content import count_runs, describe_variant
+from baldwinlab.analysis.report.content import count_runs
+from baldwinlab.analysis.report.settings import describe_variant
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.api.publish import lab_results

@@ -13,14 +13,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.assays.analysis import (
-    Analysis,
-    ConditionResult,
-    combine_verdicts,
-    evaluate_assays,
-    load_criteria,
-    write_analysis,
-)
+from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult, evaluate_assays
+from baldwinlab.analysis.assays.criteria import combine_verdicts, load_criteria
+from baldwinlab.analysis.assays.records import write_analysis
 from baldwinlab.analysis.assays.values import compute_quantities
 from tests.analysis.assays.assayed import (
     constant,

@@ -26,6 +26,7 @@ from tests.analysis.assays.assayed import (
     Assayed,
     constant,
     innate,
+    neutral,
     rising,
     spread,
     whole,
@@ -273,3 +274,10 @@ def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> No
         ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"
     ):
         read(Assayed(tmp_path))
+
+
+def test_newborns_of_older_files_have_their_new_names(tmp_path: Path) -> None:
+    data = neutral(A, (5, 50), (5, 20), runs=2)
+    stored(tmp_path, "neutral", data.assign_coords(newborns=["evolved", "neutral twin"]))
+    found = read(Assayed(tmp_path))["neutral"][A]
+    assert found["newborns"].values.tolist() == ["evolved", "neutral control"]

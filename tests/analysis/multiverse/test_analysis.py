@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -14,13 +15,11 @@ from baldwinlab.analysis.multiverse.analysis import (
     find_nearest,
     group_by_verdict,
     largest_effect,
-    read_multiverse,
     select_claims,
-    summarize,
     variants_with_figures,
     variants_with_most_claims,
-    write_multiverse,
 )
+from baldwinlab.analysis.multiverse.files import read_multiverse, summarize, write_multiverse
 from tests.analysis.multiverse.variants import (
     NOBODY_EATS,
     TAUGHT_BEAT_EVOLVED,
@@ -145,3 +144,17 @@ def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str) -> Non
     (tmp_path / "other.json").write_text(text)
     with pytest.raises(ValueError, match=r"other\.json is not a file of `baldwinlab multiverse`"):
         read_multiverse(tmp_path / "other.json")
+
+
+def test_a_file_whose_variants_are_called_readings_can_be_read(tmp_path: Path) -> None:
+    several = multiverse_of(STANDARD, variant_of("biases"))
+    text = several.model_dump_json().replace('"variants":', '"readings":', 1)
+    record = json.loads(text)
+    record["checksum"] = hashlib.sha256(text.encode()).hexdigest()
+    path = tmp_path / "multiverse.json"
+    path.write_text(json.dumps(record))
+    assert read_multiverse(path) == several
+    record["seed"] += 1
+    path.write_text(json.dumps(record))
+    with pytest.raises(ValueError, match="was changed after"):
+        read_multiverse(path)

@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-from baldwinlab.analysis.multiverse.analysis import (
-    Multiverse,
-    VariantResult,
-    evaluate_variant,
-    list_claims,
-)
+from baldwinlab.analysis.multiverse.analysis import evaluate_variant, list_claims
+from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.studies.multiverse import Variant
 from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
 

@@ -11,11 +11,8 @@ from playwright.sync_api import Browser
 from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import ReportData, Summary, draw_report, write_report
-from baldwinlab.analysis.report.content import (
-    describe_conditions,
-    experiment_texts,
-    parse_experiments,
-)
+from baldwinlab.analysis.report.content import experiment_texts, parse_experiments
+from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import RUNS, study

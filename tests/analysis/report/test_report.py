@@ -15,14 +15,9 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claims import Finding, evaluate_claims
 from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
-    describe_fitness,
-    describe_variant,
     experiment_texts,
-    format_setting,
     format_timing,
     parse_experiments,
-    relevant_choices,
-    summarize_setup,
     title_worlds,
 )
 from baldwinlab.analysis.report.phrases import (
@@ -31,6 +26,8 @@ from baldwinlab.analysis.report.phrases import (
     format_number,
     format_p_value,
 )
+from baldwinlab.analysis.report.settings import describe_variant, format_setting, relevant_choices
+from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.models.miniworld.appearance import look

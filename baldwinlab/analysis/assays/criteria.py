@@ -1,0 +1,90 @@
+"""Criteria of the Baldwin effect, read from `questions.toml`, and their verdicts."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Final, Literal
+
+from baldwinlab.analysis.assays.values import (
+    Quantity,
+)
+from baldwinlab.experiment import BaseExperiment, Experiment
+
+Verdict = Literal["yes", "no", "undecided", "not measured"]
+YES: Final[Verdict] = "yes"
+NO: Final[Verdict] = "no"
+UNDECIDED: Final[Verdict] = "undecided"
+NOT_MEASURED: Final[Verdict] = "not measured"
+SIGNS: Final = {"greater": 1, "lower": -1}
+# Innate fitness in the last generations, and the same in the no-learning control.
+INNATE: Final[Quantity] = ("off", "last")
+CONTROL: Final[Quantity] = ("no-learning control", "last")
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A question about the Baldwin effect, answered by comparing two quantities run by run."""
+
+    id: str
+    # The assay that measures a and b.
+    assay: str
+    question: str
+    # The comparison in words.
+    detail: str
+    # "greater" or "lower".
+    rule: str
+    a: Quantity
+    b: Quantity
+    phase: int | None = None
+    # "foragers" if the criterion applies only to the MiniWorld model.
+    only_for: str = ""
+
+    def applies_to(self, experiment: BaseExperiment) -> bool:
+        """Return whether the criterion can be tested for an experiment."""
+        return self.only_for != "foragers" or isinstance(experiment, Experiment)
+
+
+@cache
+def _load_questions() -> dict[str, Any]:
+    return tomllib.loads(
+        (files("baldwinlab.analysis.assays") / "questions.toml").read_text("utf-8")
+    )
+
+
+@cache
+def load_criteria() -> tuple[Criterion, ...]:
+    """Return all criteria of `questions.toml`."""
+    return tuple(
+        Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])})
+        for entry in _load_questions()["criteria"]
+    )
+
+
+def load_rules() -> dict[str, str]:
+    """Return the description of each rule."""
+    return dict(_load_questions()["rules"])
+
+
+def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
+    """Return no if any verdict is no, yes if all are yes, else undecided.
+
+    Parameters
+    ----------
+    verdicts : sequence of str
+        Verdicts. "not measured" is ignored.
+
+    Returns
+    -------
+    str
+        The verdict, or "not measured" if nothing was measured.
+    """
+    measured = set(verdicts) - {NOT_MEASURED}
+    if not measured:
+        return NOT_MEASURED
+    if NO in measured:
+        return NO
+    return YES if measured == {YES} else UNDECIDED

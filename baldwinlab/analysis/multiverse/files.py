@@ -1,0 +1,150 @@
+"""The file of a multiverse: `multiverse.json`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from baldwinlab.analysis.multiverse.analysis import (
+    compute_shares,
+    decisive_choices,
+    find_nearest,
+    select_claims,
+    variants_with_figures,
+    variants_with_most_claims,
+)
+from baldwinlab.analysis.multiverse.records import Multiverse
+from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
+from baldwinlab.core.files import RESULTS_FILE, read_bytes, write_atomically
+
+
+def summarize(multiverse: Multiverse) -> dict[str, Any]:
+    """Return the facts of the report's sentences, for JSON.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+
+    Returns
+    -------
+    dict of str to Any
+        Plain data.
+    """
+    nearest = find_nearest(multiverse)
+    shares = compute_shares(multiverse) if multiverse.has_combinations else None
+    return {
+        "hold_under_every_variant": select_claims(multiverse, HOLDS),
+        "refuted_under_no_variant": select_claims(multiverse, HOLDS, UNDECIDED),
+        "hold_under_no_variant": select_claims(multiverse, UNDECIDED, FAILS),
+        "depends_on": {
+            claim.id: decisive_choices(multiverse, claim.id) for claim in multiverse.claims
+        },
+        "nearest": nearest
+        and {"variant": nearest.name, "distance": nearest.distance, "held": nearest.held},
+        "intervals_contain_the_figures": [
+            variant.name for variant in variants_with_figures(multiverse)
+        ],
+        "most_held": [variant.name for variant in variants_with_most_claims(multiverse)],
+        "shares": None if shares is None else [share._asdict() for share in shares],
+    }
+
+
+def write_multiverse(multiverse: Multiverse, path: Path) -> Path:
+    """Write a multiverse as JSON, atomically, with null for numbers that do not exist.
+
+    Parameters
+    ----------
+    multiverse : Multiverse
+        The multiverse.
+    path : Path
+        File to write.
+
+    Returns
+    -------
+    Path
+        `path`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    record = {
+        "checksum": _checksum(multiverse),
+        "summary": summarize(multiverse),
+        **multiverse.model_dump(mode="json"),
+    }
+    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
+    return write_atomically(path, f"{text}\n".encode())
+
+
+def read_multiverse(path: Path) -> Multiverse:
+    """Read a file of `write_multiverse`.
+
+    Parameters
+    ----------
+    path : Path
+        File to read.
+
+    Returns
+    -------
+    Multiverse
+        The multiverse.
+
+    Raises
+    ------
+    ValueError
+        The file has another format, or was changed.
+    OSError
+        The file cannot be read.
+    """
+    raw = _read_bytes(path)
+    try:
+        record = _upgrade_names(json.loads(raw))
+        multiverse = Multiverse.model_validate(record)
+    except ValidationError as error:
+        place = ".".join(str(key) for key in error.errors()[0]["loc"]) or "it is not an object"
+        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {place}") from None
+    except (ValueError, RecursionError):
+        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: not JSON") from None
+    if not _is_unchanged(multiverse, record):
+        raise ValueError(
+            f"{path} was changed after `baldwinlab multiverse` wrote it. Run that command again."
+        )
+    return multiverse
+
+
+def _upgrade_names(record: Any) -> Any:
+    """Rename the variants of a file that was written when they were called readings."""
+    if isinstance(record, dict) and "readings" in record and "variants" not in record:
+        return {**record, "variants": record["readings"]}
+    return record
+
+
+def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
+    if "checksum" not in record:
+        return True
+    if "readings" in record:
+        old_text = multiverse.model_dump_json().replace('"variants":', '"readings":', 1)
+        return bool(record["checksum"] == hashlib.sha256(old_text.encode()).hexdigest())
+    return bool(
+        record["checksum"] == _checksum(multiverse) and record["summary"] == summarize(multiverse)
+    )
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        return read_bytes(path, RESULTS_FILE)
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read: {error}") from None
+
+
+def _checksum(multiverse: Multiverse) -> str:
+    """Return the SHA-256 of everything except the summary, which follows from the rest."""
+    return hashlib.sha256(multiverse.model_dump_json().encode()).hexdigest()

@@ -1,0 +1,80 @@
+"""Figures of a page: saved as files, and embedded in HTML."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from matplotlib.figure import Figure as Drawing
+
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.core.files import write_atomically
+
+# Widths in inches below which a figure is shown narrower than the page.
+NARROW: Final = 4.0
+SLIM: Final = 6.0
+
+
+class ReportFigure(NamedTuple):
+    """A figure with its caption and its data."""
+
+    name: str
+    title: str
+    caption: str
+    # Text for readers who cannot see the figure.
+    alternative: str
+    figure: Drawing
+    # Rows of its CSV file.
+    table: Sequence[Mapping[str, Any]] = ()
+    # Commands that compute the figure's data again, in the directory of the study.
+    commands: Sequence[str] = ()
+
+
+def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
+    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it.
+
+    Parameters
+    ----------
+    figure : ReportFigure
+        The figure.
+    folder : Path
+        Folder for the files.
+
+    Returns
+    -------
+    dict of str to Any
+        Arguments of the template macro `drawing`, with the SVG as a data URL.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
+    """
+    drawing = figures.save_figure(figure.figure, folder, figure.name)
+    files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
+    if figure.table:
+        files["CSV"] = f"{figure.name}.csv"
+        columns = dict.fromkeys(column for row in figure.table for column in row)
+        write_atomically(folder / files["CSV"], to_csv(list(columns), figure.table))
+    return {
+        "name": figure.name,
+        "title": figure.title,
+        "caption": figure.caption,
+        "alternative": figure.alternative,
+        "shape": _name_shape(figure.figure),
+        "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
+        "files": files,
+        "commands": figure.commands,
+    }
+
+
+def _name_shape(figure: Drawing) -> str:
+    """Return the CSS classes of a figure, by its size."""
+    width, height = figure.get_size_inches()
+    if width < NARROW:
+        return "narrow"
+    classes = {"slim": width < SLIM, "tall": height > width}
+    return " ".join(name for name, applies in classes.items() if applies)

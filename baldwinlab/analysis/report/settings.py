@@ -1,0 +1,143 @@
+"""Settings of a study, compared with the variants of a paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+import xarray as xr
+
+from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
+from baldwinlab.analysis.report.data import Experiments
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.papers import Paper, PaperError
+from baldwinlab.papers.claims import Choice
+from baldwinlab.papers.paper import STANDARD
+
+
+def describe_variant(experiment: Experiment, paper: Paper) -> str:
+    """Return the variant of the paper that an experiment follows.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        An experiment of the MiniWorld model.
+    paper : Paper
+        The paper.
+
+    Returns
+    -------
+    str
+        The name of the variant, or a phrase with all differences from the standard one.
+    """
+    differences = dict[str, list[str]]()
+    for name in dict.fromkeys([STANDARD, *paper.names("variants")]):
+        # The paper may lack the condition, or the variant may not apply to it.
+        with suppress(ExperimentError, PaperError):
+            differences[name] = _list_changes(paper.experiment(experiment.name, name), experiment)
+            if not differences[name]:
+                return name
+    if STANDARD not in differences:
+        return f"{experiment.name} is not a condition of the paper"
+    return f"{experiment.name} is standard except for {', '.join(differences[STANDARD])}"
+
+
+def _list_changes(base: Experiment, experiment: Experiment) -> list[str]:
+    base_settings = dict(_iterate_settings(base.to_dict()))
+    settings = dict(_iterate_settings(experiment.to_dict()))
+    return [
+        f"{path} = {format_value(value)}"
+        for path, value in settings.items()
+        if base_settings.get(path) != value and not path.startswith("record.")
+    ]
+
+
+def _iterate_settings(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the path and value of every setting."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _iterate_settings(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", value
+
+
+def relevant_choices(
+    results: Sequence[ClaimResult], conditions: Experiments
+) -> list[tuple[Choice, str, list[str]]]:
+    """Return the open choices of the paper that may explain these claims.
+
+    Parameters
+    ----------
+    results : sequence of ClaimResult
+        The claims that differ from the paper.
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+
+    Returns
+    -------
+    list of (Choice, str, list of str)
+        Each choice with its value in the study and the identifiers of the claims.
+    """
+    claims_of: dict[Choice, list[str]] = {}
+    for result in results:
+        for choice in result.claim.choices:
+            claims_of.setdefault(choice, []).append(result.claim.id)
+    return [
+        (choice, format_setting(choice.field, conditions), names)
+        for choice, names in claims_of.items()
+    ]
+
+
+def format_setting(field: str, conditions: Experiments) -> str:
+    """Return the values of a setting, such as senses.visual_radius, in the study."""
+    values = [
+        dict(_iterate_settings(experiment.to_dict())).get(field)
+        for experiment in conditions.values()
+    ]
+    return " or ".join(dict.fromkeys(format_value(value) for value in values if value is not None))
+
+
+def format_value(value: Any) -> str:
+    """Return the value of a setting as text."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
+    """Return a sentence for each difference between the study and the paper.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    paper : Paper
+        The paper.
+
+    Returns
+    -------
+    list of str
+        Sentences on changed settings, on the variant and on the number of runs.
+    """
+    declared = paper.own()
+    variants = [
+        describe_variant(experiment, paper)
+        for name, experiment in select_foragers(conditions).items()
+        if name in declared
+    ]
+    sentences = [f"{variant}." for variant in dict.fromkeys(variants) if " " in variant]
+    for variant in dict.fromkeys(variants):
+        if " " not in variant and variant != STANDARD:
+            description = paper.describe("variants", variant)
+            sentences.append(f"The variant is {variant}: {description}.")
+    counts = count_runs(data)
+    if max(counts.values()) < paper.about.runs:
+        sentences.append(
+            f"This study has {format_range(counts.values())} runs per condition, and the paper "
+            f"has {paper.about.runs}. Its intervals are therefore wider."
+        )
+    return sentences

@@ -1,0 +1,125 @@
+"""The setup of a study, as rows of a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import product
+from typing import Any, Final
+
+import xarray as xr
+
+from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
+from baldwinlab.analysis.report.data import Experiments
+from baldwinlab.analysis.report.settings import describe_variant
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import Factors, of_study
+from baldwinlab.papers import Paper
+
+# Above this number of conditions, a report lists learners and maps instead of conditions.
+MOST_LISTED: Final = 12
+
+
+def summarize_setup(
+    data: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
+) -> list[tuple[str, str]]:
+    """Return what was run, as pairs of a heading and a text.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    provenance : mapping of str to Any
+        Known facts about the study, such as its seed.
+    paper : Paper or None
+        The paper whose variant is named.
+
+    Returns
+    -------
+    list of (str, str)
+        Headings and texts. Headings without a text are left out.
+    """
+    experiments = conditions.values()
+    foraging = select_foragers(conditions).values()
+    variants = [describe_variant(experiment, paper) for experiment in foraging] if paper else []
+    models = ", ".join(dict.fromkeys(experiment.model for experiment in experiments))
+    rows = [
+        *describe_conditions(of_study(data)),
+        ("models", "" if models == "miniworld" else models),
+        ("runs per condition", format_range(count_runs(data).values())),
+        (
+            "generations per run",
+            format_range(experiment.evolution.generations for experiment in experiments),
+        ),
+        (
+            "time steps per lifetime",
+            format_range(experiment.lifetime.steps for experiment in foraging),
+        ),
+        (
+            "agents per population",
+            format_range(experiment.population.size for experiment in experiments),
+        ),
+        ("fitness", describe_fitness(foraging)),
+        ("variant of the paper", "; ".join(dict.fromkeys(variants))),
+        ("seed", str(provenance.get("seed", data.attrs.get("seed", "unknown")))),
+    ]
+    return [(heading, text) for heading, text in rows if text]
+
+
+def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
+    """Return the conditions as pairs of a heading and a text.
+
+    Parameters
+    ----------
+    factors : mapping of str to Factors
+        Factors by condition.
+
+    Returns
+    -------
+    list of (str, str)
+        All conditions, or learners and maps if many conditions combine each learner with each map.
+    """
+    learners = dict.fromkeys(condition.learner for condition in factors.values())
+    maps = dict.fromkeys(condition.map for condition in factors.values())
+    combinations = {(condition.learner, condition.map) for condition in factors.values()}
+    is_complete = combinations == {*product(learners, maps)}
+    is_complete = is_complete and len(factors) == len(learners) * len(maps)
+    if len(factors) <= MOST_LISTED or not is_complete or len(maps) < 2:
+        return [("conditions", ", ".join(factors))]
+    return [
+        (
+            "conditions",
+            f"{len(factors)}: each of {len(learners)} learners on each of {len(maps)} maps",
+        ),
+        ("learners", ", ".join(learners)),
+        ("maps", ", ".join(maps)),
+    ]
+
+
+def describe_fitness(foraging: Iterable[Experiment]) -> str:
+    """Return the definition and unit of fitness.
+
+    Parameters
+    ----------
+    foraging : iterable of Experiment
+        Experiments of the MiniWorld model.
+
+    Returns
+    -------
+    str
+        A phrase, or "" if there is no such experiment.
+    """
+    energies = set[float]()
+    has_costs = False
+    for experiment in foraging:
+        energies |= {region.energy for region in experiment.world.food}
+        learning = experiment.learning
+        has_costs |= learning.cost_per_step > 0 or learning.cost_per_change > 0
+    if not energies:
+        return ""
+    costs = ", minus the cost of learning" if has_costs else ""
+    values = " or ".join(f"{energy:g}" for energy in sorted(energies))
+    is_count = energies == {1.0} and not has_costs
+    count = ", so fitness is the number of eaten items" if is_count else ""
+    return f"energy of the items that an agent eats in its lifetime{costs}; an item gives {values}{count}"
