@@ -31,7 +31,7 @@ from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.executors import THREADS, Executor, choose, dask
 from baldwinlab.studies.records import encode
-from baldwinlab.studies.run import MOST_TASKS, Evolve, missing_runs, plan
+from baldwinlab.studies.run import MAX_TASKS, RunTask, find_missing_runs, plan_tasks
 from baldwinlab.studies.store import create
 from benchmarks.machine import provenance
 from benchmarks.tables import table
@@ -160,10 +160,10 @@ def small_study(executor: Executor, workers: int, processes: Sequence[Process]) 
     experiment = load("evo+self-taught/A").replace(evolution={"generations": 60})
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), [experiment], seed=0)
-        tasks = plan(study, missing_runs(study, 24, print), 2)
+        tasks = plan_tasks(study, find_missing_runs(study, 24, print), 2)
         cpu = sum(process.cpu() for process in processes) + time.process_time()
         began = time.perf_counter()
-        with closing(executor.do(study, tasks, workers, CPU)) as amounts:
+        with closing(executor.run(study, tasks, workers, CPU)) as amounts:
             assert sum(amounts) == sum(task.agent_steps for task in tasks)
         wall = time.perf_counter() - began
         total = sum(process.cpu() for process in processes) + time.process_time()
@@ -247,8 +247,8 @@ def measure_scheduler() -> Costs:
         Client(address) as client,
     ):
         study = create(Path(folder), paper(), seed=0)
-        tasks = [Evolve(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
-        orders = dask._orders(study, tasks, CPU, "benchmark")
+        tasks = [RunTask(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
+        orders = dask._pack_tasks(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
             client.run(compile_experiments, paper())
             begin = mean(worker.cpu() for worker in started)
@@ -257,8 +257,8 @@ def measure_scheduler() -> Costs:
             cpu_began = time.process_time()
             began = time.perf_counter()
             with (
-                patch.object(dask, "_work", do_nothing),
-                closing(choose(f"dask:{address}").do(study, tasks, 2, CPU)) as amounts,
+                patch.object(dask, "_run_task", do_nothing),
+                closing(choose(f"dask:{address}").run(study, tasks, 2, CPU)) as amounts,
             ):
                 assert sum(amounts) == sum(task.agent_steps for task in tasks)
             seconds = time.perf_counter() - began
@@ -329,7 +329,7 @@ def spread(values: Sequence[float]) -> str:
 
 def extrapolation_table(run: Run, costs: Costs) -> str:
     """Return a table of the costs of a million runs on 10,000 cores."""
-    batches = -(-RUNS // (CPU.worlds * MOST_TASKS))
+    batches = -(-RUNS // (CPU.worlds * MAX_TASKS))
     runs = CPU.worlds * batches
     cost = run.simulate + run.store
     tasks = -(-RUNS // runs)
@@ -339,7 +339,7 @@ def extrapolation_table(run: Run, costs: Costs) -> str:
     files = RUNS / wall
     rate = RUNS * run.size / wall / 1e9
     split = f"{batches} batches of {CPU.worlds}"
-    events = 100 * dask.EVENTS_A_SECOND * costs.event
+    events = 100 * dask.EVENTS_PER_SECOND * costs.event
     rows = [
         [
             "work",
@@ -362,7 +362,7 @@ def extrapolation_table(run: Run, costs: Costs) -> str:
         ],
         [
             "its load by events",
-            f"{dask.EVENTS_A_SECOND} per second at most, {events:.2f} % of its time",
+            f"{dask.EVENTS_PER_SECOND} per second at most, {events:.2f} % of its time",
         ],
         [
             "with one batch per task",

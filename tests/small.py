@@ -8,7 +8,7 @@ from pathlib import Path
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import factors, load, paper
-from baldwinlab.studies.run import missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
 
 SMALL = {"evolution": {"generations": 3}, "lifetime": {"steps": 300}}
@@ -41,7 +41,7 @@ def small_study(
 ) -> StudyStore:
     experiments = experiments or [small("evo/A"), small("evo+self-taught/A")]
     study = create(directory, experiments, seed, factors=factors())
-    run_study(study, missing_runs(study, runs, ignore), workers, silent, ignore)
+    run_study(study, find_missing_runs(study, runs, ignore), workers, silent, ignore)
     return study
 
 

@@ -28,7 +28,7 @@ from baldwinlab.papers.presets import load, paper
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
-from baldwinlab.studies.run import agent_steps_of_run, available_cores, missing_runs, run_study
+from baldwinlab.studies.run import available_cores, count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.store import create
 
 REPETITIONS: Final = 5  # of the lives of a world, a tenth of a second in all
@@ -211,11 +211,11 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     threads = max(available_cores(), 1 if backend is CPU else len(paper()))
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", paper(), seed=0)
-        missing = missing_runs(study, runs, _discard_message)
+        missing = find_missing_runs(study, runs, _discard_message)
         start = time.perf_counter()
         run_study(study, missing, threads, _no_progress, _discard_message, backend)
         seconds = time.perf_counter() - start
-    return runs * sum(agent_steps_of_run(experiment) for experiment in paper()), seconds, threads
+    return runs * sum(count_agent_steps(experiment) for experiment in paper()), seconds, threads
 
 
 def _condition(
@@ -231,7 +231,7 @@ def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
     simulate_batch(experiment.replace(evolution={"generations": 1}), 0, [0], backend)
     start = time.perf_counter()
     simulate_batch(experiment, 0, range(backend.worlds), backend)
-    return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - start
+    return backend.worlds * count_agent_steps(experiment), time.perf_counter() - start
 
 
 def many_agent_experiment(agents: int, steps: int) -> Experiment:

@@ -27,8 +27,8 @@ from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import available_cores
-from baldwinlab.studies.assays.memory import Planned
-from baldwinlab.studies.assays.run import missing_assays
+from baldwinlab.studies.assays.memory import PlannedStudy
+from baldwinlab.studies.assays.run import find_missing_assays
 
 MAX_NAME: Final = 120  # characters of the name of a folder
 SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
@@ -260,7 +260,7 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
         console.info("The report lacks the assays. They run now; then it is written again.")
         run_missing_assays(study, paper.about.assays, options)
 
-    has_missing_assays = any(missing_assays(study, paper.about.assays).values())
+    has_missing_assays = any(find_missing_assays(study, paper.about.assays).values())
     report(
         study,
         last=request.last,
@@ -315,10 +315,10 @@ def describe_too_few_runs(
         yield f"Baldwin effect: {effect}"
 
 
-def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> Planned:
+def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> PlannedStudy:
     by_name = {experiment.name: experiment for experiment in experiments}
     factors = {name: value for name, value in paper.factors().items() if name in by_name}
-    return Planned(by_name, factors)
+    return PlannedStudy(by_name, factors)
 
 
 def _need_after_runs(

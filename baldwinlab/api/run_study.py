@@ -19,12 +19,17 @@ from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies import executors, store
-from baldwinlab.studies.assays.memory import need as estimate_assays
-from baldwinlab.studies.assays.run import agent_steps, misfits, missing_assays, run_assays
+from baldwinlab.studies.assays.memory import estimate_assays
+from baldwinlab.studies.assays.run import (
+    count_assay_steps,
+    find_missing_assays,
+    not_applicable_reasons,
+    run_assays,
+)
 from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
-from baldwinlab.studies.records import MOST_RUNS
-from baldwinlab.studies.run import agent_steps_of_run, missing_runs, run_study
+from baldwinlab.studies.records import RUN_LIMIT
+from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 
 
@@ -41,7 +46,7 @@ class RunOptions:
     executor
         "threads", "dask:tcp://HOST:PORT", or "slurm".
     force
-        Run even if less memory or disk is free than the memory.
+        Run even if less memory or disk is free than the estimate.
     """
 
     workers: int | None = None
@@ -139,7 +144,7 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     machinery = _check_request(request, options)
     _require_resources(request, machinery, options.force)
     study = _open_or_create(request)
-    missing = missing_runs(study, request.runs, console.warn)
+    missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
         console.info(f"{request.directory}: all {request.total_runs:,} runs are already stored")
         return study
@@ -160,8 +165,8 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
 def _check_request(request: StudyRequest, options: RunOptions) -> _Machinery:
     """Return the executor and the backend. Raise ArgumentError for a number out of range."""
     require_positive("runs", request.runs)
-    if request.runs > MOST_RUNS:
-        raise ArgumentError("runs", request.runs, f"must be at most {MOST_RUNS}")
+    if request.runs > RUN_LIMIT:
+        raise ArgumentError("runs", request.runs, f"must be at most {RUN_LIMIT}")
     executor = options.make_executor()
     check_seed(request.seed)
     backend = _choose_backend(options.backend, executor, request)
@@ -240,7 +245,7 @@ def _announce_runs(
     study.require_writable(study.path(name, runs[0]) for name, runs in missing.items() if runs)
     to_do = sum(map(len, missing.values()))
     steps = sum(
-        agent_steps_of_run(study.experiments[name]) * len(runs) for name, runs in missing.items()
+        count_agent_steps(study.experiments[name]) * len(runs) for name, runs in missing.items()
     )
     console.info(
         f"{request.directory}: {request.total_runs - to_do:,} of {request.total_runs:,} runs "
@@ -273,9 +278,9 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     """
     executor = options.make_executor()
     study.require_parts()
-    for sentence in misfits(study, names):
+    for sentence in not_applicable_reasons(study, names):
         console.info(sentence)
-    missing = missing_assays(study, names)
+    missing = find_missing_assays(study, names)
     count = sum(map(len, missing.values()))
     if not count:
         console.info(f"{study.directory}: all assays are already stored")
@@ -287,12 +292,12 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     need = estimate_assays(study, missing, runs, executor.workers)
     need = _need_on_this_machine(need, executor)
     require(f"{count} assays", need, study.directory, force=options.force)
-    steps = agent_steps(study, missing)
+    steps = count_assay_steps(study, missing)
     console.info(f"{study.directory}: {count} assays to do ({steps:,} agent-steps)")
 
     def count_stored_assays() -> str:
         """Return how far the assays are, in words."""
-        done = count - sum(map(len, missing_assays(study, names).values()))
+        done = count - sum(map(len, find_missing_assays(study, names).values()))
         return f"{done} of {count} assays are stored in {study.directory}"
 
     with _report_progress_on_error(study, count_stored_assays):

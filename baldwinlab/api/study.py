@@ -28,7 +28,13 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.simulation.replay import replay
-from baldwinlab.studies.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
+from baldwinlab.studies.assays.run import (
+    ASSAYS,
+    find_missing_assays,
+    is_stored,
+    not_applicable_reasons,
+    open_assay,
+)
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -187,7 +193,7 @@ class Study:
         InterruptedStudyError
             A worker or a disk failed. The same call continues.
         """
-        if any(missing_assays(self._store, [name]).values()):
+        if any(find_missing_assays(self._store, [name]).values()):
             options = RunOptions(workers, executor=executor, force=force)
             run_missing_assays(self._store, [name], options)
         if condition is not None:
@@ -196,7 +202,7 @@ class Study:
             candidate for candidate in self.conditions if is_stored(name, self._store, candidate)
         ]
         if not measured:
-            reasons = misfits(self._store, [name])
+            reasons = not_applicable_reasons(self._store, [name])
             why = "; ".join(reasons) or f"{name} does not apply to any condition"
             raise StudyError(f"{self.directory}: {why}")
         return self._join_assays(name, measured)

@@ -17,7 +17,7 @@ from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.memory import estimate_tables
-from baldwinlab.studies.sweeps.design import FILE, experiments, require_as_many
+from baldwinlab.studies.sweeps.design import FILE, expand_sweep, require_same_size
 from baldwinlab.studies.sweeps.file import read, validate
 
 
@@ -84,8 +84,8 @@ def sweep(
         design = read(path)
         content = path.read_bytes()
     directory = Path("results") / path.stem if out is None else parse_location(out)
-    points = experiments(design, path)
-    require_as_many(directory, points)
+    points = expand_sweep(design, path)
+    require_same_size(directory, points)
     console.info_if_any(describe_too_few_runs(design, len(points)))
     request = StudyRequest(
         points,

@@ -29,7 +29,13 @@ from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.factors import MULTIVERSE
 from baldwinlab.papers import DEFAULT, Paper, PaperError, load
-from baldwinlab.studies.multiverse import Variant, combinations, experiments, factors, one_at_a_time
+from baldwinlab.studies.multiverse import (
+    Variant,
+    experiments,
+    factors,
+    vary_all,
+    vary_one_at_a_time,
+)
 from baldwinlab.studies.store import StudyStore
 
 # With 8 runs against 8, an exact p of 0.00016 is possible, or 0.003 after Holm's correction of 19
@@ -103,7 +109,7 @@ def multiverse(
 
 def _list_variants(paper: Paper | None, all_combinations: bool) -> list[Variant]:
     """Return the variants to simulate. Raise PaperError for a paper without claims or variants."""
-    variants = combinations(paper) if all_combinations else one_at_a_time(paper)
+    variants = vary_all(paper) if all_combinations else vary_one_at_a_time(paper)
     if paper and not (paper.claims and len(variants) > 1):
         raise PaperError(
             f"{paper.folder}: a multiverse needs claims.toml and at least one variant besides "

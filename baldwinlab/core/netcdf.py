@@ -22,7 +22,7 @@ class DamagedError(BaldwinLabError):
     """Bytes that are not what was written; the text says why, in part of a sentence."""
 
 
-def sealed(data: xr.Dataset) -> bytes:
+def to_bytes(data: xr.Dataset) -> bytes:
     """A dataset as netCDF with a checksum: the SHA-256 of itself with the checksum blank."""
     raw = bytes(data.assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
     return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
@@ -43,7 +43,7 @@ def verify(raw: bytes) -> None:
         raise DamagedError("its checksum does not fit its content")
 
 
-def claimed(head: bytes) -> str:
+def stored_checksum(head: bytes) -> str:
     """The checksum that a file carries, of its first bytes alone and not verified; "" where there is none among these."""
     found = _CHECKSUM.search(head)
     return found.group(1).decode() if found else ""
@@ -60,7 +60,7 @@ def attributes(raw: bytes) -> dict[str, Any]:
     return found
 
 
-def opened(raw: bytes) -> xr.Dataset:
+def from_bytes(raw: bytes) -> xr.Dataset:
     """A dataset whose coordinates of text are text again, without its checksum. Raises DamagedError for other bytes."""
     _require_no_rows(raw)
     try:

@@ -16,7 +16,7 @@ from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.descent import Parents, ancestors, fitter_line
+from baldwinlab.studies.assays.descent import Parents, count_ancestors, trace_fitter_parents
 
 Counts = npt.NDArray[np.int32]
 
@@ -86,11 +86,11 @@ def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) 
         - mean: the mean number of items eaten in each generation.
 
     """
-    couples = fitter_line(parents, generation, agent)[::-1]
+    couples = trace_fitter_parents(parents, generation, agent)[::-1]
     line = [fitter for fitter, _ in couples] + [agent]
     partners = [partner for _, partner in couples]
     first = generation - len(couples)
-    counts = [len(group) for group in ancestors(parents, generation, agent)]
+    counts = [len(group) for group in count_ancestors(parents, generation, agent)]
     return {
         "first": first,
         "agents": line,

@@ -10,7 +10,7 @@ from typing import Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.allocation import items_looked_at
-from baldwinlab.studies.run import agent_steps_of_run
+from baldwinlab.studies.run import count_agent_steps
 
 MAX_RUNS: Final = 50
 MAX_GENERATIONS: Final = 10_000
@@ -92,7 +92,7 @@ def check_sweep(points: Sequence[Experiment], runs: int, disk: int) -> None:
     """
     for point in points:
         check_size(point, runs)
-    work = sum(runs * agent_steps_of_run(point) * point.weight_count for point in points)
+    work = sum(runs * count_agent_steps(point) * point.weight_count for point in points)
     _check_sweep_limit(work, MAX_SWEEP_WORK, "runs x generations x agents x steps x weights")
     _check_sweep_limit(disk, MAX_SWEEP_DISK, "bytes of disk space")
 

@@ -21,7 +21,7 @@ from baldwinlab.lab.live import new_directory
 from baldwinlab.lab.query import body
 from baldwinlab.lab.sweep_plan import WORKERS, Plan, make_plan
 from baldwinlab.studies.executors.tasks import StoppedError
-from baldwinlab.studies.run import missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.sweeps.design import FILE
 
@@ -80,7 +80,7 @@ class LiveSweep:
 
     def _simulate(self) -> None:
         try:
-            missing = missing_runs(self.study, self.plan.sweep.runs, lambda message: None)
+            missing = find_missing_runs(self.study, self.plan.sweep.runs, lambda message: None)
             run_study(self.study, missing, WORKERS, self._progress, lambda message: None)
             self.state = "done"
         except StoppedError:

@@ -17,7 +17,7 @@ from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD
-from baldwinlab.studies.claims_file import CLAIMS, claims_in
+from baldwinlab.studies.claims_file import CLAIMS, read_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -149,7 +149,7 @@ def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | 
     """Return the number of claims with each verdict, or an error if the claims are not valid."""
     try:
         studies.require_inside(lab.root, study.directory / CLAIMS)
-        counts = Counter(claim["verdict"] for claim in claims_in(study))
+        counts = Counter(claim["verdict"] for claim in read_claims(study))
     except StudyError as error:
         return {}, str(error)
     # This import of SciPy's statistics takes time.

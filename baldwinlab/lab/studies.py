@@ -23,7 +23,7 @@ from baldwinlab.lab.query import text
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.papers import presets
 from baldwinlab.parts import View
-from baldwinlab.studies.claims_file import CLAIMS, claims_in
+from baldwinlab.studies.claims_file import CLAIMS, read_claims
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -342,6 +342,6 @@ def results_of(lab: Lab, name: str) -> bytes:
 def _claims_of(study: StudyStore) -> dict[str, Any]:
     """Return the claims of a study, or the error if they are not valid."""
     try:
-        return {"claims": claims_in(study), "problem": None}
+        return {"claims": read_claims(study), "problem": None}
     except StudyError as error:
         return {"claims": [], "problem": str(error)}

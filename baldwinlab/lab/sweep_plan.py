@@ -21,8 +21,8 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import available_cores, compile_experiments
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.run import agent_steps_of_run
-from baldwinlab.studies.sweeps.design import FILE, experiments
+from baldwinlab.studies.run import count_agent_steps
+from baldwinlab.studies.sweeps.design import FILE, expand_sweep
 from baldwinlab.studies.sweeps.file import Sweep, validate
 
 # One core stays free for the page.
@@ -58,7 +58,7 @@ class Plan(NamedTuple):
     @property
     def agent_steps(self) -> int:
         """Return the number of agent-steps of all runs."""
-        return sum(self.sweep.runs * agent_steps_of_run(point) for point in self.points)
+        return sum(self.sweep.runs * count_agent_steps(point) for point in self.points)
 
     @property
     def disk(self) -> int:
@@ -121,7 +121,7 @@ def make_plan(order: Mapping[str, Any]) -> Plan:
     tree["fields"] = fields
     sweep = validate(tree, FILE)
     check_sweep_runs(runs * math.prod(map(len, sweep.lists.values())))
-    plan = Plan(sweep, experiments(sweep, Path(FILE)), tomlkit.dumps(tree))
+    plan = Plan(sweep, expand_sweep(sweep, Path(FILE)), tomlkit.dumps(tree))
     check_sweep(plan.points, runs, plan.disk)
     return plan
 

@@ -49,7 +49,7 @@ class Comparison(Declared):
     """A comparison of the condition `a` with the condition `b`, or with `bound` if there is no `b`."""
 
     a: str = Field(min_length=1)
-    # One of `OF_ALL`, or a measure of the condition's model.
+    # One of `COMMON_VARIABLES`, or a measure of the condition's model.
     measure: str
     rule: Rule
     b: str = ""

@@ -217,7 +217,7 @@ class Paper:
         )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures of an experiment's model, without `OF_ALL`; None if its parts are not loaded."""
+        """Return the measures of an experiment's model, without `COMMON_VARIABLES`; None if its parts are not loaded."""
         try:
             model = self.experiment(name).loaded_model
         except (ExperimentError, PaperError):
@@ -297,7 +297,7 @@ def require_known(
 ) -> None:
     """Raise PaperError if a claim names an unknown condition, or an unknown measure of a condition.
 
-    `measures` returns the measures of a condition in addition to `OF_ALL`, or None if its model is not loaded.
+    `measures` returns the measures of a condition in addition to `COMMON_VARIABLES`, or None if its model is not loaded.
     """
     for claim in claims:
         _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")

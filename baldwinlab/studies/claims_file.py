@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text, write_atomically
-from baldwinlab.core.netcdf import claimed
+from baldwinlab.core.netcdf import stored_checksum
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 CLAIMS: Final = "claims.json"
-HEAD: Final = 65536  # bytes of a record among which its checksum stands
+CHECKSUM_BYTES: Final = 65536  # bytes of a record among which its checksum stands
 
 
 def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None:
@@ -25,7 +25,7 @@ def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None
     write_atomically(study.directory / CLAIMS, f"{text}\n".encode())
 
 
-def claims_in(study: StudyStore) -> list[dict[str, Any]]:
+def read_claims(study: StudyStore) -> list[dict[str, Any]]:
     """Read the claims of a study, each with `id` and `verdict` as text.
 
     Returns
@@ -68,7 +68,7 @@ def digest_records(study: StudyStore) -> str:
         for run in study.runs(name):
             path = study.path(name, run)
             with path.open("rb") as file:
-                checksum = claimed(file.read(HEAD))
+                checksum = stored_checksum(file.read(CHECKSUM_BYTES))
             digest.update(f"{name} {run} {path.stat().st_size} {checksum}\n".encode())
     return digest.hexdigest()
 

@@ -22,7 +22,7 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.papers import Paper, load, presets
 
 STANDARD = "standard"
-JOINED_BY = "+"
+SEPARATOR = "+"
 
 
 @cache
@@ -45,7 +45,7 @@ class Variant(NamedTuple):
 
     @property
     def name(self) -> str:
-        return JOINED_BY.join(self.parts) or STANDARD
+        return SEPARATOR.join(self.parts) or STANDARD
 
     @property
     def choices(self) -> dict[str, str]:
@@ -79,7 +79,7 @@ class Variant(NamedTuple):
         return "; ".join(paper.describe("variants", name) for name in self.parts or (STANDARD,))
 
 
-def one_at_a_time(paper: Paper | None = None) -> list[Variant]:
+def vary_one_at_a_time(paper: Paper | None = None) -> list[Variant]:
     """The standard variant, and each alternative by itself: of Le's paper, 15 variants."""
     return [
         Variant((), paper),
@@ -87,7 +87,7 @@ def one_at_a_time(paper: Paper | None = None) -> list[Variant]:
     ]
 
 
-def combinations(paper: Paper | None = None) -> list[Variant]:
+def vary_all(paper: Paper | None = None) -> list[Variant]:
     """Every combination of the choices, the standard first: of Le's paper, 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2 = 2048 variants."""
     options = [((), *((name,) for name in names)) for names in alternatives(paper).values()]
     return [Variant(sum(taken, ()), paper) for taken in product(*options)]
@@ -125,13 +125,13 @@ def factors(variants: Iterable[Variant]) -> dict[str, Factors]:
     return found
 
 
-def by_variant(
+def group_by_variant(
     conditions: Mapping[str, Factors], paper: Paper | None = None
 ) -> dict[Variant, dict[str, str]]:
     """The conditions of a multiverse by variant, each with the name that it has in the paper: evo/A."""
     found: dict[Variant, dict[str, str]] = {}
     for name, (learner, map_name, variant) in conditions.items():
-        parts = () if variant == STANDARD else tuple(variant.split(JOINED_BY))
+        parts = () if variant == STANDARD else tuple(variant.split(SEPARATOR))
         found.setdefault(Variant(parts, paper), {})[name] = (
             f"{learner}/{map_name}" if map_name else learner
         )

@@ -49,10 +49,12 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
 
 def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
     """As `open_runs`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
-    return together(study, names, [_open_condition(study, name) for name in names])
+    return concat_conditions(study, names, [_open_condition(study, name) for name in names])
 
 
-def together(study: StudyStore, names: Sequence[str], opened: Sequence[xr.Dataset]) -> xr.Dataset:
+def concat_conditions(
+    study: StudyStore, names: Sequence[str], opened: Sequence[xr.Dataset]
+) -> xr.Dataset:
     """What was opened of each of these conditions, (run, generation, agent), as one dataset with what the study says of them."""
     texts = [to_toml(study.experiment(name)) for name in names]
     found = xr.concat(
@@ -77,7 +79,7 @@ def together(study: StudyStore, names: Sequence[str], opened: Sequence[xr.Datase
 def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     numbers = study.runs(condition)
     if not numbers:
-        return no_runs(study.experiments[condition])
+        return make_empty_dataset(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in numbers]
     found = xr.concat(records, "run", combine_attrs="drop").assign_coords(
         run=np.array(numbers, np.int32)
@@ -87,7 +89,7 @@ def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     return found
 
 
-def no_runs(experiment: Experiment) -> xr.Dataset:
+def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
     """What is opened of a condition of which no run is stored."""
     sizes = {
         "run": 0,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # to load it takes a while, and where there is no foreign par
 DIGITS = 12  # of a hash, in sentences
 
 
-class Stored(NamedTuple):
+class PartRecord(NamedTuple):
     """A foreign part that a study was made with."""
 
     kind: str
@@ -32,15 +32,15 @@ class Stored(NamedTuple):
     sha256: str
 
 
-def read(facts: Mapping[str, Any]) -> tuple[Stored, ...]:
+def read_part_records(facts: Mapping[str, Any]) -> tuple[PartRecord, ...]:
     """Those that `study.toml` names. Raises KeyError where it is not what is written."""
     return tuple(
-        Stored(str(part["kind"]), str(part["name"]), str(part["sha256"]))
+        PartRecord(str(part["kind"]), str(part["name"]), str(part["sha256"]))
         for part in facts.get("parts", [])
     )
 
 
-def sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
+def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
     """The foreign parts that experiments choose. Raises PartError for one that is not here."""
     if not (
         choosing := [experiment for experiment in experiments if any(foreign_choices(experiment))]
@@ -51,7 +51,7 @@ def sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
     return sources_of(choosing)
 
 
-def keep(directory: Path, sources: Sequence[Source]) -> None:
+def save_sources(directory: Path, sources: Sequence[Source]) -> None:
     """Write the sources of parts into the folder of their study. Raises PartError where another source lies there."""
     for source in sources:
         path = directory / "parts" / f"{source.kind.replace(' ', '-')}-{source.name}.py"
@@ -65,7 +65,7 @@ def keep(directory: Path, sources: Sequence[Source]) -> None:
                 ) from None
 
 
-def lines(sources: Sequence[Source]) -> list[str]:
+def format_toml(sources: Sequence[Source]) -> list[str]:
     """What `study.toml` says of parts."""
     said = [
         ("[[parts]]", f'kind = "{one.kind}"', f'name = "{one.name}"', f'sha256 = "{one.sha256}"')
@@ -74,7 +74,9 @@ def lines(sources: Sequence[Source]) -> list[str]:
     return [line for part in said for line in part]
 
 
-def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExperiment]) -> None:
+def require_same_parts(
+    where: Path, stored: Sequence[PartRecord], experiments: Iterable[BaseExperiment]
+) -> None:
     """Raise PartError where a part or a data file of experiments of a study is not here, or is another."""
     known = list(experiments)
     _require_parts(
@@ -84,7 +86,7 @@ def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExp
         require_files(experiment, f" in {where}")
 
 
-def _require_parts(where: Path, stored: Sequence[Stored], chosen: set[tuple[str, str]]) -> None:
+def _require_parts(where: Path, stored: Sequence[PartRecord], chosen: set[tuple[str, str]]) -> None:
     if not chosen:
         return
     from baldwinlab.parts.loading import source_of

@@ -17,20 +17,20 @@ import xarray as xr
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import FileKind, is_local, read_bytes, write_atomically
-from baldwinlab.core.netcdf import DamagedError, attributes, opened, sealed, verify
+from baldwinlab.core.netcdf import DamagedError, attributes, from_bytes, to_bytes, verify
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.variables import RECORD, to_storage
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.memory import record_bytes
 
-MOST_RUNS: Final = 2**31  # a run's number is smaller
-OF_ALL: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
+RUN_LIMIT: Final = 2**31  # a run's number is smaller
+COMMON_VARIABLES: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
 NUMBERS: Final = ("i", "f")  # kinds of NumPy
 HEADER: Final = (
     4 * 2**20
 )  # bytes of a record beside its variables: names, meanings and the experiment
-LARGEST: Final = (
+MAX_HEADER: Final = (
     8 * 2**30
 )  # bytes of a record of a model that is not here; netCDF holds 2 GiB of a variable
 
@@ -45,10 +45,10 @@ class DamagedRecordError(StudyError):
 
 def encode(run: xr.Dataset) -> bytes:
     """A run as it is stored."""
-    return sealed(to_storage(run))
+    return to_bytes(to_storage(run))
 
 
-def require_place(
+def require_record_identity(
     attributes: Mapping[Any, Any], experiment: BaseExperiment, seed: int, run: int
 ) -> None:
     """Raises DamagedRecordError where a record is not that of a run of this experiment, of a study with this seed."""
@@ -73,7 +73,10 @@ def require_place(
 def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
     """Raises DamagedRecordError where a record lacks what is recorded of every run of this experiment."""
     lived = (experiment.evolution.generations, experiment.population.size)
-    if not all(_is_declared(name, record) for name in OF_ALL) or record["energy"].shape != lived:
+    if (
+        not all(_is_declared(name, record) for name in COMMON_VARIABLES)
+        or record["energy"].shape != lived
+    ):
         raise DamagedRecordError(
             f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents"
         )
@@ -111,9 +114,9 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
 
     Raises DamagedRecordError, naming the file, where it is not what was written, and StudyError where there is none.
     """
-    with _bytes_of(directory, experiment, run) as raw:
-        record = opened(raw)
-        require_place(record.attrs, experiment, seed, run)
+    with _read_bytes(directory, experiment, run) as raw:
+        record = from_bytes(raw)
+        require_record_identity(record.attrs, experiment, seed, run)
         require_content(record, experiment)
     return record
 
@@ -122,25 +125,25 @@ def read_attributes(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> dict[str, Any]:
     """What the record of a run says of itself, without decoding its arrays. Raises as `read_record` does."""
-    with _bytes_of(directory, experiment, run) as raw:
+    with _read_bytes(directory, experiment, run) as raw:
         found = attributes(raw)
-        require_place(found, experiment, seed, run)
+        require_record_identity(found, experiment, seed, run)
     return found
 
 
-def _largest(experiment: BaseExperiment) -> int:
+def _max_record_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes that a record may have: twice what its variables take, and a header."""
     try:
         return 2 * record_bytes(experiment) + HEADER
     except ExperimentError:  # its model is not here
-        return LARGEST
+        return MAX_HEADER
 
 
 @contextmanager
-def _bytes_of(directory: Path, experiment: BaseExperiment, run: int) -> Iterator[bytes]:
+def _read_bytes(directory: Path, experiment: BaseExperiment, run: int) -> Iterator[bytes]:
     """Read a record as it was written. The message of an error in here names its file."""
     path = record_path(directory, experiment.name, run)
-    kind = FileKind(f"a record of {experiment.name}", _largest(experiment))
+    kind = FileKind(f"a record of {experiment.name}", _max_record_bytes(experiment))
     try:
         try:
             raw = read_bytes(path, kind)
@@ -165,7 +168,7 @@ def stored_runs(folder: Path) -> Iterator[int]:
     Raises StudyError for what has the ending of a record, but cannot be one: it would be passed over, or taken for another.
     """
     for entry in folder.glob("[!.]*.nc"):  # a name with a dot is being written
-        number = _number(entry.stem)
+        number = _parse_run_number(entry.stem)
         if number is None:
             raise StudyError(
                 f"{entry} has no name of a record: remove it, or give it another ending"
@@ -180,10 +183,10 @@ def stored_runs(folder: Path) -> Iterator[int]:
         yield number
 
 
-def _number(text: str) -> int | None:
+def _parse_run_number(text: str) -> int | None:
     """A run's, where the text is one."""
-    plain = text.isascii() and text.isdecimal() and len(text) <= len(str(MOST_RUNS))
-    return int(text) if plain and int(text) < MOST_RUNS else None
+    plain = text.isascii() and text.isdecimal() and len(text) <= len(str(RUN_LIMIT))
+    return int(text) if plain and int(text) < RUN_LIMIT else None
 
 
 def record_name(run: int) -> str:

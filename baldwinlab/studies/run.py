@@ -18,21 +18,21 @@ from baldwinlab.studies.records import DamagedRecordError, write_record
 from baldwinlab.studies.store import StudyStore
 
 __all__ = [
-    "Evolve",
-    "agent_steps_of_run",
+    "RunTask",
     "available_cores",
-    "missing_runs",
-    "plan",
+    "count_agent_steps",
+    "find_missing_runs",
+    "plan_tasks",
     "run_study",
 ]
 
 # Enough for 10,000 cores, and few enough for a Dask scheduler: docs/explanation/distributed-execution.md
-MOST_TASKS: Final = 20_000
+MAX_TASKS: Final = 20_000
 
 Progress = AbstractContextManager[Callable[[int], None]]
 
 
-class Evolve(NamedTuple):
+class RunTask(NamedTuple):
     """A task: runs of one condition, each stored as its batch ends."""
 
     experiment: Experiment
@@ -44,9 +44,9 @@ class Evolve(NamedTuple):
 
     @property
     def agent_steps(self) -> int:
-        return len(self.runs) * agent_steps_of_run(self.experiment)
+        return len(self.runs) * count_agent_steps(self.experiment)
 
-    def do(
+    def run(
         self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
     ) -> None:
         """In batches of as many worlds as suit the backend. See `Task`."""
@@ -65,11 +65,13 @@ class Evolve(NamedTuple):
             write_record(directory, self.experiment.name, history.run, history.record())
 
 
-def agent_steps_of_run(experiment: Experiment) -> int:
+def count_agent_steps(experiment: Experiment) -> int:
     return experiment.evolution.generations * experiment.steps * experiment.population.size
 
 
-def missing_runs(study: StudyStore, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
+def find_missing_runs(
+    study: StudyStore, runs: int, tell: Callable[[str], None]
+) -> dict[str, list[int]]:
     """Return the runs that are still to do, by condition.
 
     Every stored record is checked. A damaged one is named and set aside, so that it is one of them,
@@ -94,19 +96,19 @@ def missing_runs(study: StudyStore, runs: int, tell: Callable[[str], None]) -> d
     return missing
 
 
-def plan(
+def plan_tasks(
     study: StudyStore, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds
-) -> list[Evolve]:
+) -> list[RunTask]:
     """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
 
-    A task is a batch of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
+    A task is a batch of as many worlds as suit the backend; several, where there would be more than `MAX_TASKS`; or fewer
     worlds, where some workers would have nothing to do.
     """
     total = sum(len(runs) for runs in missing.values())
-    batches = -(-total // (worlds * MOST_TASKS))
+    batches = -(-total // (worlds * MAX_TASKS))
     size = max(1, min(worlds * batches, total // workers))
     tasks = [
-        Evolve(study.experiments[condition], tuple(runs[first : first + size]))
+        RunTask(study.experiments[condition], tuple(runs[first : first + size]))
         for condition, runs in missing.items()
         for first in range(0, len(runs), size)
     ]
@@ -128,14 +130,14 @@ def run_study(
     """
     study.require_parts()
     study.sweep()
-    tasks = plan(study, missing, workers, backend.worlds)
+    tasks = plan_tasks(study, missing, workers, backend.worlds)
     compile_seconds = compile_experiments((task.experiment for task in tasks), backend, tell)
     tell(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:
         with (
             progress("simulating", sum(task.agent_steps for task in tasks)) as show,
-            closing(executor.do(study, tasks, workers, backend)) as amounts,
+            closing(executor.run(study, tasks, workers, backend)) as amounts,
         ):
             for amount in amounts:
                 done += amount

@@ -58,21 +58,26 @@ from baldwinlab.studies.records import (
     write_record,
 )
 from baldwinlab.studies.study_file import (
-    changes_of,
+    add_checksum,
     describe_changes,
+    format_study,
     kind_and_factors,
-    read_own_text,
-    require_seal,
-    require_sense,
-    sealed,
-    text_of_study,
+    read_changes,
+    read_text_of_study,
+    require_checksum,
+    require_valid_contents,
 )
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
 SESSIONS = "sessions.jsonl"
-SESSION = ("seconds", "compile_seconds", "workers", "agent_steps")  # the numbers that a session has
+SESSION_NUMBERS = (
+    "seconds",
+    "compile_seconds",
+    "workers",
+    "agent_steps",
+)  # the numbers that a session has
 
 
 class StudyStore:
@@ -83,17 +88,17 @@ class StudyStore:
         self.directory = directory
         path = directory / STUDY
         try:
-            text = read_own_text(path, STUDY_FILE)
+            text = read_text_of_study(path, STUDY_FILE)
             facts = parse_toml(text)
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
-            require_sense(self.seed, names)
+            require_valid_contents(self.seed, names)
             self.kind, self.factors = kind_and_factors(facts, directory)
             self.format: int = facts["format"]
-            require_seal(text, self.format)
-            self.parts = part_sources.read(facts)  # the foreign ones
+            require_checksum(text, self.format)
+            self.parts = part_sources.read_part_records(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
-            self.changes = changes_of(facts)  # of the paper's model
+            self.changes = read_changes(facts)  # of the paper's model
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -103,8 +108,8 @@ class StudyStore:
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            text = read_own_text(path, EXPERIMENT_FILE)
-            require_seal(text, self.format)
+            text = read_text_of_study(path, EXPERIMENT_FILE)
+            require_checksum(text, self.format)
             experiment = from_toml(text, where=str(path), lenient=True)
             if experiment.name != condition:
                 raise ValueError(f"it is that of the condition {experiment.name}")
@@ -130,7 +135,7 @@ class StudyStore:
 
     def require_parts(self, *conditions: str) -> None:
         """Raises PartError where these conditions (or all, unless any is given) choose a part that is not here, or is another."""
-        part_sources.require(
+        part_sources.require_same_parts(
             self.directory, self.parts, map(self.experiment, conditions or self.experiments)
         )
 
@@ -214,7 +219,7 @@ class StudyStore:
             except (ValueError, RecursionError):
                 continue
             if isinstance(session, dict) and all(
-                isinstance(session.get(name), int | float) for name in SESSION
+                isinstance(session.get(name), int | float) for name in SESSION_NUMBERS
             ):
                 yield session
 
@@ -247,10 +252,10 @@ def create(
         raise StudyError(f"{directory} is inside the study {folder}. Choose another path.")
     is_new = False
     if not is_study(directory):
-        sources = part_sources.sources(experiments)
+        sources = part_sources.collect_sources(experiments)
         for experiment in experiments:
             require_files(experiment, "")
-        text = sealed(text_of_study(names, seed, kind, factors, paper, changes, sources))
+        text = add_checksum(format_study(names, seed, kind, factors, paper, changes, sources))
         try:
             is_new = _write_study(directory, experiments, sources, text)
         except OSError as error:
@@ -269,13 +274,13 @@ def _write_study(
 ) -> bool:
     """Write the files of a new study, `study.toml` last. False where another process has been faster."""
     entries = list(directory.iterdir()) if directory.exists() else []
-    if not all(map(_may_lie_in_a_study, entries)) and not is_study(directory):
+    if not all(map(_is_study_entry, entries)) and not is_study(directory):
         raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
     for experiment in sorted(
         experiments, key=lambda one: one.name
     ):  # in one order in all processes
         _write_experiment(directory, experiment)
-    part_sources.keep(directory, sources)
+    part_sources.save_sources(directory, sources)
     try:
         write_exclusively(directory / STUDY, text.encode())
     except FileExistsError:
@@ -288,7 +293,7 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
     path = directory / "runs" / experiment.name / "experiment.toml"
     require_inside_study(path, directory)
     try:
-        write_exclusively(path, sealed(to_toml(experiment)).encode())
+        write_exclusively(path, add_checksum(to_toml(experiment)).encode())
     except FileExistsError:
         if _read_experiment(path) != experiment:
             raise StudyError(
@@ -298,12 +303,12 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
 
 def _read_experiment(path: Path) -> BaseExperiment:
     try:
-        return from_toml(read_own_text(path, EXPERIMENT_FILE), str(path), lenient=True)
+        return from_toml(read_text_of_study(path, EXPERIMENT_FILE), str(path), lenient=True)
     except ValueError as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
 
 
-def _may_lie_in_a_study(entry: Path) -> bool:
+def _is_study_entry(entry: Path) -> bool:
     """Whether it is the runs or parts of a study that is being created, or a study below it, such as a multiverse."""
     return (
         entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
@@ -323,7 +328,7 @@ def _require_same(
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
         raise StudyError(
-            f"{where}: its conditions are {_listed(list(study.experiments))}, not {_listed(names)}; choose another --out"
+            f"{where}: its conditions are {_list_briefly(list(study.experiments))}, not {_list_briefly(names)}; choose another --out"
         )
     for experiment in experiments:
         stored = study.experiments[experiment.name].to_dict()
@@ -333,7 +338,7 @@ def _require_same(
             )
 
 
-def _listed(names: Sequence[str], most: int = 10) -> str:
+def _list_briefly(names: Sequence[str], most: int = 10) -> str:
     more = f" and {len(names) - most:,} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 

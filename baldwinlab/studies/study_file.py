@@ -13,7 +13,7 @@ from baldwinlab.core.files import FileKind, is_local, read_text
 from baldwinlab.experiment import NAME_PATTERN
 from baldwinlab.experiment.factors import KINDS, SWEEP, Factors, Kind
 from baldwinlab.studies import format_1, part_sources
-from baldwinlab.studies.records import MOST_RUNS
+from baldwinlab.studies.records import RUN_LIMIT
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
@@ -49,12 +49,12 @@ def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
     return {("variant" if name == "reading" else name): value for name, value in table.items()}
 
 
-def sealed(text: str) -> str:
+def add_checksum(text: str) -> str:
     """A text, which says in its last line if it has been changed since."""
     return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
 
 
-def require_seal(text: str, written: int) -> None:
+def require_checksum(text: str, written: int) -> None:
     """Raises ValueError for a text that is not what was written. Studies of formats 1 and 2 may lack seals."""
     above, seal, digest = text.rpartition(_SEAL)
     if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
@@ -63,18 +63,18 @@ def require_seal(text: str, written: int) -> None:
         )
 
 
-def read_own_text(path: Path, kind: FileKind) -> str:
+def read_text_of_study(path: Path, kind: FileKind) -> str:
     """Read a text file of a study. Raises as `read_text` does, and ValueError for a link to another folder."""
     if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
         raise ValueError("it is a link to a file elsewhere")
     return read_text(path, kind)
 
 
-def require_sense(seed: Any, names: Any) -> None:
+def require_valid_contents(seed: Any, names: Any) -> None:
     """Raises ValueError unless these are a study's seed and the names of its conditions, each of which is a folder's below it."""
-    if type(seed) is not int or not 0 <= seed < MOST_RUNS:
+    if type(seed) is not int or not 0 <= seed < RUN_LIMIT:
         raise ValueError(
-            f"seed = {seed!r} must be a whole number, at least 0 and less than {MOST_RUNS}"
+            f"seed = {seed!r} must be a whole number, at least 0 and less than {RUN_LIMIT}"
         )
     if not isinstance(names, list):
         raise ValueError(f"conditions = {names!r} must be a list of names")
@@ -85,7 +85,7 @@ def require_sense(seed: Any, names: Any) -> None:
         raise ValueError("conditions: a name stands there twice")
 
 
-def changes_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
+def read_changes(facts: Mapping[str, Any]) -> tuple[str, ...]:
     """The assignments that changed the model of the paper. Raises ValueError where they are no list of texts."""
     changes = facts.get("changes", [])
     if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
@@ -102,7 +102,7 @@ def describe_changes(changes: Sequence[str]) -> str:
     return f"Changed model: {', '.join(changes)}. No verdict here is about the model of the paper."
 
 
-def text_of_study(
+def format_study(
     names: Sequence[str],
     seed: int,
     kind: Kind,
@@ -120,7 +120,7 @@ def text_of_study(
     ]
     lines += [f"paper = {json.dumps(paper)}"] * bool(paper)
     lines += [f"changes = {json.dumps(list(changes))}"] * bool(changes)
-    lines += [*part_sources.lines(sources), "", "[factors]"]
+    lines += [*part_sources.format_toml(sources), "", "[factors]"]
     for name in names if kind != SWEEP else ():
         found = factors.get(name, Factors())
         found = found._replace(learner=found.learner or name)

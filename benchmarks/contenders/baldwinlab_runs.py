@@ -10,12 +10,12 @@ import numpy.typing as npt
 import baldwinlab as bl
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.simulate import simulate_batch
-from baldwinlab.studies.run import agent_steps_of_run, available_cores
+from baldwinlab.studies.run import available_cores, count_agent_steps
 from benchmarks.setting import Genomes, Setting, Simulate
 
 
 def agent_steps(setting: Setting) -> int:
-    return available_cores() * CPU.worlds * agent_steps_of_run(bl.load(setting.name))
+    return available_cores() * CPU.worlds * count_agent_steps(bl.load(setting.name))
 
 
 def prepare(setting: Setting, genomes: Genomes) -> Simulate:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.core.netcdf import DamagedError, opened, sealed, verify
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.records import encode
 from tests.small import small
@@ -16,9 +16,9 @@ def test_names_and_numbers_come_back() -> None:
     data = xr.Dataset(
         {"height": ("who", np.arange(2.0))}, {"who": ["Ada", "B\u00e9la"]}, {"seed": 3}
     )
-    raw = sealed(data)
+    raw = to_bytes(data)
     verify(raw)
-    xr.testing.assert_identical(opened(raw).assign_attrs(seed=3), data)
+    xr.testing.assert_identical(from_bytes(raw).assign_attrs(seed=3), data)
 
 
 def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
@@ -37,4 +37,4 @@ def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
 @pytest.mark.parametrize("raw", [b"", b"CDF", b"nothing of the kind", b"CDF\x01" + b"\xff" * 400])
 def test_other_bytes_are_no_dataset(raw: bytes) -> None:
     with pytest.raises(DamagedError, match="it is no netCDF file"):
-        opened(raw)
+        from_bytes(raw)

@@ -12,7 +12,7 @@ from baldwinlab.experiment import Experiment, assign, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import create
-from baldwinlab.studies.sweeps.design import experiments, open_sweep
+from baldwinlab.studies.sweeps.design import expand_sweep, open_sweep
 from baldwinlab.studies.sweeps.file import read
 from tests.small import as_older
 
@@ -73,6 +73,6 @@ def test_a_sweep_has_a_number_for_learning_for_life(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)
     plan = read(path)
-    assert [each.learning.steps for each in experiments(plan, path)] == [10, None]
+    assert [each.learning.steps for each in expand_sweep(plan, path)] == [10, None]
     sweep(path, out=tmp_path / "sweep")
     assert open_sweep(tmp_path / "sweep")["learning.steps"].values.tolist() == [10, OLD]

@@ -15,7 +15,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from baldwinlab.api.publish import lab_results
-from baldwinlab.core.netcdf import sealed
+from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.assayed import of_study, reaction
 from tests.axe import barriers
@@ -171,7 +171,7 @@ def assayed(lab_server: LabServer) -> Iterator[None]:
     folder = lab_server.root / "small" / "assays"
     (folder / "reaction" / "evo").mkdir(parents=True)
     made = of_study(reaction("evo/A", 60), StudyStore(lab_server.root / "small"), "evo/A")
-    (folder / "reaction" / "evo" / "A.nc").write_bytes(sealed(made))
+    (folder / "reaction" / "evo" / "A.nc").write_bytes(to_bytes(made))
     yield
     shutil.rmtree(folder)
 

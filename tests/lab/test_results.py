@@ -11,7 +11,7 @@ import pytest
 
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
-from baldwinlab.core.netcdf import sealed
+from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.core.variables import AS_EVOLVED
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.assayed import of_study, reaction
@@ -62,7 +62,7 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evo
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
         made = of_study(reaction("evo/A", 60), study, "evo/A")
-        (folder / "A.nc").write_bytes(sealed(made))
+        (folder / "A.nc").write_bytes(to_bytes(made))
         found = data(server.address, "results/reaction", study="it")
         assert found["unit"] == "fitness (energy)"
         panels = {panel["field"]: panel for panel in found["panels"]}

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from baldwinlab.studies.claims_file import CLAIMS, claims_in, write_claims
+from baldwinlab.studies.claims_file import CLAIMS, read_claims, write_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small import small, small_study
@@ -27,9 +27,9 @@ def study(tmp_path: Path) -> StudyStore:
 
 
 def test_claims_come_back_as_they_were_written(study: StudyStore) -> None:
-    assert claims_in(study) == []
+    assert read_claims(study) == []
     write_claims(study, WRITTEN)
-    assert claims_in(study) == WRITTEN
+    assert read_claims(study) == WRITTEN
 
 
 @pytest.mark.parametrize("change", ["verdict", "effect", "claim added", "records"])
@@ -51,7 +51,7 @@ def test_a_change_by_hand_is_refused(study: StudyStore, change: str) -> None:
         StudyError,
         match=r"claims\.json is not what a report has written; `baldwinlab report .*` makes it",
     ):
-        claims_in(study)
+        read_claims(study)
 
 
 def test_claims_of_other_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
@@ -60,14 +60,14 @@ def test_claims_of_other_runs_are_refused(study: StudyStore, tmp_path: Path) -> 
     with pytest.raises(
         StudyError, match="was decided by other runs than those that are stored now"
     ):
-        claims_in(grown)
+        read_claims(grown)
     other = small_study(tmp_path / "other", [small("evo/A")], runs=3, seed=6)
     write_claims(other, WRITTEN)
     shutil.copy(other.directory / CLAIMS, grown.directory / CLAIMS)
     with pytest.raises(
         StudyError, match="was decided by other runs than those that are stored now"
     ):
-        claims_in(grown)
+        read_claims(grown)
 
 
 def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them_again(
@@ -78,14 +78,14 @@ def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them
         StudyError,
         match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again",
     ):
-        claims_in(study)
+        read_claims(study)
 
 
 @pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
 def test_json_of_another_kind_is_refused(study: StudyStore, content: Any) -> None:
     (study.directory / CLAIMS).write_text(json.dumps(content))
     with pytest.raises(StudyError, match="is not what a report has written"):
-        claims_in(study)
+        read_claims(study)
 
 
 def test_huge_claims_are_refused_before_they_are_read(study: StudyStore) -> None:
@@ -95,4 +95,4 @@ def test_huge_claims_are_refused_before_they_are_read(study: StudyStore) -> None
         StudyError,
         match="cannot be read: it has 20,000,000,000 bytes, and a JSON file of results may",
     ):
-        claims_in(study)
+        read_claims(study)

@@ -14,7 +14,7 @@ from baldwinlab.parts import Source
 from baldwinlab.studies import part_sources
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, create
-from baldwinlab.studies.study_file import sealed
+from baldwinlab.studies.study_file import add_checksum
 from tests.small import small
 
 ROUNDS = range(30)
@@ -96,16 +96,16 @@ def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
     tmp_path: Path,
 ) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
-    part_sources.keep(tmp_path, [first])
-    part_sources.keep(tmp_path, [first])
+    part_sources.save_sources(tmp_path, [first])
+    part_sources.save_sources(tmp_path, [first])
     with pytest.raises(PartError, match=r"model-mine\.py is there already and holds another part"):
-        part_sources.keep(tmp_path, [second])
+        part_sources.save_sources(tmp_path, [second])
     assert (tmp_path / "parts" / "model-mine.py").read_text() == "a = 1"
 
 
 def test_a_name_that_stands_twice_in_a_study_is_refused(tmp_path: Path) -> None:
     path = create(tmp_path, [small("evo/A")], seed=1).directory / "study.toml"
     above = path.read_text().split("# SHA-256")[0]
-    path.write_text(sealed(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
+    path.write_text(add_checksum(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
     with pytest.raises(StudyError, match="conditions: a name stands there twice"):
         StudyStore(tmp_path)

@@ -21,10 +21,10 @@ from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.studies.assays.run import ASSAYS, missing_assays, run_assays
+from baldwinlab.studies.assays.run import ASSAYS, find_missing_assays, run_assays
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, dask
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.run import missing_runs, plan
+from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.store import StudyStore, create
 from tests.small import contents, ignore, silent, small, small_study
 from tests.studies.assays.studies import conditions, measured
@@ -54,7 +54,9 @@ def longer(name: str) -> Experiment:
 def amounts(
     executor: Executor, study: StudyStore, runs: int, workers: int = 2
 ) -> Generator[int, None, None]:
-    return executor.do(study, plan(study, missing_runs(study, runs, ignore), workers), workers, CPU)
+    return executor.run(
+        study, plan_tasks(study, find_missing_runs(study, runs, ignore), workers), workers, CPU
+    )
 
 
 def pids(local: Any) -> list[int]:
@@ -93,7 +95,7 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
     tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(local.scheduler, "allowed_failures", 0)
-    monkeypatch.setattr(dask, "SILENCE", 0)
+    monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
     study = create(tmp_path, [small("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5)
     with (
         closing(amounts(on_dask, study, runs=2)) as steps,
@@ -109,7 +111,7 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
 def test_workers_tell_how_far_they_are_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask, "SILENCE", 0)
+    monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
     study = create(tmp_path, [longer("evo/A").replace(evolution={"generations": 12})], seed=5)
     heard = list(amounts(on_dask, study, runs=2))
     assert len(heard) > 4  # though there are but two tasks
@@ -136,7 +138,7 @@ def test_what_is_stopped_in_one_place_is_carried_on_in_another(
 def test_workers_end_tasks_that_nobody_waits_for(
     tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask, "SILENCE", 0)
+    monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
     study = create(tmp_path, [small("evo/A").replace(evolution={"generations": 10_000})], seed=5)
     with closing(amounts(on_dask, study, runs=2)) as steps:
         next(steps)
@@ -181,10 +183,10 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(
 
     with pytest.raises(KeyboardInterrupt):
         run_assays(
-            study, missing_assays(study, ["innate"]), 1, until_some_are_stored, ignore, first
+            study, find_missing_assays(study, ["innate"]), 1, until_some_are_stored, ignore, first
         )
     kept = contents(study.directory / "assays")
-    run_assays(study, missing_assays(study, ["innate"]), 2, silent, ignore, second)
+    run_assays(study, find_missing_assays(study, ["innate"]), 2, silent, ignore, second)
     whole = contents(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
     assert 0 < len(kept) < len(whole) == len(conditions())
     assert contents(study.directory / "assays") == whole
@@ -199,7 +201,7 @@ def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: 
         with pytest.raises(
             DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"
         ):
-            run_assays(study, missing_assays(study, ["descent"]), 2, silent, ignore, executor)
+            run_assays(study, find_missing_assays(study, ["descent"]), 2, silent, ignore, executor)
 
 
 def test_workers_refuse_to_mix_engines(
@@ -229,7 +231,9 @@ def test_a_scheduler_that_is_gone_is_a_sentence(
     ) as empty:
         steps = amounts(choose(f"dask:{empty.scheduler_address}"), study, runs=2)
         empty.loop.call_later(0.5, empty.close)
-        monkeypatch.setattr(dask, "PATIENCE", 1)  # also seconds for which it is sought again
+        monkeypatch.setattr(
+            dask, "CONNECTION_TIMEOUT", 1
+        )  # also seconds for which it is sought again
         with pytest.raises(ExecutorError, match="the Dask scheduler is gone"):
             next(steps)
 
@@ -262,7 +266,7 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(dask, "PATIENCE", 0.5)
+    monkeypatch.setattr(dask, "CONNECTION_TIMEOUT", 0.5)
     code, _, err = command(monkeypatch, capsys, tmp_path, "run", "evo/A", "--runs", "1", *words)
     assert code != 0
     assert sentence in err

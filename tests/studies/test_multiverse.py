@@ -11,11 +11,11 @@ from baldwinlab.papers.presets import load, paper
 from baldwinlab.studies.multiverse import (
     Variant,
     alternatives,
-    by_variant,
-    combinations,
     experiments,
     factors,
-    one_at_a_time,
+    group_by_variant,
+    vary_all,
+    vary_one_at_a_time,
 )
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import create
@@ -35,7 +35,7 @@ def test_the_paper_leaves_eight_choices_open_with_fourteen_alternatives() -> Non
 
 
 def test_one_at_a_time_each_variant_departs_from_the_standard_in_its_own_fields_alone() -> None:
-    variants = one_at_a_time()
+    variants = vary_one_at_a_time()
     assert [variant.name for variant in variants][:2] == ["standard", "literal"] and len(
         variants
     ) == 15
@@ -73,16 +73,18 @@ def test_a_variant_says_which_choices_it_makes_and_what_they_set() -> None:
 
 
 def test_all_combinations_have_different_names_that_are_valid() -> None:
-    variants = combinations()
+    variants = vary_all()
     assert len(variants) == 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2
     assert len({variant.name for variant in variants}) == len(variants)
-    assert {variant.name for variant in one_at_a_time()} <= {variant.name for variant in variants}
+    assert {variant.name for variant in vary_one_at_a_time()} <= {
+        variant.name for variant in variants
+    }
     names = [f"{variant.name}/evo+self-taught/A" for variant in variants]
     assert all(re.match(NAME_PATTERN, name) and len(name) <= 200 for name in names)
 
 
 def test_a_combination_is_its_parts_laid_over_each_other() -> None:
-    farthest = combinations()[-1]
+    farthest = vary_all()[-1]
     assert len(farthest.parts) == 8
     expected = reduce(
         merge, (Variant((part,)).changes for part in farthest.parts), load("evo/A").to_dict()
@@ -95,7 +97,7 @@ def test_a_combination_is_its_parts_laid_over_each_other() -> None:
 
 def test_conditions_are_sorted_back_into_variants() -> None:
     variants = [Variant(()), Variant(("contact-5", "rank"))]
-    found = by_variant(factors(variants))
+    found = group_by_variant(factors(variants))
     assert list(found) == variants
     assert found[variants[1]]["contact-5+rank/evo/A"] == "evo/A"
     names = [name for conditions in found.values() for name in conditions]

@@ -14,13 +14,13 @@ import pytest
 import xarray as xr
 from scipy.io import netcdf_file
 
-from baldwinlab.core.netcdf import opened, sealed
+from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.core.variables import from_storage as all_of
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError, encode, write_record
-from baldwinlab.studies.run import missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
 from tests.small import as_older, contents, ignore, silent, small, small_study
 
@@ -28,7 +28,7 @@ from tests.small import as_older, contents, ignore, silent, small, small_study
 def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
     for stride in (1, 2, 100):
         run = simulate(small().replace(record={"genome_every": stride}), seed=2**31 - 1)
-        xr.testing.assert_identical(all_of(opened(encode(run))), run)
+        xr.testing.assert_identical(all_of(from_bytes(encode(run))), run)
 
 
 def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(
     with pytest.raises(DamagedRecordError, match=why):
         study.attributes("evo/A", 1)
     told: list[str] = []
-    run_study(study, missing_runs(study, 3, told.append), 1, silent, ignore)
+    run_study(study, find_missing_runs(study, 3, told.append), 1, silent, ignore)
     assert any(str(path) in sentence for sentence in told)
     assert contents(tmp_path) == sound
 
@@ -145,7 +145,7 @@ def test_what_is_no_file_is_named(tmp_path: Path, kind: str) -> None:
     else:
         path.symlink_to(tmp_path / "nowhere")
     with pytest.raises(StudyError, match=f"{path} is no file, though it has the name of a record"):
-        missing_runs(study, 3, ignore)
+        find_missing_runs(study, 3, ignore)
 
 
 def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> None:
@@ -211,9 +211,9 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
 ) -> None:
     study = small_study(tmp_path / "study", runs=1)
     path = study.path("evo/A", 0)
-    run = opened(path.read_bytes())
+    run = from_bytes(path.read_bytes())
     path.write_bytes(
-        sealed(
+        to_bytes(
             {
                 "other variables": xr.Dataset({"rain": ("day", np.zeros(3))}, attrs=run.attrs),
                 "other sizes": run.isel(generation=slice(2)),
@@ -226,7 +226,7 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
         DamagedRecordError, match=r"0000\.nc is damaged: it does not hold what is recorded of 3 gen"
     ):
         study.read("evo/A", 0)
-    assert missing_runs(study, 1, ignore)["evo/A"] == [0]
+    assert find_missing_runs(study, 1, ignore)["evo/A"] == [0]
 
 
 def resealed(raw: bytes) -> bytes:

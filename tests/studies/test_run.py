@@ -21,7 +21,7 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.run import missing_runs, plan, run_study
+from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
 from baldwinlab.studies.store import create
 from tests.small import contents, ignore, silent, small, small_study
 
@@ -40,8 +40,8 @@ def test_a_study_holds_the_bits_of_its_runs_whatever_the_number_of_workers(tmp_p
 def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path: Path) -> None:
     study = small_study(tmp_path / "grown", runs=1)
     before = study.path("evo/A", 0).stat().st_mtime_ns
-    assert missing_runs(study, 1, ignore) == {"evo/A": [], "evo+self-taught/A": []}
-    assert missing_runs(study, 3, ignore) == {"evo/A": [1, 2], "evo+self-taught/A": [1, 2]}
+    assert find_missing_runs(study, 1, ignore) == {"evo/A": [], "evo+self-taught/A": []}
+    assert find_missing_runs(study, 3, ignore) == {"evo/A": [1, 2], "evo+self-taught/A": [1, 2]}
     small_study(tmp_path / "grown", runs=3)
     assert study.path("evo/A", 0).stat().st_mtime_ns == before
     assert contents(study.directory) == contents(small_study(tmp_path / "whole", runs=3).directory)
@@ -51,7 +51,9 @@ def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_s
     tmp_path: Path,
 ) -> None:
     study = create(tmp_path / "stopped", [small("evo/A"), small("evo+self-taught/A")], seed=5)
-    steps = THREADS.do(study, plan(study, missing_runs(study, 6, ignore), workers=1), 1, CPU)
+    steps = THREADS.run(
+        study, plan_tasks(study, find_missing_runs(study, 6, ignore), workers=1), 1, CPU
+    )
     while not contents(study.directory):
         next(steps)
     steps.close()  # what ctrl-C comes to
@@ -84,7 +86,7 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
         process.send_signal(signal.SIGKILL)
         process.wait()
     killed = create(directory, [small("evo/A"), small("evo+self-taught/A")], seed=5)
-    missing = missing_runs(killed, 40, pytest.fail)  # no record is damaged
+    missing = find_missing_runs(killed, 40, pytest.fail)  # no record is damaged
     assert 0 < sum(map(len, missing.values())) < 80
     small_study(directory, runs=40)
     assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
@@ -108,7 +110,7 @@ def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) 
     with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
         open_runs(tmp_path)
     told: list[str] = []
-    missing = missing_runs(study, 3, told.append)
+    missing = find_missing_runs(study, 3, told.append)
     assert missing == {"evo/A": [1], "evo+self-taught/A": []}
     assert len(told) == 1
     assert "0001.nc is damaged" in told[0]
@@ -124,7 +126,7 @@ def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_as
     foreign = study.path("evo/A", 7)
     shutil.copy(study.path("evo/A", 1), foreign)
     told: list[str] = []
-    assert missing_runs(study, 2, told.append) == {"evo/A": []}
+    assert find_missing_runs(study, 2, told.append) == {"evo/A": []}
     (sentence,) = told
     assert sentence.startswith(f"{foreign} is damaged: it is run 1 of evo/A")
     assert sentence.endswith(
@@ -191,7 +193,7 @@ def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) ->
     path = far.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-100])
     told: list[str] = []
-    assert missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
+    assert find_missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
     assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
     assert path.with_name("0001.nc.damaged").exists()
     small_study(parse_location("memory://tests/study"), runs=2)

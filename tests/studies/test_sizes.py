@@ -18,7 +18,7 @@ from baldwinlab.papers import load as load_paper
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.run import missing_runs
+from baldwinlab.studies.run import find_missing_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.file import read as read_sweep
 from tests.small import ignore, small, small_study
@@ -84,7 +84,7 @@ def test_a_huge_record_is_set_aside_without_being_read(tmp_path: Path) -> None:
     os.truncate(study.path("evo/A", 0), HUGE)
     with pytest.raises(DamagedRecordError, match="a record of evo/A may have at most"):
         study.read("evo/A", 0)
-    assert missing_runs(study, 1, ignore) == {"evo/A": [0]}
+    assert find_missing_runs(study, 1, ignore) == {"evo/A": [0]}
     assert (tmp_path / "runs" / "evo" / "A" / "0000.nc.damaged").stat().st_size == HUGE
 
 

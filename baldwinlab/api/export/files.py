@@ -16,7 +16,7 @@ from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import atomic_path, write_atomically
 from baldwinlab.core.output_paths import require_writable
-from baldwinlab.studies.assays.descent import HEADER, phylogeny_lines
+from baldwinlab.studies.assays.descent import HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore
 
 MIN_ROWS: Final = 2**17  # of a row group of Parquet
@@ -204,6 +204,6 @@ def write_phylogeny(
             for number in study.runs(name) if run is None else [run]:
                 parents = study.read(name, number, genomes=False).parents.values
                 origin = f",{name},{number}" * (run is None)
-                file.writelines(f"{line}{origin}\n" for line in phylogeny_lines(parents, count))
+                file.writelines(f"{line}{origin}\n" for line in format_phylogeny(parents, count))
                 count += parents[..., 0].size
     return count

@@ -19,9 +19,9 @@ from baldwinlab.core.files import atomic_path
 from baldwinlab.core.output_paths import owner
 from baldwinlab.core.variables import OF_AGENT
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.studies.open import no_runs, together
+from baldwinlab.studies.open import concat_conditions, make_empty_dataset
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import labelled
+from baldwinlab.studies.sweeps.design import label_points
 
 if TYPE_CHECKING:
     import zarr
@@ -98,11 +98,11 @@ def _layout(study: StudyStore) -> Layout:
     """What the dataset of all records has beside them, from one value of each condition."""
     runs = {name: np.array(study.runs(name), np.int32) for name in study.experiments}
     samples = [_sample(study, name, there) for name, there in runs.items()]
-    found = together(study, list(study.experiments), samples).assign(
+    found = concat_conditions(study, list(study.experiments), samples).assign(
         {PLACE: ("condition", np.arange(len(samples)))}
     )
     if study.kind == SWEEP:
-        found = labelled(study, found)
+        found = label_points(study, found)
     recorded = {
         str(name): variable for name, variable in found.data_vars.items() if "run" in variable.dims
     }
@@ -127,7 +127,7 @@ def _sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dat
     """The first value of each variable, of a condition without runs none."""
     first = {dim: [0] for dim in OF_AGENT}
     if not runs.size:
-        return no_runs(study.experiments[name]).isel(first)
+        return make_empty_dataset(study.experiments[name]).isel(first)
     return study.read(name, int(runs[0]), genomes=False).isel(first).expand_dims(run=[0])
 
 

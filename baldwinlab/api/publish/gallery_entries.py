@@ -14,7 +14,7 @@ from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import CONDITIONS
 from baldwinlab.papers import DEFAULT, Paper, of_study
 from baldwinlab.studies.assays import storage
-from baldwinlab.studies.claims_file import claims_in
+from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore
 
@@ -125,7 +125,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
 
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
-    assays = storage.read(study, ["innate"])
+    assays = storage.read_assays(study, ["innate"])
     present = [name for name in study.experiments if study.runs(name)]
     systems: list[System] = []
     if assays:
@@ -133,7 +133,7 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
         data = open_conditions(study, present)
         systems = evaluate_systems(data, assays, study.experiments, selected, last)
     reason, commands = ("", ()) if systems else _explain_omission(study, present, bool(assays))
-    claims = {claim["id"]: claim["verdict"] for claim in claims_in(study)}
+    claims = {claim["id"]: claim["verdict"] for claim in read_claims(study)}
     return Entry(
         paper,
         study.changes,

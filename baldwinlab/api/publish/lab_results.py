@@ -22,7 +22,7 @@ from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.files import RESULTS_FILE, read_text, write_atomically
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
-from baldwinlab.studies.assays.storage import read
+from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.claims_file import digest_records
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
@@ -212,7 +212,7 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
     ValueError
         The stored assay is damaged, or belongs to another study.
     """
-    assays = read(study, ["reaction"])
+    assays = read_assays(study, ["reaction"])
     if not assays:
         return {"unit": "", "panels": []}
     panels = [panel for panel in reaction_panels(assays["reaction"]) if panel.norms]

@@ -12,7 +12,7 @@ from baldwinlab.analysis.multiverse.section import compose_lead, section
 from baldwinlab.analysis.report import write_page
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.papers import Paper, of_study
-from baldwinlab.studies.multiverse import by_variant
+from baldwinlab.studies.multiverse import group_by_variant
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import Progress
 from baldwinlab.studies.store import StudyStore
@@ -74,7 +74,7 @@ def _evaluate_variants(
     study: StudyStore, paper: Paper, last: int, progress: Callable[[str, int, str], Progress]
 ) -> list[VariantResult]:
     results = []
-    groups = by_variant(study.factors, paper)
+    groups = group_by_variant(study.factors, paper)
     with progress("evaluating the claims", len(groups), "variants") as show:
         for variant, conditions in groups.items():
             data = open_conditions(study, list(conditions))

@@ -136,7 +136,7 @@ def _write_report(
 ) -> None:
     """Write the report with the assays and the multiverse that are stored now."""
     study = plan.study
-    measured = storage.read(study)
+    measured = storage.read_assays(study)
     analysis = evaluate_assays(measured, plan.last) if measured else None
     sections = _extra_sections(plan, measured, analysis, standard)
     summary = _summarize_learners(plan, report.results, analysis)

@@ -1,6 +1,6 @@
 """Genomes that are graphs: networks of any topology, each link a gene with its historical mark.
 
-A genome is float32 [entry]: a head of `HEAD` entries, then a gene of `GENE` entries for each link, in the order of their
+A genome is float32 [entry]: a head of `CHECKSUM_BYTES` entries, then a gene of `GENE` entries for each link, in the order of their
 innovation numbers; where that number is 0, there are no more. Nodes are named by whole numbers: the inputs from 0 on,
 the last of them the bias, then the outputs; a hidden node has the innovation number of the link that led to it when it arose.
 So a genome says all by itself which nodes it has, and no list of nodes is needed.

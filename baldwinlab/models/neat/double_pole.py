@@ -152,7 +152,7 @@ def balance(
     """Fill `steps` [run, agent, start] with the steps until something falls, and `unrest` with how restless the last were.
 
     Unrest is |place| + |velocity| of the cart + |angle| + |angular velocity| of the long pole, over
-    the last `LAST` steps. `units` [2, unit], `plan` [2, link, 3], `motion` [7, 6] and `recent`
+    the last `MAX_GENERATIONS` steps. `units` [2, unit], `plan` [2, link, 3], `motion` [7, 6] and `recent`
     [LAST] are scratch.
     """
     for run in range(graphs.shape[0]):

@@ -10,18 +10,18 @@ import numpy.typing as npt
 
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-FOUNDERS_AT_A_TIME = 1024  # bounds the memory that a large world takes
+FOUNDERS_PER_BATCH = 1024  # bounds the memory that a large world takes
 
 Parents = npt.NDArray[np.int32]  # [generation, agent, 2], agents of the generation before
 
 
-def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     return {
         "generation": np.arange(study.experiments[condition].evolution.generations, dtype=np.int32)
     }
 
 
-def lives(study: Conditions, condition: str) -> int:
+def count_lives(study: Conditions, condition: str) -> int:
     return 0
 
 
@@ -70,8 +70,8 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     """
     generations, agents, _ = parents.shape
     sum_of_squares = np.zeros(generations)
-    for first in range(0, agents, FOUNDERS_AT_A_TIME):
-        shares = np.eye(agents, min(FOUNDERS_AT_A_TIME, agents - first), -first)  # [agent, founder]
+    for first in range(0, agents, FOUNDERS_PER_BATCH):
+        shares = np.eye(agents, min(FOUNDERS_PER_BATCH, agents - first), -first)  # [agent, founder]
         sum_of_squares[0] += (shares.mean(axis=0) ** 2).sum()
         for generation in range(1, generations):
             one, other = parents[generation].T
@@ -80,7 +80,7 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     return 1 / sum_of_squares
 
 
-def ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray[np.int32]]:
+def count_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray[np.int32]]:
     """All from whom an agent descends: itself, its parents, theirs, and so on back to those who inherited nothing."""
     found = [np.array([agent], np.int32)]
     while (before := np.unique(parents[generation, found[-1]])).min() >= 0:
@@ -89,7 +89,7 @@ def ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray
     return found
 
 
-def fitter_line(parents: Parents, generation: int, agent: int) -> list[tuple[int, int]]:
+def trace_fitter_parents(parents: Parents, generation: int, agent: int) -> list[tuple[int, int]]:
     """The parents of an agent, those of the fitter of them, and so on; of each couple the fitter one first."""
     couples = []
     while (couple := parents[generation, agent]).min() >= 0:
@@ -101,7 +101,7 @@ def fitter_line(parents: Parents, generation: int, agent: int) -> list[tuple[int
 HEADER = "id,ancestor_list,origin_time,destruction_time"
 
 
-def phylogeny_lines(parents: Parents, first: int = 0) -> Iterator[str]:
+def format_phylogeny(parents: Parents, first: int = 0) -> Iterator[str]:
     """The pedigree of a run in the ALife data standard, below `HEADER`.
 
     An agent is first + generation * agents + its number in its generation, which is its time; it is gone with the next.

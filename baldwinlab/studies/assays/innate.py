@@ -19,27 +19,27 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
 OfAnyModel = TypeVar("OfAnyModel", bound=BaseExperiment)
-MOST_GENERATIONS = 100  # and the last, so every generation of the paper's
-FEW_GENERATIONS = (
+MAX_GENERATIONS = 100  # and the last, so every generation of the paper's
+MAX_COSTLY_GENERATIONS = (
     10  # and the last: of drift, which takes longest, and where generations differ by chance alone
 )
 
 
-def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
-    lived = np.array(generations(experiment), np.int32)
+    lived = np.array(assayed_generations(experiment), np.int32)
     return {"generation": lived, "life": list(LIVES), "layer": layer_names(experiment)}
 
 
-def lives(study: Conditions, condition: str) -> int:
+def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
-    lived = len(generations(experiment))
-    return 3 * lived + len(drifting(experiment)) if experiment.learns else 0
+    lived = len(assayed_generations(experiment))
+    return 3 * lived + len(drift_generations(experiment)) if experiment.learns else 0
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`energy` [run, generation, life, agent]; NaN for lives that are not lived. `distance` [run, generation, layer, agent]."""
-    experiment, lived = sample.experiment, generations(sample.experiment)
+    experiment, lived = sample.experiment, assayed_generations(sample.experiment)
     runs, agents, layers = (
         len(sample.runs),
         experiment.population.size,
@@ -65,10 +65,10 @@ def _learned(
 ) -> None:
     """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of one generation of agents that learn."""
     genomes, without = sample.genomes(generation), sample.experiment.without_learning()
-    learned = sample.live_as_evolved(generation, genomes)
+    learned = sample.simulate_as_evolved(generation, genomes)
     energy[LIVES.index("on")] = learned.energy
     energy[LIVES.index("off")] = sample.simulate(without, generation, genomes).energy
-    if generation in drifting(sample.experiment):
+    if generation in drift_generations(sample.experiment):
         energy[LIVES.index("drift")] = sample.simulate(
             with_drift(sample.experiment), generation, genomes
         ).energy
@@ -78,26 +78,26 @@ def _learned(
     frozen = genomes.copy()
     frozen[:, :, 0, :count] = learned.weights
     energy[LIVES.index("frozen")] = sample.simulate(without, generation, frozen).energy
-    distance[:] = distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
+    distance[:] = weight_distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
 
 
-def generations(experiment: BaseExperiment) -> list[int]:
+def assayed_generations(experiment: BaseExperiment) -> list[int]:
     """The generations that are lived again: where nothing is inherited, a few stand for all."""
     most = (
-        FEW_GENERATIONS
+        MAX_COSTLY_GENERATIONS
         if experiment.part("evolution.inheritance").resamples_genomes
-        else MOST_GENERATIONS
+        else MAX_GENERATIONS
     )
-    return _thinned(range(experiment.evolution.generations), most)
+    return _thin(range(experiment.evolution.generations), most)
 
 
-def drifting(experiment: BaseExperiment) -> list[int]:
+def drift_generations(experiment: BaseExperiment) -> list[int]:
     """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
     if not isinstance(experiment, Experiment) or (
         experiment.learns and not experiment.part("learning.rule").supports_drift_control
     ):
         return []
-    return _thinned(generations(experiment), FEW_GENERATIONS)
+    return _thin(assayed_generations(experiment), MAX_COSTLY_GENERATIONS)
 
 
 def with_drift(experiment: OfAnyModel) -> OfAnyModel:
@@ -105,7 +105,7 @@ def with_drift(experiment: OfAnyModel) -> OfAnyModel:
     return experiment.replace(learning={"rule": "drift"})
 
 
-def _thinned(numbers: Sequence[int], most: int) -> list[int]:
+def _thin(numbers: Sequence[int], most: int) -> list[int]:
     """All, or every so-many-th, so that they are at most so many; and the last."""
     return sorted({*numbers[:: -(-len(numbers) // most)], numbers[-1]})
 
@@ -120,7 +120,7 @@ def layer_names(experiment: BaseExperiment) -> list[str]:
     return [f"{source} to {target}" for source, target in pairwise(units)]
 
 
-def distances(
+def weight_distances(
     experiment: BaseExperiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]
 ) -> npt.NDArray[np.float64]:
     """Euclidean distances [layer, ...] between weights [..., weight] at birth and at death, biases with their layer's."""

@@ -12,17 +12,17 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
-from baldwinlab.studies.assays.descent import FOUNDERS_AT_A_TIME
-from baldwinlab.studies.assays.run import ASSAYS, misfit
+from baldwinlab.studies.assays.descent import FOUNDERS_PER_BATCH
+from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.sample import Conditions
 
-MOMENTS: Final = 10  # states that are kept to go back to, where the step of the first meal is looked for by halves
-A_CHILD: Final = 150  # a child and its parents, as Python has them
+SAVED_STATES: Final = 10  # states that are kept to go back to, where the step of the first meal is looked for by halves
+BYTES_PER_CHILD: Final = 150  # a child and its parents, as Python has them
 HEADER: Final = 1000  # of a file, beside its variables and its experiment
 COPIES: Final = 3  # of what is measured: of each run, of all together, and as it is stored
 
 
-class Planned(NamedTuple):
+class PlannedStudy(NamedTuple):
     """The conditions of a study that is not there yet."""
 
     experiments: Mapping[str, Experiment]
@@ -31,17 +31,17 @@ class Planned(NamedTuple):
     def need(self, runs: int, workers: int, assays: Sequence[str] = tuple(ASSAYS)) -> Need:
         """Of those assays that have something to measure there, on so many runs of each condition."""
         missing = self.fitting(assays)
-        return need(self, missing, dict.fromkeys(missing, runs), workers)
+        return estimate_assays(self, missing, dict.fromkeys(missing, runs), workers)
 
     def fitting(self, assays: Sequence[str]) -> dict[str, list[str]]:
         """Select for each condition the assays that have something to measure there."""
         return {
-            name: [assay for assay in assays if not misfit(assay, one)]
+            name: [assay for assay in assays if not why_not_applicable(assay, one)]
             for name, one in self.experiments.items()
         }
 
 
-def need(
+def estimate_assays(
     study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[str, int], workers: int
 ) -> Need:
     """Of the assays that are missing, by condition, of so many runs of each, on so many threads."""
@@ -68,17 +68,19 @@ def need(
 def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     """Memory for some runs of a condition, side by side."""
     living = memory.simulation_bytes(experiment, worlds) * (
-        MOMENTS if "within-life" in names else 1
+        SAVED_STATES if "within-life" in names else 1
     )
     agents, generations = experiment.population.size, experiment.evolution.generations
-    shares = 4 * 8 * agents * min(agents, FOUNDERS_AT_A_TIME)
-    pedigree = agents * (generations * A_CHILD + agents // 4) + shares if "descent" in names else 0
+    shares = 4 * 8 * agents * min(agents, FOUNDERS_PER_BATCH)
+    pedigree = (
+        agents * (generations * BYTES_PER_CHILD + agents // 4) + shares if "descent" in names else 0
+    )
     return worlds * memory.dataset_bytes(experiment) + max(living, pedigree)
 
 
 def _stored(study: Conditions, condition: str, name: str, runs: int) -> int:
     """What the variables in the file of an assay take."""
-    coords = ASSAYS[name].coords(study, condition)
+    coords = ASSAYS[name].coordinates(study, condition)
     there = {"run": runs, "agent": study.experiments[condition].population.size}
     there |= {dim: len(values) for dim, values in coords.items()}
     return sum(memory.variable_bytes(variables.ASSAYS[name], there).values())

@@ -19,11 +19,11 @@ MODULES = (
 )
 
 
-def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     return {"modules": list(MODULES)}
 
 
-def lives(study: Conditions, condition: str) -> int:
+def count_lives(study: Conditions, condition: str) -> int:
     return len(MODULES)
 
 
@@ -38,7 +38,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
         random,
     ]
     found = [
-        sample.live_as_evolved(last, evolved),
+        sample.simulate_as_evolved(last, evolved),
         *(sample.simulate(sample.experiment, last, genomes) for genomes in crossed),
     ]
     return {"energy": np.stack([lives.energy for lives in found], axis=1)}

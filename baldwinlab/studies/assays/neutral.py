@@ -26,25 +26,27 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-LAST = 10  # generations, or as many as there are: one is at the mercy of where it is born
+MAX_GENERATIONS = (
+    10  # generations, or as many as there are: one is at the mercy of where it is born
+)
 OFF, ON = (LIVES.index(life) for life in ("off", "on"))
 
 
-def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
-    lived = np.array(generations(study.experiments[condition]), np.int32)
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+    lived = np.array(assayed_generations(study.experiments[condition]), np.int32)
     return {"generation": lived, "newborns": list(NEWBORNS), "life": [LIVES[OFF], LIVES[ON]]}
 
 
-def lives(study: Conditions, condition: str) -> int:
+def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
-    compared = len(generations(experiment))
+    compared = len(assayed_generations(experiment))
     learning_twins = experiment.evolution.generations if _inherits_learned(experiment) else compared
     return 2 * compared + learning_twins if experiment.learns else compared
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`energy` [run, generation, newborns, life, agent]; NaN for learning on where nobody learns."""
-    experiment, compared = sample.experiment, generations(sample.experiment)
+    experiment, compared = sample.experiment, assayed_generations(sample.experiment)
     shape = (len(compared), len(NEWBORNS), 2, len(sample.runs), experiment.population.size)
     energy = np.full(shape, np.nan)
     twin = experiment.neutral_twin()
@@ -57,7 +59,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
             learned = sample.simulate(experiment, generation, twins)
         if generation in compared:
             _compare(sample, generation, twins, learned, energy[generation - compared[0]])
-        twins = _next_twins(sample, twin, generation, twins, learned)
+        twins = _next_controls(sample, twin, generation, twins, learned)
     return {"energy": np.moveaxis(energy, 3, 0)}
 
 
@@ -81,7 +83,7 @@ def _compare(
     own[OFF] = sample.simulate(without, generation, sample.genomes(generation)).energy
 
 
-def _next_twins(
+def _next_controls(
     sample: Sample, twin: Experiment, generation: int, twins: Genome, learned: Outcomes | None
 ) -> Genome:
     """The twin's next generation, [run, agent, module, weight]; of two parents none is the fitter, or it would be no twin."""
@@ -100,9 +102,9 @@ def _next_twins(
     )
 
 
-def generations(experiment: BaseExperiment) -> list[int]:
+def assayed_generations(experiment: BaseExperiment) -> list[int]:
     """The last ones, in which newborns are compared."""
-    return list(range(experiment.evolution.generations))[-LAST:]
+    return list(range(experiment.evolution.generations))[-MAX_GENERATIONS:]
 
 
 def _inherits_learned(experiment: BaseExperiment) -> bool:

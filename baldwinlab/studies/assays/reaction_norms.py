@@ -12,9 +12,9 @@ from baldwinlab.core.variables import AS_EVOLVED
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
 
-OF_COUNT = (0.25, 0.5, 2, 4)  # times as much food
-OF_RADIUS = (0.25, 0.5, 2)  # times as far a view
-OF_RATE = (0, 0.1, 10)  # times as fast learning
+FOOD_FACTORS = (0.25, 0.5, 2, 4)  # times as much food
+RADIUS_FACTORS = (0.25, 0.5, 2)  # times as far a view
+RATE_FACTORS = (0, 0.1, 10)  # times as fast learning
 
 
 class Setting(NamedTuple):
@@ -25,8 +25,8 @@ class Setting(NamedTuple):
     experiment: Experiment
 
 
-def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
-    found = settings(study.experiments[condition], elsewhere(study, condition))
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+    found = settings(study.experiments[condition], other_maps(study, condition))
     named = {
         name: ("setting", [getattr(setting, name) for setting in found])
         for name in ("field", "value")
@@ -34,8 +34,8 @@ def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     return {"setting": np.arange(len(found), dtype=np.int32), **named}
 
 
-def lives(study: Conditions, condition: str) -> int:
-    return len(settings(study.experiments[condition], elsewhere(study, condition)))
+def count_lives(study: Conditions, condition: str) -> int:
+    return len(settings(study.experiments[condition], other_maps(study, condition)))
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
@@ -43,7 +43,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     last = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last)
     _, *others = settings(sample.experiment, sample.elsewhere)
-    found = [sample.live_as_evolved(last, genomes)]
+    found = [sample.simulate_as_evolved(last, genomes)]
     found += [sample.simulate(setting.experiment, last, genomes) for setting in others]
     return {"energy": np.stack([lives.energy for lives in found], axis=1)}
 
@@ -58,7 +58,7 @@ def settings(experiment: Experiment, elsewhere: Sequence[OnMap]) -> list[Setting
     return found
 
 
-def elsewhere(study: Conditions, condition: str) -> tuple[OnMap, ...]:
+def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
     """A condition in the worlds of the study's conditions of the same learner on other maps."""
     experiment, own = study.experiments[condition], study.factors[condition]
     found: list[OnMap] = []
@@ -73,12 +73,14 @@ def _other_values(experiment: Experiment) -> Iterator[Setting]:
     """Fields times some factors; without those that the experiment refuses."""
     fields: dict[str, list[float]] = {}
     for number, region in enumerate(experiment.world.food):
-        fields[f"world.food.{number}.count"] = [round(factor * region.count) for factor in OF_COUNT]
+        fields[f"world.food.{number}.count"] = [
+            round(factor * region.count) for factor in FOOD_FACTORS
+        ]
     fields["senses.visual_radius"] = [
-        factor * experiment.senses.visual_radius for factor in OF_RADIUS
+        factor * experiment.senses.visual_radius for factor in RADIUS_FACTORS
     ]
     if experiment.learns:
-        fields["learning.rate"] = [factor * experiment.learning.rate for factor in OF_RATE]
+        fields["learning.rate"] = [factor * experiment.learning.rate for factor in RATE_FACTORS]
     for field, values in fields.items():
         for value in values:
             try:

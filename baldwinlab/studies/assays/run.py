@@ -15,7 +15,7 @@ import xarray as xr
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.netcdf import sealed
+from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
@@ -29,7 +29,7 @@ from baldwinlab.studies.assays import (
     within_life,
 )
 from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
-from baldwinlab.studies.assays.storage import FORMAT, assay_path, read_one
+from baldwinlab.studies.assays.storage import FORMAT, assay_path, read_assay
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import StudyError, read_record, write_in_study
 from baldwinlab.studies.run import Progress
@@ -41,10 +41,10 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 class Assay(Protocol):
     """A file of this folder."""
 
-    def coords(self, study: Conditions, condition: str) -> Mapping[str, Any]:
+    def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
         """The coordinates of its dataset, but for runs and agents."""
 
-    def lives(self, study: Conditions, condition: str) -> int:
+    def count_lives(self, study: Conditions, condition: str) -> int:
         """How many generations it lives again of each run."""
 
     def measure(self, sample: Sample) -> Arrays:
@@ -61,7 +61,7 @@ ASSAYS: Mapping[str, Assay] = {
 }
 
 
-class Measure(NamedTuple):
+class AssayTask(NamedTuple):
     """A task: assays of some runs of one condition, which are given back."""
 
     experiment: Experiment
@@ -74,7 +74,7 @@ class Measure(NamedTuple):
     def experiments(self) -> tuple[Experiment, ...]:
         return (self.experiment, *(experiment for _, experiment in self.elsewhere))
 
-    def do(
+    def run(
         self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
     ) -> dict[str, Arrays]:
         """What each assay measured. See `Task`."""
@@ -83,7 +83,7 @@ class Measure(NamedTuple):
         return {name: ASSAYS[name].measure(sample) for name in self.names}
 
 
-def misfit(name: str, experiment: BaseExperiment) -> str:
+def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
     """Why an assay has nothing to measure of an experiment, in a sentence; empty where it has."""
     if experiment.births_in_life and name != "descent":  # which lives nobody again
         return f"the assay {name} is of whole lives of stored genomes, and where agents are born in mid-life others replace them"
@@ -106,11 +106,13 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
     return ""
 
 
-def misfits(study: StudyStore, names: Sequence[str]) -> list[str]:
+def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]:
     """Why assays have nothing to measure of some conditions, each sentence once."""
-    _require_known(names)
+    _require_assay_names(names)
     found = (
-        misfit(name, experiment) for experiment in study.experiments.values() for name in names
+        why_not_applicable(name, experiment)
+        for experiment in study.experiments.values()
+        for name in names
     )
     return [sentence for sentence in dict.fromkeys(found) if sentence]
 
@@ -143,40 +145,40 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         There is no such study, assay or condition, the assay has not been run, or its file is damaged.
     """
     study = StudyStore(parse_location(directory))
-    _require_known([assay])
+    _require_assay_names([assay])
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
     if not path.exists():
         again = f"baldwinlab assay {directory} --assays {assay}"
-        why = misfit(assay, study.experiment(condition))
+        why = why_not_applicable(assay, study.experiment(condition))
         raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
     try:
-        return read_one(study, assay, condition)
+        return read_assay(study, assay, condition)
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
     except ValueError as error:
         raise StudyError(str(error)) from None
 
 
-def missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
+def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
     """The assays that are still to do, by condition: those whose files are not there, or do not fit the stored runs.
 
     Raises StudyError for an unknown assay, and for a study without any run.
     """
-    _require_known(names)
+    _require_assay_names(names)
     study.require_runs()
     return {
         condition: [
             name
             for name in names
-            if not (_is_done(study, name, condition) or misfit(name, experiment))
+            if not (_is_done(study, name, condition) or why_not_applicable(name, experiment))
         ]
         for condition, experiment in study.experiments.items()
         if study.runs(condition)
     }
 
 
-def agent_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
+def count_assay_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
     """How much is to live for these assays."""
     return sum(
         _agent_steps_of_run(study, condition, names) * len(study.runs(condition))
@@ -186,11 +188,11 @@ def agent_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
 
 def _agent_steps_of_run(study: StudyStore, condition: str, names: Sequence[str]) -> int:
     experiment = study.experiments[condition]
-    lives = sum(ASSAYS[name].lives(study, condition) for name in names)
+    lives = sum(ASSAYS[name].count_lives(study, condition) for name in names)
     return lives * experiment.steps * experiment.population.size
 
 
-def _ways_of_living(
+def _experiments_to_compile(
     study: StudyStore, missing: Mapping[str, Sequence[str]]
 ) -> Iterator[BaseExperiment]:
     """Yield the experiments that the engine must compile for these assays."""
@@ -200,7 +202,7 @@ def _ways_of_living(
         yield experiment
         if experiment.learns:
             yield experiment.without_learning()
-            if "innate" in missing[experiment.name] and innate.drifting(experiment):
+            if "innate" in missing[experiment.name] and innate.drift_generations(experiment):
                 yield innate.with_drift(experiment)
         if "neutral" in missing[experiment.name]:
             yield experiment.neutral_twin()
@@ -223,15 +225,15 @@ def run_assays(
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = compile_experiments(_ways_of_living(study, missing), log=tell)
+    compile_seconds = compile_experiments(_experiments_to_compile(study, missing), log=tell)
     tell(f"Engine ready after {compile_seconds:.1f} s.")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)
-    measured: dict[str, list[tuple[Measure, dict[str, Arrays]]]] = {
+    measured: dict[str, list[tuple[AssayTask, dict[str, Arrays]]]] = {
         condition: [] for condition in left
     }
 
-    def done(task: Measure, found: dict[str, Arrays]) -> None:
+    def done(task: AssayTask, found: dict[str, Arrays]) -> None:
         condition = task.experiment.name
         measured[condition].append((task, found))
         left[condition] -= 1
@@ -240,13 +242,13 @@ def run_assays(
 
     with (
         progress("simulating", sum(task.agent_steps for task in tasks)) as show,
-        closing(executor.do(study, tasks, workers, CPU, done)) as amounts,
+        closing(executor.run(study, tasks, workers, CPU, done)) as amounts,
     ):
         for amount in amounts:
             show(amount)
 
 
-def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int) -> list[Measure]:
+def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int) -> list[AssayTask]:
     """Batches of runs, those that learn first, because they are slow, so that no worker is left with one at the end."""
     total = sum(len(study.runs(condition)) for condition in missing)
     size = max(1, min(CPU.worlds, total // workers))
@@ -260,17 +262,17 @@ def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int)
 
 def _batches(
     study: StudyStore, condition: str, names: tuple[str, ...], size: int
-) -> Iterator[Measure]:
+) -> Iterator[AssayTask]:
     """All runs of a condition, so many in a task."""
     runs, of_run = study.runs(condition), _agent_steps_of_run(study, condition, names)
-    elsewhere = reaction_norms.elsewhere(study, condition) if "reaction" in names else ()
+    elsewhere = reaction_norms.other_maps(study, condition) if "reaction" in names else ()
     for first in range(0, len(runs), size):
         batch = tuple(runs[first : first + size])
-        yield Measure(study.experiments[condition], batch, names, elsewhere, of_run * len(batch))
+        yield AssayTask(study.experiments[condition], batch, names, elsewhere, of_run * len(batch))
 
 
 def _store(
-    study: StudyStore, condition: str, measured: list[tuple[Measure, dict[str, Arrays]]]
+    study: StudyStore, condition: str, measured: list[tuple[AssayTask, dict[str, Arrays]]]
 ) -> None:
     """Put the runs of a condition together, in whatever order they were done, and write each assay."""
     measured.sort(key=lambda one: one[0].runs)
@@ -286,13 +288,13 @@ def _store(
         found = variables.dataset(declared, arrays, _provenance(study, condition)).assign_coords(
             run=runs
         )
-        found = found.assign_coords(ASSAYS[name].coords(study, condition))
+        found = found.assign_coords(ASSAYS[name].coordinates(study, condition))
         if "agent" in found.dims:
             found = found.assign_coords(agent=agents)
         write_in_study(
             study.directory,
             assay_path(study.directory, name, condition),
-            sealed(found.assign_attrs(format=FORMAT)),
+            to_bytes(found.assign_attrs(format=FORMAT)),
         )
 
 
@@ -309,7 +311,7 @@ def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
 def _is_done(study: StudyStore, name: str, condition: str) -> bool:
     """Whether an assay is stored, of the same runs of the same experiment, by this version."""
     try:
-        found = read_one(study, name, condition)
+        found = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
     same = (
@@ -318,7 +320,7 @@ def _is_done(study: StudyStore, name: str, condition: str) -> bool:
     return same and found.run.values.tolist() == study.runs(condition)
 
 
-def _require_known(names: Sequence[str]) -> None:
+def _require_assay_names(names: Sequence[str]) -> None:
     for name in names:
         if name not in ASSAYS:
             raise StudyError(f"there is no assay {name!r}; there are {', '.join(ASSAYS)}")

@@ -70,7 +70,7 @@ class Sample:
         self.tell()
         return lives
 
-    def live_as_evolved(self, generation: int, genomes: Genome) -> Outcomes:
+    def simulate_as_evolved(self, generation: int, genomes: Genome) -> Outcomes:
         """Lives as they were in the study. Raises StudyError where they are not what is stored."""
         lives = self.simulate(self.experiment, generation, genomes)
         for run, found, stored in zip(
@@ -90,6 +90,6 @@ class Sample:
         self.lived(len(self.runs) * self.experiment.steps * self.experiment.population.size)
 
 
-def middle_and_ends(generations: int) -> list[int]:
+def first_middle_last(generations: int) -> list[int]:
     """The first generation, the middle one and the last, as far as they differ."""
     return sorted({0, generations // 2, generations - 1})

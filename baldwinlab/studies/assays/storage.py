@@ -9,7 +9,7 @@ from typing import Any, Final, Protocol
 import xarray as xr
 
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
-from baldwinlab.core.netcdf import DamagedError, opened, verify
+from baldwinlab.core.netcdf import DamagedError, from_bytes, verify
 from baldwinlab.core.variables import ASSAYS, NEWBORNS, RANDOM, Variable
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
@@ -21,7 +21,7 @@ FORMAT: Final = 2
 OLD_NEWBORNS: Final = {"blank slate": RANDOM, "neutral twin": NEWBORNS[1]}
 
 
-class Measured(Protocol):
+class AssayedStudy(Protocol):
     """What must be known of a study to tell whether an assay is of it."""
 
     @property
@@ -45,7 +45,9 @@ def assay_path(directory: Path, assay: str, condition: str) -> Path:
     return directory / "assays" / assay / f"{condition}.nc"
 
 
-def read(study: Measured, names: Iterable[str] = tuple(ASSAYS)) -> dict[str, dict[str, xr.Dataset]]:
+def read_assays(
+    study: AssayedStudy, names: Iterable[str] = tuple(ASSAYS)
+) -> dict[str, dict[str, xr.Dataset]]:
     """Read the stored assays of a study.
 
     Parameters
@@ -81,14 +83,14 @@ def read(study: Measured, names: Iterable[str] = tuple(ASSAYS)) -> dict[str, dic
             named = known._replace(
                 learner=known.learner or condition
             )  # of a sweep's points, nothing is written down
-            data = read_one(study, assay, condition).assign_attrs(
+            data = read_assay(study, assay, condition).assign_attrs(
                 named._asdict(), learners=learners
             )
             found.setdefault(assay, {})[condition] = data
     return found
 
 
-def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
+def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
     """Read an assay of a condition. Raises OSError where there is none, and ValueError as `read` does."""
     path = assay_path(study.directory, assay, condition)
     again = f"`baldwinlab assay {study.directory} --assays {assay}` measures it again"
@@ -97,7 +99,7 @@ def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
     except ValueError as error:
         raise ValueError(f"{path} cannot be read: {error}; {again}") from None
     try:
-        data = opened(raw)
+        data = from_bytes(raw)
         if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:  # the first format had none
             verify(raw)
     except DamagedError as error:
@@ -105,14 +107,14 @@ def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
     data = _upgrade_names(data)
     if not _is_declared(data, ASSAYS[assay]):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
-    if misfit := _misfit(data, study, condition):
+    if misfit := _find_mismatch(data, study, condition):
         raise ValueError(
             f"{path} {misfit}; {again if condition in study.experiments else 'remove it'}"
         )
     return data
 
 
-def _misfit(data: xr.Dataset, study: Measured, condition: str) -> str:
+def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str:
     """Say why an assay is not of the stored runs of a condition, in part of a sentence; "" where it is.
 
     Every version has written seed, experiment and runs into its assays. One without them is refused.

@@ -12,14 +12,14 @@ from baldwinlab.core.variables import RANDOM
 from baldwinlab.evolution import Genome
 from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
-from baldwinlab.studies.assays.sample import Conditions, Sample, middle_and_ends
+from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
 
 WINDOW = 250  # steps; the last part of a life may be shorter
 
 
-def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
-    compared = middle_and_ends(experiment.evolution.generations)
+    compared = first_middle_last(experiment.evolution.generations)
     windows = np.arange(0, experiment.lifetime.steps, WINDOW, dtype=np.int32)
     return {
         "newborns": [RANDOM, *(f"generation {number}" for number in compared)],
@@ -27,13 +27,13 @@ def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     }
 
 
-def lives(study: Conditions, condition: str) -> int:
-    return 1 + len(middle_and_ends(study.experiments[condition].evolution.generations))
+def count_lives(study: Conditions, condition: str) -> int:
+    return 1 + len(first_middle_last(study.experiments[condition].evolution.generations))
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`eaten_in_window` [run, newborns, window, agent], items; `first_meal` [run, newborns, agent], steps, NaN for never."""
-    compared = middle_and_ends(sample.experiment.evolution.generations)
+    compared = first_middle_last(sample.experiment.evolution.generations)
     found = [_of_newborns(sample, compared[-1], sample.random_genomes())]
     found += [
         _of_newborns(sample, generation, sample.genomes(generation)) for generation in compared

@@ -38,9 +38,11 @@ def choose(name: str, workers: int | None = None) -> Executor:
             raise RefusedError(
                 "--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm"
             )
-        return Executor("slurm", workers * dask.cores_of_a_job(), partial(dask.on_slurm, workers))
+        return Executor(
+            "slurm", workers * dask.count_job_cores(), partial(dask.connect_slurm, workers)
+        )
     if workers is not None:
         raise ArgumentError(
             "workers", workers, "is for threads and slurm: a Dask cluster has the workers it has"
         )
-    return Executor("dask", max(1, dask.cores(address)), partial(dask.on_dask, address))
+    return Executor("dask", max(1, dask.count_cores(address)), partial(dask.connect_dask, address))

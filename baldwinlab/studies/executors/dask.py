@@ -32,16 +32,16 @@ from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-PATIENCE: Final = 10  # seconds to wait for a scheduler, also for one that was lost
-EVENTS_A_SECOND: Final = 100  # from all tasks together
+CONNECTION_TIMEOUT: Final = 10  # seconds to wait for a scheduler, also for one that was lost
+EVENTS_PER_SECOND: Final = 100  # from all tasks together
 BATCH: Final = 1000  # tasks in one message to the scheduler
-SILENCE: Final = 2.0  # seconds between two events of a task, at least
+EVENT_INTERVAL: Final = 2.0  # seconds between two events of a task, at least
 ENGINE: Final = sources_hash()  # carries a hash of the engine's sources and of Numba's version
 
 LOADING: Final = Lock()  # parts are known by name to the whole process
 
 
-class Order(NamedTuple):
+class RemoteTask(NamedTuple):
     """What a worker is sent, pickled, so that Dask looks for nothing of its own in it."""
 
     task: bytes  # pickled by itself: what it is made of is known only when the parts are
@@ -54,7 +54,7 @@ class Order(NamedTuple):
     silence: float  # seconds
 
 
-def on_dask(
+def connect_dask(
     address: str,
     study: StudyStore,
     tasks: Sequence[Task],
@@ -64,10 +64,10 @@ def on_dask(
 ) -> Generator[int, None, None]:
     """Do the tasks on a Dask cluster, with the workers it has. See `Executor`."""
     with _connect(address) as client:
-        yield from _do_all(client, study, tasks, backend, done)
+        yield from _run_tasks(client, study, tasks, backend, done)
 
 
-def on_slurm(
+def connect_slurm(
     jobs: int, study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
@@ -76,7 +76,7 @@ def on_slurm(
         cluster.adapt(
             minimum_jobs=jobs, maximum_jobs=jobs
         )  # rather than scale: a job that ends early is replaced
-        yield from _do_all(client, study, tasks, backend, done)
+        yield from _run_tasks(client, study, tasks, backend, done)
 
 
 def _require_job(script: str) -> None:
@@ -86,13 +86,13 @@ def _require_job(script: str) -> None:
         raise ExecutorError(f"Slurm refuses the job: {tried.stderr.strip().splitlines()[-1]}")
 
 
-def cores(address: str) -> int:
+def count_cores(address: str) -> int:
     """Cores of the cluster's workers. Raises RefusedError where no scheduler answers."""
     with _connect(address) as client:
         return sum(client.nthreads().values())
 
 
-def cores_of_a_job() -> int:
+def count_job_cores() -> int:
     """Raises RefusedError where Dask's configuration does not say what a Slurm job is."""
     missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
     if missing:
@@ -109,14 +109,14 @@ def _job_setting(name: str) -> Any:
 
 def _connect(address: str) -> Client:
     try:
-        return Client(address, timeout=PATIENCE, set_as_default=False)
+        return Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, RuntimeError):
         raise RefusedError(
             f"no Dask scheduler answers at {address}; one is started by `dask scheduler`"
         ) from None
 
 
-def _do_all(
+def _run_tasks(
     client: Client, study: StudyStore, tasks: Sequence[Task], backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Submit the tasks and yield the agent-steps done: what workers tell, and when a task has ended, the rest of it.
@@ -128,10 +128,10 @@ def _do_all(
     client.subscribe_topic(topic, lambda event: news.put(event[1]))
     ordered = {f"{topic}-{number}": task for number, task in enumerate(tasks)}
     left = {key: task.agent_steps for key, task in ordered.items()}
-    orders = _orders(study, tasks, backend, topic)
+    orders = _pack_tasks(study, tasks, backend, topic)
     futures = {
         future.key: future
-        for future in client.map(_work, orders, key=list(left), pure=False, batch_size=BATCH)
+        for future in client.map(_run_task, orders, key=list(left), pure=False, batch_size=BATCH)
     }
     try:
         for future in futures.values():
@@ -140,7 +140,7 @@ def _do_all(
             item = news.get()
             key, still_to_do = (item.key, 0) if isinstance(item, Future) else item
             if isinstance(item, Future):
-                done(ordered[key], _result(item))
+                done(ordered[key], _get_result(item))
                 del futures[key]  # the scheduler forgets it
             if still_to_do < left[key]:
                 yield left[key] - still_to_do
@@ -149,17 +149,19 @@ def _do_all(
         client.cancel(list(futures.values()))
 
 
-def _orders(study: StudyStore, tasks: Sequence[Task], backend: Backend, topic: str) -> list[bytes]:
+def _pack_tasks(
+    study: StudyStore, tasks: Sequence[Task], backend: Backend, topic: str
+) -> list[bytes]:
     """The tasks as they are sent."""
     directory = str(study.directory.absolute() if is_local(study.directory) else study.directory)
     sources = sources_of(experiment for task in tasks for experiment in task.experiments)
     parts = tuple((source, source.sha256) for source in sources)
-    silence = max(SILENCE, len(tasks) / EVENTS_A_SECOND)
+    silence = max(EVENT_INTERVAL, len(tasks) / EVENTS_PER_SECOND)
     common = (parts, study.seed, directory, backend.name, ENGINE, topic, silence)
-    return [pickle.dumps(Order(pickle.dumps(task), *common)) for task in tasks]
+    return [pickle.dumps(RemoteTask(pickle.dumps(task), *common)) for task in tasks]
 
 
-def _result(future: Future) -> Any:
+def _get_result(future: Future) -> Any:
     """What a task returned. Raises what it raised, and ExecutorError where it is not to be had any more."""
     try:
         return future.result()
@@ -172,9 +174,9 @@ def _result(future: Future) -> Any:
         ) from None
 
 
-def _work(sent: bytes) -> Any:
+def _run_task(sent: bytes) -> Any:
     """Do a task, on a worker. Raises StudyError where the worker does not see the study, or has another engine."""
-    order: Order = pickle.loads(sent)
+    order: RemoteTask = pickle.loads(sent)
     worker = get_worker()
     if order.engine != ENGINE:
         raise StudyError(
@@ -186,16 +188,16 @@ def _work(sent: bytes) -> Any:
             f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it"
         )
     with LOADING:
-        _make_known(order.parts)
+        _register_parts(order.parts)
         task: Task = pickle.loads(order.task)
-    tell = _teller(worker, task.agent_steps, order.topic, order.silence)
+    tell = _progress_reporter(worker, task.agent_steps, order.topic, order.silence)
     with dask.config.set(
         scheduler="synchronous"
     ):  # else xarray, when it writes, opens a client of its own in every worker
-        return task.do(order.seed, directory, choose(order.backend), tell)
+        return task.run(order.seed, directory, choose(order.backend), tell)
 
 
-def _make_known(parts: Sequence[tuple[Source, str]]) -> None:
+def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
     """Load the foreign parts that came with an order from whoever gave their files; nothing is taken from the study.
 
     Raises PartError where a text is not the one that its hash stands for.
@@ -209,7 +211,9 @@ def _make_known(parts: Sequence[tuple[Source, str]]) -> None:
         load_text(text, Path(file))
 
 
-def _teller(worker: Worker, agent_steps: int, topic: str, silence: float) -> Callable[[int], None]:
+def _progress_reporter(
+    worker: Worker, agent_steps: int, topic: str, silence: float
+) -> Callable[[int], None]:
     """What is called with the agent-steps done: it tells now and then how many are left, and ends a task nobody waits for."""
     key, left, told = worker.get_current_task(), agent_steps, time.monotonic()
 

@@ -23,7 +23,9 @@ class Task(Protocol):
     def agent_steps(self) -> int:
         """How much it lives."""
 
-    def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> Any:
+    def run(
+        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+    ) -> Any:
         """Do it, on the study of that seed in `directory`; what it returns is handed to whoever asked for it.
 
         `lived` is called with the agent-steps of every generation that has lived; what it raises ends the task.
@@ -37,7 +39,7 @@ Work = Callable[[StudyStore, Sequence[Task], int, Backend, Done], Generator[int,
 """An executor's way: see `Executor.do`."""
 
 
-def nothing_more(task: Task, found: Any) -> None:
+def ignore_result(task: Task, found: Any) -> None:
     """For tasks that store all they have to say."""
 
 
@@ -48,13 +50,13 @@ class Executor(NamedTuple):
     workers: int  # tasks at a time
     work: Work
 
-    def do(
+    def run(
         self,
         study: StudyStore,
         tasks: Sequence[Task],
         workers: int,
         backend: Backend,
-        done: Done = nothing_more,
+        done: Done = ignore_result,
     ) -> Generator[int, None, None]:
         """Do tasks of a study, so many at a time, on a backend, and call `done`, here, with each that ends and what it returns.
 

@@ -14,7 +14,7 @@ from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Tas
 from baldwinlab.studies.store import StudyStore
 
 
-def threads(
+def run_on_threads(
     study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Do the tasks on so many threads. See `Executor`."""
@@ -28,7 +28,7 @@ def threads(
 
     with ThreadPoolExecutor(workers) as pool:
         left = {
-            pool.submit(task.do, study.seed, study.directory, backend, lived): task
+            pool.submit(task.run, study.seed, study.directory, backend, lived): task
             for task in tasks
         }
         for future in list(left):
@@ -45,4 +45,4 @@ def threads(
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-THREADS: Final = Executor("threads", available_cores(), threads)
+THREADS: Final = Executor("threads", available_cores(), run_on_threads)

@@ -37,7 +37,7 @@ from baldwinlab.studies.sweeps.file import Range, Sweep, read_stored
 FILE = "sweep.toml"
 
 
-def experiments(sweep: Sweep, path: Path) -> list[Experiment]:
+def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     """The points of a sweep, each a whole experiment: point-0000, point-0001, ...
 
     `path` is the sweep's file; an experiment given as a file is found relative to it. Points of a random or a Sobol sample
@@ -103,12 +103,12 @@ def _points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
                 _pick(values, share, integer)
                 for values, share, integer in zip(sweep.fields.values(), shares, whole, strict=True)
             ]
-            for shares in _shares(sweep, sweep.samples).tolist()
+            for shares in _draw_shares(sweep, sweep.samples).tolist()
         ]
     return (dict(zip(sweep.fields, row, strict=True)) for row in rows)
 
 
-def _shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
+def _draw_shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
     """`samples` points of the unit cube, [0, 1) in each field."""
     generator = np.random.default_rng(sweep.seed)
     if sweep.design == "random":
@@ -182,7 +182,7 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
         raise ExperimentError(lines(faults))
 
 
-def require_as_many(directory: Path, points: Sequence[Experiment]) -> None:
+def require_same_size(directory: Path, points: Sequence[Experiment]) -> None:
     """Raises StudyError if the directory holds a sweep of another number of points, whose names would say nothing of that."""
     if (directory / FILE).exists() and (there := len(StudyStore(directory).experiments)) != len(
         points
@@ -219,10 +219,10 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     study = StudyStore(folder)
     if study.kind != SWEEP or not (folder / FILE).exists():
         raise StudyError(f"{folder} is no sweep: it has no {FILE}")
-    return labelled(study, open_conditions(study, list(study.experiments)))
+    return label_points(study, open_conditions(study, list(study.experiments)))
 
 
-def labelled(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
+def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     """What was opened of all points of a sweep, with the fields that were swept instead of the conditions' names."""
     sweep = read_stored(study.directory / FILE)
     points = list(study.experiments.values())

@@ -16,7 +16,7 @@ from baldwinlab.experiment.fields import brief, lines
 from baldwinlab.experiment.renamed import upgrade_swept
 from baldwinlab.simulation.simulate import SEED_LIMIT
 
-MOST_POINTS = 10_000
+MAX_POINTS = 10_000
 
 
 class Range(Fields):
@@ -66,7 +66,7 @@ class Sweep(Fields):
     runs: int = Field(10, ge=1)
     seed: int = Field(0, ge=0, lt=SEED_LIMIT)
     design: Literal["grid", "list", "random", "sobol"] = "grid"
-    samples: int | None = Field(None, ge=1, le=MOST_POINTS)
+    samples: int | None = Field(None, ge=1, le=MAX_POINTS)
     fixed: dict[str, Any] = Field({}, alias="set")
     fields: dict[
         str,
@@ -127,9 +127,9 @@ class Sweep(Fields):
             found = ", ".join(f"{path} has {length}" for path, length in lengths.items())
             raise ValueError(f"fields: a list needs as many values of every field, and {found}")
         points = math.prod(lengths.values()) if self.design == "grid" else max(lengths.values())
-        if points > MOST_POINTS:
+        if points > MAX_POINTS:
             raise ValueError(
-                f"fields: this {self.design} has {points:,} points; at most {MOST_POINTS:,} are allowed"
+                f"fields: this {self.design} has {points:,} points; at most {MAX_POINTS:,} are allowed"
             )
         return self
 

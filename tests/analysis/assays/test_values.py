@@ -16,8 +16,8 @@ from baldwinlab.analysis.assays.values import compute_quantities, read_factors, 
 from baldwinlab.core.netcdf import opened, sealed
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.studies.assays.run import missing_assays, open_assay, run_assays
-from baldwinlab.studies.assays.storage import assay_path, read
+from baldwinlab.studies.assays.run import find_missing_assays, open_assay, run_assays
+from baldwinlab.studies.assays.storage import assay_path, read_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.assayed import (
@@ -53,14 +53,14 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
             path = tmp_path / "assays" / assay / f"{condition}.nc"
             path.parent.mkdir(parents=True, exist_ok=True)
             data.to_netcdf(path, engine="scipy")
-    found = read(Assayed(tmp_path))
+    found = read_assays(Assayed(tmp_path))
     assert {assay: set(conditions) for assay, conditions in found.items()} == {
         assay: set(conditions) for assay, conditions in whole(runs=2).items()
     }
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
     assert read_factors(found["innate"][A]) == Factors(learner=A)
     assert (
-        read_factors(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
+        read_factors(read_assays(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
         == "A"
     )
     assert (
@@ -69,7 +69,7 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
 
 
 def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
-    assert read(Assayed(tmp_path)) == {}
+    assert read_assays(Assayed(tmp_path)) == {}
 
 
 @pytest.mark.parametrize("keep", [0, 3, 200])
@@ -80,7 +80,7 @@ def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
         ValueError,
         match=r"A\.nc is damaged: .*; `baldwinlab assay .* --assays innate` measures it again",
     ):
-        read(Assayed(tmp_path))
+        read_assays(Assayed(tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -102,19 +102,19 @@ def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(
     with pytest.raises(
         ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"
     ):
-        read(Assayed(tmp_path))
+        read_assays(Assayed(tmp_path))
 
 
 def test_the_last_of_more_generations_than_there_could_be_are_all(tmp_path: Path) -> None:
     stored(tmp_path)
-    found = compute_quantities(read(Assayed(tmp_path)), A, 10**18 - 1)
+    found = compute_quantities(read_assays(Assayed(tmp_path)), A, 10**18 - 1)
     np.testing.assert_allclose(found["off", "last"], found["off", "throughout"])
 
 
 def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     stored(tmp_path, "within-life")
     with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'within-life' stores"):
-        read(Assayed(tmp_path))
+        read_assays(Assayed(tmp_path))
 
 
 def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
@@ -183,8 +183,8 @@ def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_pat
         damaged[position] ^= 1 << rng.integers(8)
         path.write_bytes(bytes(damaged))
         with pytest.raises(ValueError, match=str(path)):
-            read(study)
-    assert missing_assays(study, ["innate"])[condition] == ["innate"]
+            read_assays(study)
+    assert find_missing_assays(study, ["innate"])[condition] == ["innate"]
 
 
 def test_an_assay_in_another_s_place_is_named(tmp_path: Path) -> None:
@@ -192,7 +192,7 @@ def test_an_assay_in_another_s_place_is_named(tmp_path: Path) -> None:
     first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
     second.write_bytes(first.read_bytes())
     with pytest.raises(ValueError, match=re.escape(f"{second} is of the condition")):
-        read(study)
+        read_assays(study)
 
 
 CONDITION = "evo+self-taught/A"
@@ -201,7 +201,7 @@ CONDITION = "evo+self-taught/A"
 def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2) -> Path:
     """The file of the assay `innate` of a study of one condition."""
     study = small_study(folder, [experiment], runs, seed)
-    run_assays(study, missing_assays(study, ["innate"]), 1, silent, ignore)
+    run_assays(study, find_missing_assays(study, ["innate"]), 1, silent, ignore)
     return assay_path(folder, "innate", experiment.name)
 
 
@@ -226,10 +226,10 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
     shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
     study = StudyStore(tmp_path / "own")
     again = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
-    for refused in (lambda: read(study), lambda: open_assay(study.directory, "innate", CONDITION)):
+    for refused in (lambda: read_assays(study), lambda: open_assay(study.directory, "innate", CONDITION)):
         with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
             refused()
-    missing = missing_assays(study, ["innate"])
+    missing = find_missing_assays(study, ["innate"])
     assert missing == {CONDITION: ["innate"]}
     run_assays(study, missing, 1, silent, ignore)
     assert path.read_bytes() == own
@@ -238,7 +238,7 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
 def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
     innate_of(tmp_path, small(), runs=1)
     study = small_study(tmp_path, [small()], runs=2)
-    assert read(study)["innate"][CONDITION]["run"].values.tolist() == [0]
+    assert read_assays(study)["innate"][CONDITION]["run"].values.tolist() == [0]
 
 
 @pytest.mark.parametrize("lacking", ["seed", "experiment", "run"])
@@ -253,7 +253,7 @@ def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
         del data.attrs[lacking]
     path.write_bytes(sealed(data))
     with pytest.raises(ValueError, match=re.escape(str(path))):
-        read(StudyStore(tmp_path))
+        read_assays(StudyStore(tmp_path))
 
 
 def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Path) -> None:
@@ -264,7 +264,7 @@ def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Pat
     with pytest.raises(
         ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"
     ):
-        read(StudyStore(tmp_path))
+        read_assays(StudyStore(tmp_path))
 
 
 def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
@@ -273,11 +273,11 @@ def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> No
     with pytest.raises(
         ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"
     ):
-        read(Assayed(tmp_path))
+        read_assays(Assayed(tmp_path))
 
 
 def test_newborns_of_older_files_have_their_new_names(tmp_path: Path) -> None:
     data = neutral(A, (5, 50), (5, 20), runs=2)
     stored(tmp_path, "neutral", data.assign_coords(newborns=["evolved", "neutral twin"]))
-    found = read(Assayed(tmp_path))["neutral"][A]
+    found = read_assays(Assayed(tmp_path))["neutral"][A]
     assert found["newborns"].values.tolist() == ["evolved", "neutral control"]

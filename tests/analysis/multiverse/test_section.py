@@ -20,7 +20,7 @@ from baldwinlab.analysis.multiverse.section import (
 )
 from baldwinlab.analysis.report import write_page
 from baldwinlab.analysis.statistics.rules import HOLDS, UNDECIDED
-from baldwinlab.studies.multiverse import one_at_a_time
+from baldwinlab.studies.multiverse import vary_one_at_a_time
 from tests.analysis.multiverse.variants import (
     NOBODY_EATS,
     TAUGHT_BEAT_EVOLVED,
@@ -68,7 +68,7 @@ def test_sentences_name_robust_claims_and_the_choices_that_change_others() -> No
 
 
 def test_many_variants_are_counted_and_few_are_named() -> None:
-    names = [variant.name for variant in one_at_a_time()[1:]]
+    names = [variant.name for variant in vary_one_at_a_time()[1:]]
     sentences = compose_sentences(
         multiverse_of(
             variant_of(),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays.run import ASSAYS, missing_assays, run_assays
+from baldwinlab.studies.assays.run import ASSAYS, find_missing_assays, run_assays
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.store import StudyStore
 from tests.small import ignore, silent, small_study
@@ -42,5 +42,5 @@ def measured(
 ) -> StudyStore:
     """A study with its assays, which an executor does."""
     study = small_study(directory, experiments or conditions(), runs)
-    run_assays(study, missing_assays(study, names), workers, silent, ignore, executor)
+    run_assays(study, find_missing_assays(study, names), workers, silent, ignore, executor)
     return study

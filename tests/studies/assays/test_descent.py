@@ -12,11 +12,11 @@ import pytest
 
 from baldwinlab.studies.assays.descent import (
     HEADER,
-    ancestors,
     common_ancestor_ages,
+    count_ancestors,
     effective_ancestors,
-    fitter_line,
-    phylogeny_lines,
+    format_phylogeny,
+    trace_fitter_parents,
 )
 from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.store import StudyStore
@@ -38,10 +38,10 @@ def test_a_pedigree_of_three_that_is_reckoned_by_hand() -> None:
 
 def test_the_ancestors_of_one_agent_that_are_reckoned_by_hand() -> None:
     parents = pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
-    assert [found.tolist() for found in ancestors(parents, 2, 2)] == [[2], [0, 2], [0, 1]]
-    assert fitter_line(parents, 2, 2) == [(0, 2), (0, 1)]
-    assert [found.tolist() for found in ancestors(parents, 0, 1)] == [[1]]
-    assert fitter_line(parents, 0, 1) == []
+    assert [found.tolist() for found in count_ancestors(parents, 2, 2)] == [[2], [0, 2], [0, 1]]
+    assert trace_fitter_parents(parents, 2, 2) == [(0, 2), (0, 1)]
+    assert [found.tolist() for found in count_ancestors(parents, 0, 1)] == [[1]]
+    assert trace_fitter_parents(parents, 0, 1) == []
 
 
 def test_all_from_one_couple() -> None:
@@ -65,7 +65,7 @@ def test_a_single_line_descends_from_its_last_member() -> None:
 def test_many_founders_are_reckoned_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     parents = np.random.default_rng(1).integers(0, 9, (5, 9, 2), np.int32)
     whole = effective_ancestors(parents)
-    monkeypatch.setattr("baldwinlab.studies.assays.descent.FOUNDERS_AT_A_TIME", 2)
+    monkeypatch.setattr("baldwinlab.studies.assays.descent.FOUNDERS_PER_BATCH", 2)
     assert effective_ancestors(parents) == pytest.approx(whole)
 
 
@@ -86,7 +86,7 @@ def test_where_nothing_is_inherited_there_is_no_descent(study: StudyStore) -> No
 
 def table(study: StudyStore, condition: str) -> pd.DataFrame:
     return pd.read_csv(
-        StringIO("\n".join([HEADER, *phylogeny_lines(study.read(condition, 0).parents.values)]))
+        StringIO("\n".join([HEADER, *format_phylogeny(study.read(condition, 0).parents.values)]))
     )
 
 

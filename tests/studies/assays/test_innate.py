@@ -9,8 +9,13 @@ import pytest
 
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.innate import distances, drifting, generations, layer_names
-from baldwinlab.studies.assays.run import missing_assays, open_assay, run_assays
+from baldwinlab.studies.assays.innate import (
+    assayed_generations,
+    drift_generations,
+    layer_names,
+    weight_distances,
+)
+from baldwinlab.studies.assays.run import find_missing_assays, open_assay, run_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small import ignore, silent, small_study
@@ -98,7 +103,7 @@ def test_a_record_that_other_code_made_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
         StudyError, match=r"0001.nc: generation 1, lived again, does not eat what is stored"
     ):
-        run_assays(study, missing_assays(study, ["innate"]), 1, silent, ignore)
+        run_assays(study, find_missing_assays(study, ["innate"]), 1, silent, ignore)
 
 
 def test_distances_are_those_of_each_layer() -> None:
@@ -107,7 +112,7 @@ def test_distances_are_those_of_each_layer() -> None:
     death = birth.copy()
     death[:, [0, 7]] = 3, 4  # a weight and a bias of the first layer
     death[2, [8, 16]] = 6, 8  # a weight and a bias of the second
-    assert np.array_equal(distances(experiment, birth, death), [[5] * 5, [0, 0, 10, 0, 0]])
+    assert np.array_equal(weight_distances(experiment, birth, death), [[5] * 5, [0, 0, 10, 0, 0]])
 
 
 @pytest.mark.parametrize(
@@ -124,14 +129,14 @@ def test_layers_are_named_by_what_they_connect(hidden: list[int], names: list[st
 
 @pytest.mark.parametrize("count", [1, 2, 50, 51, 100, 1000, 12345])
 def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int) -> None:
-    found = generations(small("evo", evolution={"generations": count}))
+    found = assayed_generations(small("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(found)
     assert found == sorted(set(found))
     assert min(count, 51) <= len(found) <= 101
-    alike = generations(small("self-taught", evolution={"generations": count}))
+    alike = assayed_generations(small("self-taught", evolution={"generations": count}))
     assert {0, count - 1} <= set(alike)
     assert len(alike) <= 11
-    control = drifting(small("evo", evolution={"generations": count}))
+    control = drift_generations(small("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(control) <= set(found)
     assert min(count, 6) <= len(control) <= 11
 
@@ -143,4 +148,4 @@ def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int
 def test_drift_is_lived_where_it_goes_as_far_as_what_it_stands_in_for(
     rule: str, fits: bool
 ) -> None:
-    assert bool(drifting(small("evo", learning={"rule": rule}))) == fits
+    assert bool(drift_generations(small("evo", learning={"rule": rule}))) == fits

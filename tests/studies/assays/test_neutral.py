@@ -14,7 +14,12 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, draw_genomes, inherit_genomes, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.run import misfit, missing_assays, open_assay, run_assays
+from baldwinlab.studies.assays.run import (
+    find_missing_assays,
+    open_assay,
+    run_assays,
+    why_not_applicable,
+)
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small import ignore, silent, small_study
@@ -125,7 +130,7 @@ def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]
         amounts.append(-total)
         yield amounts.append
 
-    run_assays(study, missing_assays(study, ["neutral"]), 1, noted, ignore)
+    run_assays(study, find_missing_assays(study, ["neutral"]), 1, noted, ignore)
     assert amounts[0] < 0 == sum(amounts)
 
 
@@ -139,10 +144,10 @@ def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]
 def test_where_selection_builds_nothing_there_is_no_such_assay(
     tmp_path: Path, experiment: Experiment, why: str
 ) -> None:
-    assert why in misfit("neutral", experiment)
+    assert why in why_not_applicable("neutral", experiment)
     study = small_study(tmp_path, [experiment], runs=1)
-    assert missing_assays(study, ["neutral"]) == {experiment.name: []}
-    run_assays(study, missing_assays(study, ["neutral"]), 1, silent, ignore)
+    assert find_missing_assays(study, ["neutral"]) == {experiment.name: []}
+    run_assays(study, find_missing_assays(study, ["neutral"]), 1, silent, ignore)
     with pytest.raises(StudyError, match=why):
         open_assay(tmp_path, "neutral", experiment.name)
     with pytest.raises(StudyError, match=why):

@@ -16,8 +16,8 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.studies.assays.run import (
     ASSAYS,
-    agent_steps,
-    missing_assays,
+    count_assay_steps,
+    find_missing_assays,
     open_assay,
     run_assays,
 )
@@ -60,7 +60,7 @@ def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
         done.append(-total)
         yield done.append
 
-    run_assays(study, missing_assays(study, list(ASSAYS)), 2, noted, ignore)
+    run_assays(study, find_missing_assays(study, list(ASSAYS)), 2, noted, ignore)
     assert done[0] < 0
     assert sum(done) == 0
 
@@ -85,8 +85,8 @@ def test_all_that_is_lived_has_been_compiled_beforehand(
 
 
 def test_what_is_stored_is_not_measured_again(study: StudyStore) -> None:
-    assert missing_assays(study, list(ASSAYS)) == NOTHING
-    assert agent_steps(study, NOTHING) == 0
+    assert find_missing_assays(study, list(ASSAYS)) == NOTHING
+    assert count_assay_steps(study, NOTHING) == 0
 
 
 def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
@@ -97,7 +97,7 @@ def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
     torn = tmp_path / "assays/descent/evo/A.nc"
     torn.write_bytes(torn.read_bytes()[:-200])
     (tmp_path / "assays/modules/self-taught/A.nc").unlink()
-    missing = missing_assays(study, ["modules", "descent"])
+    missing = find_missing_assays(study, ["modules", "descent"])
     both = ["modules", "descent"]
     assert missing == {
         "evo/A": ["descent"],
@@ -121,7 +121,7 @@ def test_an_error_ends_the_work_and_keeps_what_is_stored(
 
     monkeypatch.setattr(os, "fsync", no_space)
     with pytest.raises(OSError, match="no space is left"):
-        run_assays(study, missing_assays(study, ["modules", "innate"]), 2, silent, ignore)
+        run_assays(study, find_missing_assays(study, ["modules", "innate"]), 2, silent, ignore)
     assert stored(study) == before
 
 
@@ -161,7 +161,7 @@ def test_the_smallest_and_the_strangest_studies_can_be_measured(
     tmp_path: Path, changes: dict[str, object]
 ) -> None:
     study = measured(tmp_path, [small("evo+self-taught").replace(**changes)], runs=1)
-    assert missing_assays(study, list(ASSAYS)) == {"evo+self-taught/A": []}
+    assert find_missing_assays(study, list(ASSAYS)) == {"evo+self-taught/A": []}
     innate = open_assay(tmp_path, "innate", "evo+self-taught/A")
     assert np.array_equal(
         innate.energy.sel(run=0, life="on"), study.read("evo+self-taught/A", 0).energy
@@ -173,10 +173,10 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
 ) -> None:
     empty = create(tmp_path, [small("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):
-        missing_assays(empty, ["innate"])
+        find_missing_assays(empty, ["innate"])
     there = "there is no assay 'instinct'; there are innate, neutral, within-life, modules, reaction, descent"
     with pytest.raises(StudyError, match=there):
-        missing_assays(study, ["innate", "instinct"])
+        find_missing_assays(study, ["innate", "instinct"])
     with pytest.raises(StudyError, match=there):
         open_assay(study.directory, "instinct", "evo/A")
     with pytest.raises(StudyError, match="has no condition 'evo/C'"):
@@ -192,7 +192,7 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
 def test_where_the_study_is_gone_no_assay_is_written(tmp_path: Path) -> None:
     directory = tmp_path / "study"
     study = small_study(directory, conditions()[:1], runs=1)
-    missing = missing_assays(study, ["innate"])
+    missing = find_missing_assays(study, ["innate"])
     (directory / "study.toml").unlink()
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
         run_assays(study, missing, 1, silent, ignore)

@@ -14,9 +14,9 @@ from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
-from baldwinlab.studies.sweeps.design import FILE, experiments
+from baldwinlab.studies.sweeps.design import FILE, expand_sweep
 from baldwinlab.studies.sweeps.file import Sweep, read
 from tests.small import ignore, silent, small, small_study
 
@@ -42,7 +42,7 @@ contact.reach = { low = 2, high = 20 }
 
 
 def points_of(text: str, folder: Path) -> list[Experiment]:
-    return experiments(read_text(text, folder), folder / "sweep-file.toml")
+    return expand_sweep(read_text(text, folder), folder / "sweep-file.toml")
 
 
 def read_text(text: str, folder: Path) -> Sweep:
@@ -54,9 +54,11 @@ def read_text(text: str, folder: Path) -> Sweep:
 def made(text: str, folder: Path, runs: int) -> StudyStore:
     """A sweep in `folder`/made, brought to so many runs."""
     plan = read_text(text, folder)
-    study = create(folder / "made", experiments(plan, folder / "sweep-file.toml"), plan.seed, SWEEP)
+    study = create(
+        folder / "made", expand_sweep(plan, folder / "sweep-file.toml"), plan.seed, SWEEP
+    )
     (study.directory / FILE).write_text(text)
-    run_study(study, missing_runs(study, runs, ignore), 1, silent, ignore)
+    run_study(study, find_missing_runs(study, runs, ignore), 1, silent, ignore)
     return study
 
 

@@ -21,7 +21,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
-from baldwinlab.studies.assays.run import ASSAYS, misfit
+from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
 from tests.worlds import small
 
 SEED, AGENTS = 5, 6
@@ -240,7 +240,7 @@ def test_what_cannot_be_is_refused_in_a_sentence() -> None:
         match="needs a variation that makes one child by itself, and 'neat' does not",
     ):
         turning_over().replace(evolution={"variation": "neat", "selection": "species"})
-    asked = {name: misfit(name, turning_over("evo+self-taught")) for name in ASSAYS}
+    asked = {name: why_not_applicable(name, turning_over("evo+self-taught")) for name in ASSAYS}
     assert [name for name, why in asked.items() if not why] == ["descent"]
     assert "others replace them" in asked["innate"]
 
