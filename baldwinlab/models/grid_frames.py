@@ -1,4 +1,4 @@
-"""Lives on a grid as they are looked at: a frame a step, from what lay where and where somebody went."""
+"""Frames of lifetimes on a grid, one per step, for the views of models."""
 
 from __future__ import annotations
 
@@ -11,16 +11,27 @@ import numpy.typing as npt
 
 from baldwinlab.parts import GridView
 
-NOT_THERE: Final = -2  # instead of what is done in a place, where somebody does not come
+# Entry of a position that the agent does not reach.
+NOT_REACHED: Final = -2
 UP: Final = 3
-AHEAD: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))  # row and column of a step, by heading
+# Change of row and column in a step, by heading.
+AHEAD: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
 WALL, HIGH, LOW = 1, 2, 3
 
 
 def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str) -> GridView:
-    """Lives on `side` by `side` cells, whose food vanishes, and counts, where somebody stands.
+    """Return the frames of visits to a square grid, on which an agent eats the food in its cell.
 
-    `food` [visit, item] are cells, row by row; `track` [visit, step, (cell, heading)] is where the agent stands after each step.
+    Parameters
+    ----------
+    side : int
+        Number of cells per edge.
+    food : array of shape (visits, items)
+        Cells with food, numbered row by row.
+    track : array of shape (visits, steps, 2)
+        Cell and heading of the agent after each step.
+    visits : str
+        Name of a visit.
     """
     visit_count, steps = track.shape[:2]
     ground = np.zeros((visit_count, steps, side * side), np.uint8)
@@ -45,17 +56,29 @@ def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: 
 def in_t_mazes(
     turns: int,
     high: Sequence[int],
-    ways: npt.NDArray[Any],
+    actions: npt.NDArray[Any],
     at_end: npt.NDArray[Any],
     in_all: npt.NDArray[Any],
 ) -> GridView:
-    """Trips into mazes of one or two turning points on the way from home to an end; a corridor lies between any of these.
+    """Return the frames of trips in T-mazes with one or two turning points between home and an end.
 
-    `high` [trip] is the end of the high reward: of two, left is 0; of four, those at the left are 0 and 1. `ways` [trip, place]
-    say what is done in the places of a trip: corridor, turning point, ..., end, corridor, turning point, ..., home. They are -1
-    for left, 0 for straight on, 1 for right, or NOT_THERE. Gained is `at_end` [trip] from the end on, `in_all` in the last step.
+    A corridor connects home, the turning points and the ends.
+
+    Parameters
+    ----------
+    turns : int
+        Number of turning points on the way to an end, 1 or 2.
+    high : sequence of int
+        End with the high reward, by trip. Ends are numbered from left to right, from 0.
+    actions : array of shape (trips, positions)
+        Actions at the positions of a trip: corridor, turning point, ..., end, corridor, turning
+        point, ..., home. -1 is left, 0 is straight on, 1 is right, or NOT_REACHED.
+    at_end : array of shape (trips,)
+        Reward that is shown from the end of the maze on.
+    in_all : array of shape (trips,)
+        Reward that is shown in the last step.
     """
-    paths = [_path(turns, trip[trip != NOT_THERE].tolist()) for trip in ways]
+    paths = [_path(turns, trip[trip != NOT_REACHED].tolist()) for trip in actions]
     steps = [len(path) for path in paths]
     gained = [
         np.where(np.arange(count) > 2 * turns, worth, 0.0)
@@ -76,26 +99,28 @@ def in_t_mazes(
     )
 
 
-def _path(turns: int, ways: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Row, column and heading at home, and after what is done in each place."""
+def _path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
+    """Return row, column and heading at home and after each action."""
     row, column, heading = 2 * turns + 1, 3, UP
     path = [(row, column, heading)]
-    for place, way in enumerate(ways):
-        if place == 2 * turns + 1:
-            heading = (heading + 2) % 4  # at the end it turns round
-        # The last corridor on the way to an end, or home, is no place where something is done; nor does it turn there.
-        cells, turn = (2, 0) if place % (2 * turns + 1) == 2 * turns else (1, way)
-        row, column = row + cells * AHEAD[heading][0], column + cells * AHEAD[heading][1]
+    for position, action in enumerate(actions):
+        if position == 2 * turns + 1:
+            # The agent turns around at the end.
+            heading = (heading + 2) % 4
+        # The last corridor before an end or home has no position. The agent does not turn there.
+        cells, turn = (2, 0) if position % (2 * turns + 1) == 2 * turns else (1, action)
+        row += cells * AHEAD[heading][0]
+        column += cells * AHEAD[heading][1]
         heading = (heading + turn) % 4
         path.append((row, column, heading))
     return path
 
 
 def _t_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
-    """What lies in each [row, column], where that end has the high reward."""
+    """Return the content of each cell [row, column] if the end `high` has the high reward."""
     paths = [
-        _path(turns, [each for turn in turned for each in (0, turn)] + [0])
-        for turned in product((-1, 1), repeat=turns)
+        _path(turns, [action for turn in route for action in (0, turn)] + [0])
+        for route in product((-1, 1), repeat=turns)
     ]
     maze = np.full((2 * turns + 3, 7), WALL, np.uint8)
     for (row, column, _), (to_row, to_column, _) in (

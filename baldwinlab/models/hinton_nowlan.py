@@ -1,12 +1,15 @@
-"""A needle in a haystack, which learning turns into a hill: strings of 0, 1 and ?, which guess in life what a ? should be.
+"""Hinton and Nowlan's model: strings of 0, 1 and ? that guess the value of each ? during life.
 
     baldwinlab reproduce hinton-nowlan-1987
 
-Right is 1 at every locus (which allele is right at which locus makes no difference). In every trial of its life an agent sets
-each ? to 0 or 1 by a coin, keeps nothing of trials that fail, and stops at the first in which all are right; what trials remain
-then are worth up to 19. In a genome, 0.5 stands for ?.
+The correct allele is 1 at every locus. This is no restriction: the model does not depend on which
+allele is correct. In each trial of its life, an agent sets each ? to 0 or 1 at random. A failed
+trial leaves no trace. The agent stops at the first trial in which all loci are correct. The
+remaining trials add up to 19 to its fitness. In a genome, the number 0.5 represents ?.
 
-Source: G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987).
+References
+----------
+G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987).
 """
 
 from __future__ import annotations
@@ -40,24 +43,27 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-UNSET: Final = 0.5  # the allele ?
-MOST: Final = 19.0  # that can be gained above the 1 that everybody has
+# The allele ?.
+UNSET: Final = 0.5
+# Largest gain in fitness above the baseline of 1.
+MAX_GAIN: Final = 19.0
 
 
-def _at_last(allele: str) -> Callable[[xr.Dataset], xr.DataArray]:
+def _last_mean(allele: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return the mean of a record in the last generation."""
     return lambda runs: runs[allele].isel(generation=-1).mean("agent")
 
 
 def _take_off(runs: xr.Dataset) -> xr.DataArray:
-    """The first generation in which half of the agents succeed."""
-    taken = runs["succeeded"].mean("agent") >= 0.5
-    return taken.argmax("generation").where(taken.any("generation"))
+    """Return the first generation in which half of the agents succeed."""
+    succeeds = runs["succeeded"].mean("agent") >= 0.5
+    return succeeds.argmax("generation").where(succeeds.any("generation"))
 
 
 def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
-    when = _take_off(runs)
-    found = runs["unset"].mean("agent").isel(generation=when.fillna(0).astype(int))
-    return found.where(when.notnull())
+    generation = _take_off(runs)
+    shares = runs["unset"].mean("agent").isel(generation=generation.fillna(0).astype(int))
+    return shares.where(generation.notnull())
 
 
 class HintonNowlan(Model, name="hinton-nowlan"):
@@ -102,16 +108,16 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
-        "ones": Measure("share of 1 in the last generation", _at_last("ones")),
-        "unset": Measure("share of ? in the last generation", _at_last("unset")),
-        "zeros": Measure("share of 0 in the last generation", _at_last("zeros")),
+        "ones": Measure("share of 1 in the last generation", _last_mean("ones")),
+        "unset": Measure("share of ? in the last generation", _last_mean("unset")),
+        "zeros": Measure("share of 0 in the last generation", _last_mean("zeros")),
         "take-off": Measure("generation in which half of the agents succeed", _take_off),
         "unset-at-take-off": Measure(
             "share of ? when half of the agents succeed", _unset_at_take_off
         ),
         "fall": Measure(
             "share of ? at that time minus that in the last generation",
-            lambda runs: _unset_at_take_off(runs) - _at_last("unset")(runs),
+            lambda runs: _unset_at_take_off(runs) - _last_mean("unset")(runs),
         ),
         "taken-off": Measure(
             "1 if half of the agents ever succeed, else 0",
@@ -156,7 +162,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         first = self._first_success(unset, luck)
         succeeded = able & (first <= self.trials)
         remaining = np.clip(self.trials - first + (0 if self.counts_success else 1), 0, None)
-        energy = np.where(succeeded, 1 + MOST * remaining / self.trials, 1.0)
+        energy = np.where(succeeded, 1 + MAX_GAIN * remaining / self.trials, 1.0)
         records = {
             "ones": (genomes == 1).mean(axis=-1, dtype=np.float32),
             "unset": (unset / self.loci).astype(np.float32),
@@ -172,11 +178,13 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def _first_success(
         self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
     ) -> npt.NDArray[np.int64]:
-        """The trial in which so many coins first fall right, [run, agent]; trials + 1 where they do not in a life.
+        """Return the number of the first successful trial [run, agent].
 
-        A trial fails with chance 1 - 2^-unset, so the first t all do with its power t: that of the last before the success
-        is just above the agent's luck. Products alone, no logarithm, so that the bits are those of any machine.
+        A trial fails with probability 1 - 2^-unset, so the first t trials all fail with the t-th
+        power of this probability. The first success is the first trial at which that power is not
+        above `luck`. The result is trials + 1 if no trial of the lifetime succeeds.
         """
+        # Products instead of logarithms give the same bits on all machines.
         first = poison.empty(unset.shape, np.int64)
         for count in np.unique(unset):
             fail = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
@@ -184,12 +192,15 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         return first
 
     def oracle(self, genome: Sequence[float], luck: float) -> float:
-        """The fitness of one string, trial by trial: it fails so many times in a row as its luck, in (0, 1), is small."""
-        unset, fail = sum(allele == UNSET for allele in genome), 1.0
+        """Return the fitness of one string, trial by trial; `luck` is uniform in (0, 1)."""
+        unset = sum(allele == UNSET for allele in genome)
+        fail = 1.0
         for trial in range(1, self.trials + 1):
             fail *= 1 - 1 / 2**unset
             if 0 not in genome and fail <= luck and (self.guessing or not unset):
-                return 1 + MOST * (self.trials - trial + (not self.counts_success)) / self.trials
+                return (
+                    1 + MAX_GAIN * (self.trials - trial + (not self.counts_success)) / self.trials
+                )
         return 1.0
 
 
@@ -215,7 +226,7 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     }
 
     def share_of_zero(self, experiment: Any) -> float:
-        """Share of 0, and likewise of 1, among the alleles that mutations draw."""
+        """Return the share of 0 among mutated alleles, which is also the share of 1."""
         return (
             (1 - experiment.of_model.initial_unset_share) / 2
             if self.mutation_law == "founders"
@@ -228,7 +239,8 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
         )
         if self.mutation_law == "founders" and not has_shares:
             raise ValueError(
-                "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share of ? among the founders: "
+                "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share "
+                "of ? among the founders: "
                 f"hinton-nowlan or moving-needle, and not {experiment.model!r}"
             )
 
@@ -236,7 +248,8 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = draw_cut(gate, child.size)  # of the modules in a row
+        # The cut is in the row of the genes of all modules.
+        cut = draw_cut(gate, child.size)
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
                 gene = module * child.shape[1] + locus
@@ -251,7 +264,9 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         def mutant(draw: float) -> float:
             zero = part.zero / 3
-            return 0.0 if draw < zero else 1.0 if draw >= 1 - zero else 0.5
+            if draw < zero:
+                return 0.0
+            return 1.0 if draw >= 1 - zero else 0.5
 
         inherited = cross_at_point(flatten(fitter), flatten(other), gate, draws[0][0])
         child = [

@@ -1,23 +1,30 @@
-"""A robot that is to switch a lamp on and then to stay under it, by a network whose genes are rules for learning, or weights.
+"""A robot that must switch on a lamp and then stay near it, with genes for rules or for weights.
 
     baldwinlab reproduce floreano-urzelai-2000
 
-In a square arena with a side of 1, a stripe on a wall marks where the lamp is switched on: within
-0.2 of it. From then on the lamp is lit. Fitness is the share of a life's steps spent within 0.2 of
-the lamp while it is lit. A robot senses the lamp, where it is lit, to its front, left, back and
-right; the stripe, half left, ahead and half right; and walls ahead, left and right. All neurons are
-logistic, sense all inputs and, as they were, each other, and the last two drive the wheels.
+The arena is a square with a side of 1. A stripe on a wall marks the switch. The lamp is lit when
+the robot has come within 0.2 of the stripe. Fitness is the share of the steps of a lifetime that
+the robot spends within 0.2 of the lit lamp. The robot senses the lit lamp in front, left, behind
+and right, the stripe half left, ahead and half right, and walls ahead, left and right. All neurons
+are logistic. Each neuron receives all inputs and the previous values of all neurons. The last two
+neurons drive the wheels.
 
-`encoding` is the genetic encoding: of each neuron, or of each synapse, a sign, one of four rules
-and a rate (5 bits: 1, 2, 2), and weights are small and random at birth, and change in every step,
-in [0, 1]; or of each synapse a sign and a strength (5 bits: 1, 4), which stay. A neuron's rule and
-rate are those of the synapses that lead to it, its sign that of those that it sends. In every
-generation each agent has another life, which does not count, in a world that is changed.
+`encoding` is the genetic encoding. With rules, a gene of five bits has a sign (1 bit), one of four
+learning rules (2 bits) and a rate (2 bits), for each neuron or for each synapse. The weights are
+small and random at birth and change in each step, within [0, 1]. With strengths, a gene of five
+bits has a sign (1 bit) and a strength (4 bits) for each synapse, and the weights do not change. The
+rule and the rate of a neuron apply to its incoming synapses. The sign of a neuron applies to its
+outgoing synapses. In each generation, each agent has an additional lifetime in a changed world,
+which does not affect its fitness.
 
-Sources: D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and
-behavioral fitness", Neural Networks 13 (2000); J. Urzelai and D. Floreano, "Evolution of adaptive
-synapses", Evolutionary Computation 9 (2001), for the changes. Their numbers here are from memory;
-the geometry, the senses, the number of neurons and the changes' sizes are readings of ours.
+The changes follow Urzelai and Floreano 2001. Their numbers are from memory. The geometry, the
+senses, the number of neurons and the sizes of the changes are our choice.
+
+References
+----------
+D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and behavioral
+fitness", Neural Networks 13 (2000).
+J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001).
 """
 
 from __future__ import annotations
@@ -55,22 +62,23 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-INPUTS: Final = (
-    11  # four of the lamp, three of the stripe, three of walls, and a bias that is always 1
-)
-GENES: Final = 5  # of a neuron, or of a synapse: bits
-SMALL: Final = 0.1  # the greatest weight at birth
-SPEED, TURN = (
-    np.float32(0.02),
-    np.float32(0.15),
-)  # sides a step, and half the tangent of half the angle, at full speed
-REACH, NEAR = (
-    np.float32(0.2),
-    np.float32(0.1),
-)  # of the lamp and the stripe; from where a wall is felt
+# Four for the lamp, three for the stripe, three for walls, and a bias that is always 1.
+INPUTS: Final = 11
+# Bits per neuron or per synapse.
+GENES: Final = 5
+# Largest weight at birth.
+SMALL: Final = 0.1
+# Distance per step at full speed, in sides of the arena.
+SPEED = np.float32(0.02)
+# Half the tangent of half the turning angle at full speed.
+TURN = np.float32(0.15)
+# Radius of the lamp and of the stripe, in sides of the arena.
+REACH = np.float32(0.2)
+# Distance from which a wall is sensed, in sides of the arena.
+NEAR = np.float32(0.1)
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
-# Where the stripe and the lamp are (x, y each), how much of a sense arrives, and how much of the
-# left wheel's speed.
+# Positions of the stripe and of the lamp (x and y each), strength of the senses, and speed of the
+# left wheel as a share of full speed.
 WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
 CHANGED: Final = {
     "places": (0.5, 1.0, 0.85, 0.15, 1.0, 1.0),
@@ -80,6 +88,7 @@ CHANGED: Final = {
 
 
 def _last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return the mean of a record over the last ten generations."""
     return lambda runs: runs[name].isel(generation=slice(-10, None)).mean(("generation", "agent"))
 
 
@@ -162,7 +171,7 @@ class LightSwitch(Model, name="light-switch"):
 
     @property
     def coded(self) -> int:
-        """What has five genes each."""
+        """Return the number of units with five bits each: neurons or synapses."""
         return self.neurons if self.encoding == "neurons" else self.synapses
 
     def weights(self) -> int:
@@ -179,13 +188,13 @@ class LightSwitch(Model, name="light-switch"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         shape = genomes.shape[:2]
-        signs, rules, rates, born = self._read(
+        signs, rules, rates, weights = self._decode(
             seed, runs, generation, (genomes[:, :, 0] > 0.5).astype(np.int64)
         )
         begin = np.stack(
             [uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]
         ).astype(np.float32)
-        found = []
+        shares = []
         for world in (WORLD, CHANGED[self.change]):
             lit = poison.empty(shape, np.int64)
             values = poison.empty((2, INPUTS + self.neurons), np.float32)
@@ -196,19 +205,22 @@ class LightSwitch(Model, name="light-switch"):
                 signs,
                 rules,
                 rates,
-                born.copy(),
+                weights.copy(),
                 values,
                 lit,
             )
-            found.append(lit / self.steps_per_life)
-        score, changed = found
+            shares.append(lit / self.steps_per_life)
+        score, changed = shares
         records = {"score": score.astype(np.float32), "changed": changed.astype(np.float32)}
         return LifeResults(score, np.zeros(shape), None, records)
 
-    def _read(
+    def _decode(
         self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]
     ) -> tuple[Any, ...]:
-        """Signs, rules, rates and weights at birth, [run, agent, neuron, source] each, by the genes `bits` [run, agent, bit]."""
+        """Return signs, rules, rates and weights at birth from the genes `bits` [run, agent, bit].
+
+        Each returned array has the shape [run, agent, neuron, source].
+        """
         synapses = (*bits.shape[:2], self.neurons, INPUTS + self.neurons)
         genes = bits[..., : GENES * self.coded].reshape(*synapses[:3], -1, GENES)
         negative = genes[..., 0]
@@ -222,14 +234,10 @@ class LightSwitch(Model, name="light-switch"):
             2 * genes[..., 1] + genes[..., 2],
             rates,
         )
-        signs, rules, rates = (np.broadcast_to(each, synapses).copy() for each in of_synapses)
+        signs, rules, rates = (np.broadcast_to(values, synapses).copy() for values in of_synapses)
         if self.encoding == "strengths":
-            return (
-                signs,
-                rules,
-                rates,
-                ((genes[..., 1:] * (8, 4, 2, 1)).sum(axis=-1) / 15).astype(np.float32),
-            )
+            strengths = ((genes[..., 1:] * (8, 4, 2, 1)).sum(axis=-1) / 15).astype(np.float32)
+            return signs, rules, rates, strengths
         draws = [
             uniforms(seed, run, generation, LIFE, (1 + bits.shape[1], self.synapses))[1:, :, 0]
             for run in runs
@@ -249,14 +257,28 @@ def drive(
     values: Any,
     lit: Any,
 ) -> None:
-    """Fill `lit` [run, agent] with the steps under the lit lamp; `weights` [run, agent, neuron, source] change as agents learn.
+    """Simulate lifetimes and count the steps under the lit lamp.
 
-    `begin` [run, 4] are uniform numbers, of place and heading; `values` [2, input and neuron] is
-    scratch.
+    Parameters
+    ----------
+    moves : int
+        Number of steps of a lifetime.
+    world : array of shape (6,)
+        Layout of the arena, as `WORLD`.
+    begin : array of shape (runs, 4)
+        Uniform numbers for the initial position and heading.
+    signs, rules, rates : arrays of shape (runs, agents, neurons, sources)
+        Signs, learning rules and learning rates of the synapses.
+    weights : array of shape (runs, agents, neurons, sources)
+        Weights. They change in place as agents learn.
+    values : array of shape (2, inputs + neurons)
+        Scratch.
+    lit : array of shape (runs, agents)
+        Output: the number of steps under the lit lamp.
     """
     for run in range(lit.shape[0]):
         for agent in range(lit.shape[1]):
-            lit[run, agent] = _life(
+            lit[run, agent] = _simulate_lifetime(
                 moves,
                 world,
                 begin[run],
@@ -269,7 +291,7 @@ def drive(
 
 
 @compiled
-def _life(
+def _simulate_lifetime(
     moves: Any,
     world: Any,
     begin: Any,
@@ -279,81 +301,94 @@ def _life(
     weights: Any,
     values: Any,
 ) -> int:
-    now, before = values[0], values[1]
+    """Simulate one lifetime and return the number of steps under the lit lamp."""
+    now = values[0]
+    before = values[1]
     now[:] = ZERO
-    x, y = (
-        np.float32(0.3) + np.float32(0.4) * begin[0],
-        np.float32(0.2) + np.float32(0.6) * begin[1],
-    )
-    along, across = TWO * begin[2] - ONE, TWO * begin[3] - ONE
+    x = np.float32(0.3) + np.float32(0.4) * begin[0]
+    y = np.float32(0.2) + np.float32(0.6) * begin[1]
+    along = TWO * begin[2] - ONE
+    across = TWO * begin[3] - ONE
     length = square_root(along * along + across * across)
     along, across = (along / length, across / length) if length > ZERO else (ONE, ZERO)
-    is_lit, under = False, 0
+    is_lit = False
+    steps_under = 0
     for _ in range(moves):
-        is_lit = is_lit or _within(x - world[0], y - world[1])
-        under += 1 if is_lit and _within(x - world[2], y - world[3]) else 0
+        is_lit = is_lit or _is_within_reach(x - world[0], y - world[1])
+        steps_under += 1 if is_lit and _is_within_reach(x - world[2], y - world[3]) else 0
         for k in range(now.size):
             before[k] = now[k]
         _sense(world, is_lit, x, y, along, across, before)
-        _think(signs, rules, rates, weights, before, now)
-        left, right = TWO * now[now.size - 2] - ONE, TWO * now[now.size - 1] - ONE
+        _update_neurons(signs, rules, rates, weights, before, now)
+        left = TWO * now[now.size - 2] - ONE
+        right = TWO * now[now.size - 1] - ONE
         left = left * world[5]
-        turn = (
-            TURN * (right - left) / TWO
-        )  # of half the angle the tangent, so that no sine is needed
+        # The tangent of half the turning angle. Sine and cosine follow from it by division.
+        turn = TURN * (right - left) / TWO
         square = turn * turn
-        cosine, sine = (ONE - square) / (ONE + square), TWO * turn / (ONE + square)
+        cosine = (ONE - square) / (ONE + square)
+        sine = TWO * turn / (ONE + square)
         along, across = along * cosine - across * sine, across * cosine + along * sine
         ahead = SPEED * (left + right) / TWO
-        x, y = min(max(x + ahead * along, ZERO), ONE), min(max(y + ahead * across, ZERO), ONE)
-    return under
+        x = min(max(x + ahead * along, ZERO), ONE)
+        y = min(max(y + ahead * across, ZERO), ONE)
+    return steps_under
 
 
 @compiled
-def _within(dx: Any, dy: Any) -> bool:
+def _is_within_reach(dx: Any, dy: Any) -> bool:
     return bool(dx * dx + dy * dy < REACH * REACH)
 
 
 @compiled
 def _sense(world: Any, is_lit: Any, x: Any, y: Any, along: Any, across: Any, values: Any) -> None:
-    """Fill the inputs, in [0, 1]: the lamp's light falls off with distance and angle; walls are felt from near."""
-    dx, dy = world[2] - x, world[3] - y
+    """Fill the inputs, in [0, 1].
+
+    The light of the lamp decreases with distance and angle. Walls are sensed from a short distance.
+    """
+    dx = world[2] - x
+    dy = world[3] - y
     distance = square_root(dx * dx + dy * dy)
     light = max(ZERO, ONE - distance) / distance if is_lit and distance > ZERO else ZERO
-    ahead, left = light * (dx * along + dy * across), light * (dy * along - dx * across)
-    values[0], values[1], values[2], values[3] = (
-        max(ZERO, ahead),
-        max(ZERO, left),
-        max(ZERO, -ahead),
-        max(ZERO, -left),
-    )
-    dx, dy = world[0] - x, world[1] - y
-    ahead, left = dx * along + dy * across, dy * along - dx * across
-    seen = ahead > abs(left)  # within an eighth of a turn
-    values[4] = ONE if seen and THREE * left > ahead else ZERO
-    values[5] = ONE if seen and THREE * abs(left) <= ahead else ZERO
-    values[6] = ONE if seen and THREE * left < -ahead else ZERO
-    values[7], values[8], values[9] = (
-        _wall(x, y, along, across),
-        _wall(x, y, -across, along),
-        _wall(x, y, across, -along),
-    )
+    ahead = light * (dx * along + dy * across)
+    left = light * (dy * along - dx * across)
+    values[0] = max(ZERO, ahead)
+    values[1] = max(ZERO, left)
+    values[2] = max(ZERO, -ahead)
+    values[3] = max(ZERO, -left)
+    dx = world[0] - x
+    dy = world[1] - y
+    ahead = dx * along + dy * across
+    left = dy * along - dx * across
+    # The stripe is visible within an eighth of a turn.
+    is_visible = ahead > abs(left)
+    values[4] = ONE if is_visible and THREE * left > ahead else ZERO
+    values[5] = ONE if is_visible and THREE * abs(left) <= ahead else ZERO
+    values[6] = ONE if is_visible and THREE * left < -ahead else ZERO
+    values[7] = _sense_wall(x, y, along, across)
+    values[8] = _sense_wall(x, y, -across, along)
+    values[9] = _sense_wall(x, y, across, -along)
     for i in range(INPUTS - 1):
         values[i] *= world[4]
     values[INPUTS - 1] = ONE
 
 
 @compiled
-def _wall(x: Any, y: Any, dx: Any, dy: Any) -> Any:
-    """How near the nearest wall is in a direction, the more the straighter: in [0, 1]."""
+def _sense_wall(x: Any, y: Any, dx: Any, dy: Any) -> Any:
+    """Return the nearness of the nearest wall in a direction, in [0, 1].
+
+    The value is larger if the direction is closer to perpendicular.
+    """
     of_x = abs(dx) * max(ZERO, ONE - (ONE - x if dx > ZERO else x) / NEAR)
     of_y = abs(dy) * max(ZERO, ONE - (ONE - y if dy > ZERO else y) / NEAR)
     return max(of_x, of_y)
 
 
 @compiled
-def _think(signs: Any, rules: Any, rates: Any, weights: Any, before: Any, now: Any) -> None:
-    """Fill the neurons of `now` from inputs and neurons `before`, and let synapses change by what they were between."""
+def _update_neurons(
+    signs: Any, rules: Any, rates: Any, weights: Any, before: Any, now: Any
+) -> None:
+    """Fill the neurons of `now` from the inputs and neurons of `before`, and update the weights."""
     for neuron in range(rules.shape[0]):
         total = ZERO
         for source in range(before.size):
@@ -361,7 +396,8 @@ def _think(signs: Any, rules: Any, rates: Any, weights: Any, before: Any, now: A
         y = sigmoid(total)
         now[INPUTS + neuron] = y
         for source in range(before.size):
-            w, rate = weights[neuron, source], rates[neuron, source]
+            w = weights[neuron, source]
+            rate = rates[neuron, source]
             if rate > ZERO:
                 w += rate * change(rules[neuron, source], w, before[source], y)
                 weights[neuron, source] = min(max(w, ZERO), ONE)
@@ -384,7 +420,8 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = draw_cut(gate, child.size)  # of the modules in a row
+        # The cut is in the row of the genes of all modules.
+        cut = draw_cut(gate, child.size)
         for module in range(child.shape[0]):
             for bit in range(child.shape[1]):
                 draw = module * child.shape[1] + bit

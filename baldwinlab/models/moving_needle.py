@@ -1,12 +1,18 @@
-"""A needle in a haystack that moves: strings that guess in life, where what is right changes from generation to generation.
+"""Strings that guess during life, with a target that changes from generation to generation.
 
     baldwinlab reproduce le-2018
 
-At first right is 1 at every locus, as in `needle.py`; then, every so many generations, some loci are drawn, and for each a coin
-says anew which allele is right there. Where nothing is ever drawn anew, a run is that of `needle.py`, to the bit.
+In generation 0, the correct allele is 1 at every locus, as in `hinton_nowlan.py`. Every `period`
+generations, `redrawn_loci` loci are drawn, and the correct allele of each is drawn again. If the
+target never changes, a run is bit-identical to a run of `hinton_nowlan.py`.
 
-Source: N. Le, A. Brabazon and M. O'Neill, "How the Baldwin effect can guide evolution in dynamic environments", TPNC 2018, for
-the idea; its parameters were not recovered, and those here are ours. The strings are those of Hinton and Nowlan 1987.
+The idea is that of Le et al. 2018. Their parameters are not known, so the parameters here are ours.
+The strings are those of Hinton and Nowlan 1987.
+
+References
+----------
+N. Le, A. Brabazon and M. O'Neill, "How the Baldwin effect can guide evolution in dynamic
+environments", TPNC 2018.
 """
 
 from __future__ import annotations
@@ -21,17 +27,18 @@ import xarray as xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, OF_AGENT, Field, LifeResults, Measure, Variable, uniforms
 
+# Names of the records in `hinton_nowlan.py`, and their names in this model.
 _NAMES = {
     "ones": "right",
     "zeros": "wrong",
     "unset": "unset",
     "succeeded": "succeeded",
     "used": "used",
-}  # as records are called
+}
 
 
 def _in_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """The mean of a run's second half, in which the needle moves many times."""
+    """Return the mean of a record over the second half of a run, with many target changes."""
     return lambda runs: (
         runs[record]
         .isel(generation=slice(runs.sizes["generation"] // 2, None))
@@ -63,8 +70,8 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         "record": {"genome_every": 10},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        _NAMES[name]: of
-        for name, of in HintonNowlan.records.items()
+        _NAMES[name]: variable
+        for name, variable in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
     } | {
         "right": Variable(OF_AGENT, np.float32, "1", "share of correct alleles in this generation"),
@@ -85,28 +92,31 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        """Where 0 is right, 0 and 1 change places for a life of `needle.py`; a ?, which is 0.5, is what it was."""
+        """Simulate lifetimes of `hinton_nowlan.py`, with 0 and 1 swapped at loci whose target is 0.
+
+        The allele ?, which is 0.5, does not change.
+        """
         zero = np.stack([self.right(seed, run, generation) == 0 for run in runs])[:, None, None]
-        lives = super().simulate(seed, runs, generation, np.where(zero, 1 - genomes, genomes))
+        results = super().simulate(seed, runs, generation, np.where(zero, 1 - genomes, genomes))
         learned = (
-            np.where(zero[:, :, 0], 1 - lives.learned, lives.learned)
-            if lives.learned is not None
+            np.where(zero[:, :, 0], 1 - results.learned, results.learned)
+            if results.learned is not None
             else None
         )
         return LifeResults(
-            lives.energy,
-            lives.cost,
+            results.energy,
+            results.cost,
             learned,
-            {_NAMES[name]: record for name, record in lives.records.items()},
+            {_NAMES[name]: record for name, record in results.records.items()},
         )
 
     def right(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
-        """The alleles [locus] that are right in a generation, 0 or 1."""
-        found = np.ones(self.loci, np.int64)
-        for moved in range(self.period, generation + 1, self.period) if self.period else ():
-            draws = uniforms(seed, run, moved, LIFE, (1, 1 + self.redrawn_loci))[
-                0, 1:
-            ]  # the first is somebody's luck
-            for place, coin in draws[:, :2]:
-                found[int(place * self.loci)] = coin < 0.5
-        return found
+        """Return the target of a generation: the correct allele [locus], 0 or 1."""
+        targets = np.ones(self.loci, np.int64)
+        changes = range(self.period, generation + 1, self.period) if self.period else ()
+        for change in changes:
+            # The first number is the luck of an agent.
+            draws = uniforms(seed, run, change, LIFE, (1, 1 + self.redrawn_loci))[0, 1:]
+            for position, coin in draws[:, :2]:
+                targets[int(position * self.loci)] = coin < 0.5
+        return targets

@@ -1,17 +1,24 @@
-"""NK landscapes: bit strings on rugged ground, which climb in life; how learning guides evolution there, and hides it.
+"""Bit strings that climb an NK landscape during life: guiding effect and hiding effect.
 
     baldwinlab reproduce mayley-1996
 
-The fitness of a string of N bits is the mean of N tables, each asked by its own bit and K others,
-drawn at random, scaled so that the worst string has 0 and the best 1. In each trial of a life one
-bit, drawn at random, is flipped, and stays so if that is better. What is learned is not inherited,
-and each bit in which an agent at death differs from its genome may cost it something. Each run has
-a landscape of its own, the same in all conditions, and begins with one random string for all.
+The fitness of a string of N bits is the mean of N table entries. The index of entry i consists of
+bit i and K further bits, drawn at random. Fitness is scaled: the worst string has 0, the best 1.
 
-Sources: S. A. Kauffman, The Origins of Order (1993), for the landscape; G. Mayley, "Landscapes,
-learning costs, and genetic assimilation", Evolutionary Computation 4 (1996), and "Guiding or
-hiding", ECAL 97, for learning on it and its costs. His constants were not recovered: those here are
-readings.
+In each trial of a lifetime, one random bit is flipped. The flip remains if it raises the fitness.
+Learned bits are not inherited. Each bit that differs between birth and death can have a cost. Each
+run has its own landscape, which is the same in all conditions. All founders are the same random
+string.
+
+The landscape follows Kauffman 1993, learning and its costs follow Mayley. His constants are not
+known, so the constants here are our choice.
+
+References
+----------
+S. A. Kauffman, The Origins of Order (1993).
+G. Mayley, "Landscapes, learning costs, and genetic assimilation", Evolutionary Computation 4
+(1996).
+G. Mayley, "Guiding or hiding", ECAL 97.
 """
 
 from __future__ import annotations
@@ -41,37 +48,57 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-BEFORE_LIFE: Final = (
-    2**32 - 1
-)  # the generation whose random numbers are the landscape's and the first string's
-LONGEST: Final = 16  # bits, as all strings are looked at, to scale the landscape
+# Generation number of the random numbers for the landscape. The founders use the number before.
+BEFORE_LIFE: Final = 2**32 - 1
+# Bits. All strings are evaluated to scale the landscape, so their number must be small.
+MAX_BITS: Final = 16
 
 
 @lru_cache(maxsize=64)
-def landscape(seed: int, run: int, bits: int, others: int) -> npt.NDArray[np.float64]:
-    """The fitness of every string of so many bits, [string as a number], from 0 of the worst to 1 of the best."""
-    draws = uniforms(seed, run, BEFORE_LIFE, LIFE, (bits, max(bits, 2 ** (others + 1))))
+def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.float64]:
+    """Return the fitness of all strings of a run.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the study.
+    run : int
+        Number of the run.
+    bits : int
+        Length of a string, N.
+    n_links : int
+        Number of further bits on which the fitness of a bit depends, K.
+
+    Returns
+    -------
+    array of shape (2**bits,)
+        Fitness by string, read as a binary number, in [0, 1]. The array is read-only.
+    """
+    draws = uniforms(seed, run, BEFORE_LIFE, LIFE, (bits, max(bits, 2 ** (n_links + 1))))
     strings = np.arange(2**bits)
     total = np.zeros(2**bits)
     for bit in range(bits):
         order = np.argsort(draws[bit, :bits, 1])
-        asked = [bit, *[int(other) for other in order if other != bit][:others]]
-        place = sum(((strings >> other) & 1) << power for power, other in enumerate(asked))
-        total += draws[bit, : 2 ** (others + 1), 0][place]
+        index_bits = [bit, *[int(neighbor) for neighbor in order if neighbor != bit][:n_links]]
+        index = sum(
+            ((strings >> neighbor) & 1) << power for power, neighbor in enumerate(index_bits)
+        )
+        total += draws[bit, : 2 ** (n_links + 1), 0][index]
     scaled: npt.NDArray[np.float64] = (total - total.min()) / (total.max() - total.min())
-    scaled.flags.writeable = False  # as it is kept
+    # The array is cached.
+    scaled.flags.writeable = False
     return scaled
 
 
 def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Of a generation, or of the last where there are not so many."""
+    """Return the mean of a record in a generation, or in the last one if there are fewer."""
     return lambda runs: (
         runs[name].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
     )
 
 
 def _climb(model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
-    """The height of everybody's string after each trial, as `live` has it."""
+    """Return the fitness of all strings of a generation after each trial."""
     height = landscape(key.seed, key.run, model.bits, model.k)
     chosen = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
     strings = model.numbers(genomes)
@@ -91,11 +118,11 @@ def _climb(model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent:
 class NKClimbers(Model, name="nk-climbers"):
     """Bit strings that climb an NK landscape during life."""
 
-    bits: int = Field(16, ge=2, le=LONGEST, description="Number of bits, N.")
+    bits: int = Field(16, ge=2, le=MAX_BITS, description="Number of bits, N.")
     k: int = Field(
         0,
         ge=0,
-        le=LONGEST - 1,
+        le=MAX_BITS - 1,
         description="Number of further bits on which the fitness of a bit depends, K.",
     )
     trials: int = Field(
@@ -169,9 +196,8 @@ class NKClimbers(Model, name="nk-climbers"):
             )
 
     def without_learning(self) -> NKClimbers:
-        return self.model_copy(
-            update={"trials": 0, "cost_per_bit": 0.0}
-        )  # who changes no bit pays for none
+        # An agent that changes no bit has no cost.
+        return self.model_copy(update={"trials": 0, "cost_per_bit": 0.0})
 
     def weights(self) -> int:
         return self.bits
@@ -181,7 +207,7 @@ class NKClimbers(Model, name="nk-climbers"):
         return np.broadcast_to((first < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
     def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-        """The strings [..., agent] of genomes [..., agent, module, bit], each as a number."""
+        """Return the strings of genomes [..., agent, module, bit] as numbers [..., agent]."""
         strings: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (
             1 << np.arange(self.bits)
         )
@@ -191,16 +217,20 @@ class NKClimbers(Model, name="nk-climbers"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         powers = 1 << np.arange(self.bits)
-        born = self.numbers(genomes)
-        died, innate, learned = born.copy(), poison.empty(born.shape), poison.empty(born.shape)
-        for place, run in enumerate(runs):
+        newborns = self.numbers(genomes)
+        strings = newborns.copy()
+        innate = poison.empty(newborns.shape)
+        learned = poison.empty(newborns.shape)
+        for row, run in enumerate(runs):
             height = landscape(seed, run, self.bits, self.k)
-            chosen = uniforms(seed, run, generation, LIFE, (born.shape[1], self.trials))[:, :, 0]
-            innate[place] = height[born[place]]
-            climb(height, self.bits, chosen, died[place])
-            learned[place] = height[died[place]]
-        changed = ((born ^ died)[..., None] & powers > 0).sum(axis=-1)
-        at_death = ((died[..., None] & powers) > 0).astype(np.float32)
+            chosen = uniforms(seed, run, generation, LIFE, (newborns.shape[1], self.trials))[
+                :, :, 0
+            ]
+            innate[row] = height[newborns[row]]
+            climb(height, self.bits, chosen, strings[row])
+            learned[row] = height[strings[row]]
+        changed = ((newborns ^ strings)[..., None] & powers > 0).sum(axis=-1)
+        at_death = ((strings[..., None] & powers) > 0).astype(np.float32)
         records = {
             "innate": innate.astype(np.float32),
             "learned": learned.astype(np.float32),
@@ -211,7 +241,19 @@ class NKClimbers(Model, name="nk-climbers"):
 
 @jit_entry_point
 def climb(height: Any, bits: int, chosen: Any, strings: Any) -> None:
-    """Let every string [agent] flip a bit in each trial, where that is better; `chosen` [agent, trial] are uniform numbers."""
+    """Flip a bit of each string in each trial, and retain the flip if it raises the fitness.
+
+    Parameters
+    ----------
+    height : array of shape (2**bits,)
+        Fitness of each string.
+    bits : int
+        Length of a string.
+    chosen : array of shape (agents, trials)
+        Uniform numbers that select the bits.
+    strings : array of shape (agents,)
+        Strings as numbers. They change in place.
+    """
     for agent in range(strings.size):
         for trial in range(chosen.shape[1]):
             flipped = strings[agent] ^ (1 << int(chosen[agent, trial] * bits))
@@ -244,7 +286,8 @@ class BitFlips(Variation, name="bit-flips"):
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        parent, rest = fitter if gate < 0.5 else other, iter(draws)
+        parent = fitter if gate < 0.5 else other
+        rest = iter(draws)
         return [
             [1 - bit if next(rest)[1] < part.rate else bit for bit in module] for module in parent
         ]

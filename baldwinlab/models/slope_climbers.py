@@ -1,17 +1,23 @@
-"""A slope that numbers climb, and learning that is a step further up: when learning speeds evolution, and when it slows it.
+"""Numbers that climb a fitness slope, with learning as one step uphill.
 
     baldwinlab reproduce paenke-2007
 
-A genome is one number x, and innate fitness f(x) = exp(slope x + curvature x^2 / 2), so that
-`curvature` says whether the logarithm of fitness is convex (above 0), straight (0) or concave
-(below 0). An agent that learns is worth f(x + step). What decides is the gain function g(x) = f(x +
-step) / f(x): with learning selection moves x faster where g rises with x, and slower where g falls.
-Here the logarithm of g is step bend x, and a constant.
+A genome is one number x with the innate fitness f(x) = exp(slope x + curvature x^2 / 2). The
+logarithm of fitness is convex if `curvature` is above 0, linear if it is 0, and concave if it is
+below 0. An agent that learns has the fitness f(x + step).
 
-Source: I. Paenke, B. Sendhoff and T. J. Kawecki, "Influence of plasticity and learning on evolution
-under directional selection", The American Naturalist 170 (2007); I. Paenke, T. J. Kawecki and B.
-Sendhoff, "The influence of learning on evolution: a mathematical framework", Artificial Life 15
-(2009). Population, spread and mutation are ours.
+The gain function is g(x) = f(x + step) / f(x). Learning accelerates evolution where g increases
+with x, and slows evolution where g decreases. In this model, the logarithm of g is
+step curvature x plus a constant.
+
+The population, its standard deviation and the mutation are our choice.
+
+References
+----------
+I. Paenke, B. Sendhoff and T. J. Kawecki, "Influence of plasticity and learning on evolution under
+directional selection", The American Naturalist 170 (2007).
+I. Paenke, T. J. Kawecki and B. Sendhoff, "The influence of learning on evolution: a mathematical
+framework", Artificial Life 15 (2009).
 """
 
 from __future__ import annotations
@@ -29,13 +35,13 @@ from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.founders import draw_normal
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
-STEEPEST: Final = (
-    300.0  # logarithm of fitness beyond which the ground is level, so that fitness stays a number
-)
+# Limit of the logarithm of fitness, which prevents overflow.
+MAX_LOG_FITNESS: Final = 300.0
 LOG10_E: Final = 0.43429448190325182765
 
 
 def _climb(runs: xr.Dataset) -> xr.DataArray:
+    """Return the increase of the mean innate x from the first to the last generation."""
     innate = runs["innate_x"].astype(np.float64).mean("agent")
     return innate.isel(generation=-1) - innate.isel(generation=0)
 
@@ -104,32 +110,32 @@ class SlopeClimbers(Model, name="slope-climbers"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        born = genomes[:, :, 0, 0]
-        learned = born + np.float32(self.learning_step if self.learning else 0)
+        innate_x = genomes[:, :, 0, 0]
+        learned = innate_x + np.float32(self.learning_step if self.learning else 0)
         energy = self.fitness(learned.astype(np.float64))
         records = {
-            "innate_x": born.copy(),
-            "uphill": (self.slope + self.curvature * born > 0).astype(np.int32),
+            "innate_x": innate_x.copy(),
+            "uphill": (self.slope + self.curvature * innate_x > 0).astype(np.int32),
         }
         return LifeResults(energy, np.zeros_like(energy), learned[:, :, None], records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """f(x) of any x, of the same shape."""
-        found: npt.NDArray[np.float64] = np.clip(
-            self.slope * x + self.curvature * x * x / 2, -STEEPEST, STEEPEST
+        """Return the fitness f(x) for an array `x` of any shape."""
+        values: npt.NDArray[np.float64] = np.clip(
+            self.slope * x + self.curvature * x * x / 2, -MAX_LOG_FITNESS, MAX_LOG_FITNESS
         )
-        raise_all(found.reshape(-1))
-        return found
+        raise_all(values.reshape(-1))
+        return values
 
 
 @compiled
 def exponential(x: float) -> float:
-    """E to the power x, for |x| to 300, within 1e-13 of itself."""
+    """Compute e to the power x for abs(x) <= 300, with a relative error below 1e-13."""
     return power_of_ten(x * LOG10_E)
 
 
 @jit_entry_point
 def raise_all(values: Any) -> None:
-    """Put in the place of every value its exponential."""
-    for place in range(values.size):
-        values[place] = exponential(values[place])
+    """Replace each value of an array by its exponential."""
+    for index in range(values.size):
+        values[index] = exponential(values[index])

@@ -1,30 +1,35 @@
-"""T-mazes in which the high reward moves: networks whose synapses change in life, as modulatory neurons gate them, or ungated.
+"""T-mazes in which the high reward moves, and networks whose synapses change during life.
 
     baldwinlab reproduce soltoggio-2008
 
-A life is a hundred trips, each from home along a corridor to a turning point, left or right, to a
-maze end; in the double maze over two such turning points. One end has a reward of 1, the others
-0.2; once in a life, near its middle, the high reward moves. The output goes straight on where it is
-within 1/3 of 0, else right or left; to do otherwise than a corridor or a turning point asks is a
-crash, which costs 0.4 and ends the trip. With `homing` the way back is to be found, too, or 0.3 is
-lost.
+A lifetime is a hundred trips. A trip goes from home along a corridor to a turning point, then left
+or right, to an end of the maze. In the double maze, a trip passes two turning points. One end has a
+reward of 1, the other ends have 0.2. The high reward moves once in a lifetime, near its middle. The
+agent goes straight on if the output is within 1/3 of 0, otherwise right or left. A wrong action in
+a corridor or at a turning point is a crash, which costs 0.4 and ends the trip. With `homing`, the
+agent must also return home. Otherwise it loses 0.3.
 
-Inputs are 1 at a turning point, at an end, at home, and always; one is the reward. A neuron's
-activation is tanh(a / 2), with a summed over inputs and standard neurons as they last were; first
-the modulatory neurons are asked, then the standard ones, the output last. After every step each
-synapse, from an input or a standard neuron at x to a neuron at y, changes by
+Four inputs are 1 at a turning point, at an end, at home, and always. The fifth is the reward. The
+activation of a neuron is tanh(a / 2), where a is the sum over inputs and the last values of
+standard neurons. The modulatory neurons are updated first, then the standard neurons, the output
+last. After each step, each synapse from an input or a standard neuron with the activation x to a
+neuron with the activation y changes by
 
     tanh(m / 2) rate (A x y + B x + C y + D)
 
-with m what modulatory neurons send to y; without such neurons, by all of that. Weights stay within
-10.
+where m is the sum of the signals that the neuron receives from modulatory neurons. Without
+modulatory neurons, the factor tanh(m / 2) is 1. Weights are limited to [-10, 10].
 
-Source: A. Soltoggio, J. A. Bullinaria, C. Mattiussi, P. Duerr and D. Floreano, "Evolutionary
-advantages of neuromodulated plasticity in dynamic, reward-based scenarios", ALIFE XI (2008); rule,
-rewards and trips are from memory here. Readings of ours: a number of neurons that is given, all
-connected (there, neurons are inserted, duplicated and deleted); synapses of modulatory neurons do
-not change; activations last for a trip (`memory`), so that from trip to trip weights alone
-remember; a place is one step; in a generation of a run, all agents have the same maze.
+The rule, the rewards and the trips are from memory. Our choices are as follows. The number of
+neurons is given and all neurons are connected; in the paper, neurons are inserted, duplicated and
+deleted. Synapses of modulatory neurons do not change. Activations last for a trip (`memory`), so
+only weights carry information between trips. A position takes one step. All agents of a generation
+of a run have the same maze.
+
+References
+----------
+A. Soltoggio, J. A. Bullinaria, C. Mattiussi, P. Duerr and D. Floreano, "Evolutionary advantages of
+neuromodulated plasticity in dynamic, reward-based scenarios", ALIFE XI (2008).
 """
 
 from __future__ import annotations
@@ -39,7 +44,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import clamp
-from baldwinlab.models.grid_frames import NOT_THERE, in_t_mazes
+from baldwinlab.models.grid_frames import NOT_REACHED, in_t_mazes
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -56,55 +61,64 @@ from baldwinlab.parts import (
 
 INPUTS: Final = 5
 TURNING, END, HOME, REWARD, BIAS = range(INPUTS)
-CORRIDOR: Final = -1  # where no input but the bias is 1
-RULE: Final = 5  # genes after those of the weights: A, B, C, D and the rate
-WEIGHT, RATE = (
-    np.float32(10),
-    np.float32(100),
-)  # the greatest size of a weight, and of the rate; a gene is a share of it
-HIGH, LOW, CRASHES, LOST = range(4)  # what is counted of trips
-STEP, TRIP, LIFETIME = range(3)  # for which activations last
-LASTS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
-WATCHED: Final = 1000  # trips of a life that can be looked at
+# Position at which only the bias input is 1.
+CORRIDOR: Final = -1
+# Number of genes after those of the weights: A, B, C, D and the rate.
+RULE: Final = 5
+# Limits of a weight and of the rate. A gene is a share of the limit.
+WEIGHT = np.float32(10)
+RATE = np.float32(100)
+# Events that are counted.
+HIGH, LOW, CRASHES, LOST = range(4)
+# Periods after which activations are reset.
+STEP, TRIP, LIFETIME = range(3)
+RESET_PERIODS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
+# Maximum number of trips in a view.
+MAX_SHOWN_TRIPS: Final = 1000
 ZERO, ONE, TWO, THIRD, SMALL = (np.float32(number) for number in (0, 1, 2, 1 / 3, 0.2))
 
 
-class Explored(NamedTuple):
-    """What came of lives, and the course of the last trips."""
+class MazeResults(NamedTuple):
+    """Results of lifetimes, and the actions of the last trips."""
 
-    learned: npt.NDArray[np.float32]  # [run, agent, weight], genes at death
-    counts: npt.NDArray[
-        np.int64
-    ]  # [run, agent, kept, 4], of each trip, or of all where one is kept
-    ways: npt.NDArray[
-        np.int64
-    ]  # [kept, place] of one agent: -1 left, 0 straight on, 1 right, NOT_THERE where it did not come
+    # [run, agent, weight]: the genes at death.
+    learned: npt.NDArray[np.float32]
+    # [run, agent, slot, 4]: the events of each trip, or of all trips if there is one slot.
+    counts: npt.NDArray[np.int64]
+    # [slot, position] of one agent: -1 left, 0 straight on, 1 right, or NOT_REACHED.
+    actions: npt.NDArray[np.int64]
 
 
-def gained(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-    """What trips [..., 4], as they are counted, are worth."""
+def total_reward(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """Return the total reward of trips from the counts of their events [..., 4]."""
     high, low, crashes, lost = np.moveaxis(counts, -1, 0)
-    worth: npt.NDArray[np.float64] = high + 0.2 * low - 0.4 * crashes - 0.3 * lost
-    return worth
+    reward: npt.NDArray[np.float64] = high + 0.2 * low - 0.4 * crashes - 0.3 * lost
+    return reward
 
 
 def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
-    trips = min(model.trips, WATCHED)
-    lived = model.explore(key.seed, [key.run], key.generation, genomes[None, [agent]], trips, trips)
+    trips = min(model.trips, MAX_SHOWN_TRIPS)
+    results = model.explore(
+        key.seed, [key.run], key.generation, genomes[None, [agent]], trips, trips
+    )
     maze = model.maze(key.seed, key.run, key.generation)
-    high = [where_high(maze, trip) for trip in range(trips)]
-    counts = lived.counts[0, 0]
+    high = [high_reward_end(maze, trip) for trip in range(trips)]
+    counts = results.counts[0, 0]
     return in_t_mazes(
-        model.turning_points, high, lived.ways, gained(counts * [1, 1, 0, 0]), gained(counts)
+        model.turning_points,
+        high,
+        results.actions,
+        total_reward(counts * [1, 1, 0, 0]),
+        total_reward(counts),
     )
 
 
 def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
-    trips = min(model.trips, WATCHED)
+    trips = min(model.trips, MAX_SHOWN_TRIPS)
     counts = model.explore(key.seed, [key.run], key.generation, genomes[None], trips, trips).counts[
         0
     ]
-    returns = np.pad(gained(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
+    returns = np.pad(total_reward(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
     lines = {
         f"agent {agent}": returns[agent],
         "average of all": returns.mean(axis=0),
@@ -178,7 +192,7 @@ class TMazes(Model, name="t-mazes"):
 
     @property
     def steps(self) -> int:
-        """Places that are passed if all goes well; home is one."""
+        """Return the number of positions of all trips without a crash, home included."""
         return self.trips * (2 * self.turning_points * (2 if self.homing else 1) + 2)
 
     def without_learning(self) -> TMazes:
@@ -197,21 +211,33 @@ class TMazes(Model, name="t-mazes"):
         return drawn
 
     def maze(self, seed: int, run: int, generation: int) -> tuple[int, int, int]:
-        """The end that has the high reward at first, the trip before which it moves, and where to; ends are numbered from 0."""
-        where, when, whither, _ = uniforms(seed, run, generation, LIFE, (1, 1))[0, 0]
+        """Draw the maze of a generation.
+
+        Returns
+        -------
+        first_end : int
+            End that has the high reward first. Ends are numbered from 0.
+        change : int
+            Trip before which the high reward moves.
+        second_end : int
+            End to which the high reward moves.
+        """
+        first_draw, change_draw, second_draw, _ = uniforms(seed, run, generation, LIFE, (1, 1))[
+            0, 0
+        ]
         ends = 2**self.turning_points
-        first, earliest, latest = int(where * ends), self.trips * 35 // 100, self.trips * 65 // 100
-        return (
-            first,
-            earliest + int(when * (latest - earliest + 1)),
-            (first + 1 + int(whither * (ends - 1))) % ends,
-        )
+        first_end = int(first_draw * ends)
+        earliest = self.trips * 35 // 100
+        latest = self.trips * 65 // 100
+        change = earliest + int(change_draw * (latest - earliest + 1))
+        second_end = (first_end + 1 + int(second_draw * (ends - 1))) % ends
+        return first_end, change, second_end
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         learned, counts, _ = self.explore(seed, runs, generation, genomes, self.trips, 1)
-        energy = gained(counts[:, :, 0])
+        energy = total_reward(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
         records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
         return LifeResults(energy, np.zeros_like(energy), learned, records)
@@ -223,114 +249,149 @@ class TMazes(Model, name="t-mazes"):
         generation: int,
         genomes: npt.NDArray[np.float32],
         trips: int,
-        kept: int,
-    ) -> Explored:
-        """So many trips of lives, of which as many are kept apart."""
+        slots: int,
+    ) -> MazeResults:
+        """Simulate the first `trips` trips of lifetimes, with the results of `slots` single trips.
+
+        The last slot has the sum of the remaining trips.
+        """
         sizes = np.full(self.weights(), WEIGHT)
         sizes[-RULE:] = 1, 1, 1, 1, RATE
         weights = np.clip(genomes[:, :, 0], -ONE, ONE) * sizes
-        network = self.neurons, self.modulatory_neurons, self.plasticity, LASTS[self.memory]
+        network = self.neurons, self.modulatory_neurons, self.plasticity, RESET_PERIODS[self.memory]
         numbers = np.array([*network, self.turning_points, self.homing, trips])
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
-        counts = np.zeros((*genomes.shape[:2], kept, 4), np.int64)
-        ways = np.full((kept, 4 * self.turning_points + 2), NOT_THERE, np.int64)
+        counts = np.zeros((*genomes.shape[:2], slots, 4), np.int64)
+        actions = np.full((slots, 4 * self.turning_points + 2), NOT_REACHED, np.int64)
         scratch = poison.empty(INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
-        explore(numbers, mazes, weights, *scratch, counts, ways)
-        return Explored(weights / sizes, counts, ways)
+        explore(numbers, mazes, weights, *scratch, counts, actions)
+        return MazeResults(weights / sizes, counts, actions)
 
 
 @jit_entry_point
 def explore(
-    numbers: Any, mazes: Any, weights: Any, values: Any, done: Any, counts: Any, ways: Any
+    numbers: Any, mazes: Any, weights: Any, values: Any, events: Any, counts: Any, actions: Any
 ) -> None:
-    """Fill `counts` [run, agent, kept, 4] of trips; `weights` [run, agent, weight] change as agents learn.
+    """Simulate the trips of all agents.
 
-    `numbers` are neurons, modulatory ones, whether there is plasticity, how long activations last,
-    turning points, whether to go home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them;
-    `values` [input and neuron] and `done` [4] are scratch; `ways` [kept, place] keep what is done
-    in each place. Who carries nothing from trip to trip does the same until the reward moves.
+    Parameters
+    ----------
+    numbers : array of shape (7,)
+        Number of neurons and of modulatory neurons, whether synapses change, period of the reset of
+        activations, number of turning points, whether to return home, and number of trips.
+    mazes : array of shape (runs, 3)
+        Mazes, as returned by `TMazes.maze`.
+    weights : array of shape (runs, agents, weights)
+        Weights. They change in place as agents learn.
+    values : array of shape (inputs + neurons,)
+        Scratch.
+    events : array of shape (4,)
+        Scratch.
+    counts : array of shape (runs, agents, slots, 4)
+        Output: the number of events by trip. The last slot has the sum of the remaining trips.
+    actions : array of shape (slots, positions)
+        Output: the actions of the last simulated agent.
     """
+    # An agent without state between trips repeats its actions until the reward moves.
     values[:] = ZERO
-    alike = numbers[2] == 0 and numbers[3] != LIFETIME
+    is_stateless = numbers[2] == 0 and numbers[3] != LIFETIME
     for run in range(mazes.shape[0]):
         for agent in range(weights.shape[1]):
-            _be_still(values)
+            _reset_activations(values)
             for trip in range(numbers[6]):
-                slot, high = min(trip, ways.shape[0] - 1), where_high(mazes[run], trip)
-                if alike and trip > 0 and high == where_high(mazes[run], trip - 1):
-                    for place in range(ways.shape[1]):
-                        ways[slot, place] = ways[max(slot - 1, 0), place]
+                slot = min(trip, actions.shape[0] - 1)
+                high = high_reward_end(mazes[run], trip)
+                if is_stateless and trip > 0 and high == high_reward_end(mazes[run], trip - 1):
+                    for position in range(actions.shape[1]):
+                        actions[slot, position] = actions[max(slot - 1, 0), position]
                 else:
                     if numbers[3] == TRIP:
-                        _be_still(values)
-                    done[:] = 0
-                    _go(numbers, high, weights[run, agent], values, done, ways[slot])
-                    _act(numbers, weights[run, agent], values, HOME, ZERO)
-                for kind in range(done.size):
-                    counts[run, agent, slot, kind] += done[kind]
+                        _reset_activations(values)
+                    events[:] = 0
+                    _make_trip(numbers, high, weights[run, agent], values, events, actions[slot])
+                    _choose_action(numbers, weights[run, agent], values, HOME, ZERO)
+                for kind in range(events.size):
+                    counts[run, agent, slot, kind] += events[kind]
 
 
 @compiled
-def where_high(maze: Any, trip: Any) -> int:
-    """The end that has the high reward in a trip."""
+def high_reward_end(maze: Any, trip: Any) -> int:
+    """Return the end that has the high reward in a trip."""
     return maze[0] if trip < maze[1] else maze[2]  # type: ignore[no-any-return]
 
 
 @compiled
-def _be_still(values: Any) -> None:
+def _reset_activations(values: Any) -> None:
     for neuron in range(INPUTS, values.size):
         values[neuron] = ZERO
 
 
 @compiled
-def _go(numbers: Any, high: Any, weights: Any, values: Any, counts: Any, ways: Any) -> None:
-    """One trip. Its places are a corridor and a turning point for each turn, the end, as many on the way back, and home."""
-    out, end = 2 * numbers[4], 0
-    for place in range(out):
-        turning = place % 2
-        ways[place] = _act(numbers, weights, values, TURNING if turning else CORRIDOR, ZERO)
-        if (ways[place] != 0) != turning:
+def _make_trip(
+    numbers: Any, high: Any, weights: Any, values: Any, counts: Any, actions: Any
+) -> None:
+    """Simulate one trip.
+
+    Its positions are a corridor and a turning point for each turn, the end, the same positions on
+    the way back, and home.
+    """
+    out = 2 * numbers[4]
+    end = 0
+    for position in range(out):
+        turning = position % 2
+        actions[position] = _choose_action(
+            numbers, weights, values, TURNING if turning else CORRIDOR, ZERO
+        )
+        if (actions[position] != 0) != turning:
             counts[CRASHES] += 1
             return
         if turning:
-            end = 2 * end + (ways[place] + 1) // 2
+            end = 2 * end + (actions[position] + 1) // 2
     counts[HIGH if end == high else LOW] += 1
-    ways[out] = _act(numbers, weights, values, END, ONE if end == high else SMALL)
+    actions[out] = _choose_action(numbers, weights, values, END, ONE if end == high else SMALL)
     if numbers[5] == 1:
-        for place in range(out + 1, 2 * out + 1):
-            turning = 1 - place % 2
-            ways[place] = _act(numbers, weights, values, TURNING if turning else CORRIDOR, ZERO)
-            if ways[place] != turning * (1 - 2 * (end & 1)):
+        for position in range(out + 1, 2 * out + 1):
+            turning = 1 - position % 2
+            actions[position] = _choose_action(
+                numbers, weights, values, TURNING if turning else CORRIDOR, ZERO
+            )
+            if actions[position] != turning * (1 - 2 * (end & 1)):
                 counts[LOST] += 1
                 return
             end >>= turning
-        ways[2 * out + 1] = 0
+        actions[2 * out + 1] = 0
 
 
 @compiled
-def _act(numbers: Any, weights: Any, values: Any, place: Any, reward: Any) -> int:
-    """What the network does in a place: 1 is right, -1 left, 0 straight on. Then its synapses change."""
-    neurons, modulatory = numbers[0], numbers[1]
+def _choose_action(numbers: Any, weights: Any, values: Any, position: Any, reward: Any) -> int:
+    """Update the network at a position and return the action: 1 right, -1 left, 0 straight on.
+
+    `position` is the index of the input that is 1.
+    """
+    neurons = numbers[0]
+    modulatory = numbers[1]
     for i in range(INPUTS):
-        values[i] = ONE if i in (place, BIAS) else ZERO
+        values[i] = ONE if i in (position, BIAS) else ZERO
     values[REWARD] = reward
     if numbers[3] == STEP:
-        _be_still(values)
+        _reset_activations(values)
     for neuron in range(neurons):
         first = neuron * values.size
-        sensed = _sum(weights, first, values, 0, INPUTS)
-        values[INPUTS + neuron] = _answer(
-            sensed + _sum(weights, first, values, INPUTS + modulatory, values.size)
+        sensed = _weighted_sum(weights, first, values, 0, INPUTS)
+        values[INPUTS + neuron] = _activate(
+            sensed + _weighted_sum(weights, first, values, INPUTS + modulatory, values.size)
         )
     if numbers[2] == 1:
-        _change(neurons, modulatory, weights, values)
-    out = values[values.size - 1]
-    return 1 if out > THIRD else -1 if out < -THIRD else 0
+        _update_synapses(neurons, modulatory, weights, values)
+    output = values[values.size - 1]
+    if output > THIRD:
+        return 1
+    return -1 if output < -THIRD else 0
 
 
 @compiled
-def _sum(weights: Any, first: Any, values: Any, begin: Any, end: Any) -> Any:
-    """What a neuron, whose weights begin at `first`, senses of some sources."""
+def _weighted_sum(weights: Any, first: Any, values: Any, begin: Any, end: Any) -> Any:
+    """Return the weighted sum of some sources of a neuron whose weights begin at `first`."""
     total = ZERO
     for source in range(begin, end):
         total += weights[first + source] * values[source]
@@ -338,26 +399,25 @@ def _sum(weights: Any, first: Any, values: Any, begin: Any, end: Any) -> Any:
 
 
 @compiled
-def _answer(total: Any) -> Any:
-    """tanh(total / 2)."""
+def _activate(total: Any) -> Any:
+    """Compute tanh(total / 2)."""
     return TWO * sigmoid(total) - ONE
 
 
 @compiled
-def _change(neurons: Any, modulatory: Any, weights: Any, values: Any) -> None:
-    """Let every synapse from an input or a standard neuron change, as far as modulatory neurons let it."""
+def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -> None:
+    """Update each synapse from an input or a standard neuron, gated by the modulatory neurons."""
     rule = neurons * values.size
-    a, b, c, d, rate = (
-        weights[rule],
-        weights[rule + 1],
-        weights[rule + 2],
-        weights[rule + 3],
-        weights[rule + 4],
-    )
+    a = weights[rule]
+    b = weights[rule + 1]
+    c = weights[rule + 2]
+    d = weights[rule + 3]
+    rate = weights[rule + 4]
     for neuron in range(neurons):
-        first, y = neuron * values.size, values[INPUTS + neuron]
-        sent = _sum(weights, first, values, INPUTS, INPUTS + modulatory)
-        gate = rate * _answer(sent) if modulatory > 0 else rate
+        first = neuron * values.size
+        y = values[INPUTS + neuron]
+        sent = _weighted_sum(weights, first, values, INPUTS, INPUTS + modulatory)
+        gate = rate * _activate(sent) if modulatory > 0 else rate
         for begin, end in ((0, INPUTS), (INPUTS + modulatory, values.size)):
             for source in range(begin, end):
                 x = values[source]

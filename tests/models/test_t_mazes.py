@@ -1,4 +1,4 @@
-"""T-mazes: lives against plain Python, returns against what is known of them exactly, and a controller built by hand."""
+"""Test T-mazes against plain Python, exact expected returns and a controller built by hand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,16 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.grid_frames import HIGH, LOW, WALL
-from baldwinlab.models.t_mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, WATCHED, TMazes
+from baldwinlab.models.t_mazes import (
+    BIAS,
+    END,
+    INPUTS,
+    MAX_SHOWN_TRIPS,
+    REWARD,
+    RULE,
+    TURNING,
+    TMazes,
+)
 from baldwinlab.parts import GridView, PathView
 from baldwinlab.simulation.simulate import simulate_histories
 
@@ -31,10 +40,13 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 
-def genomes(of: TMazes, agents: int = 200, size: float = 1.2) -> npt.NDArray[np.float32]:
-    """[run, agent, module, weight], some beyond the range; they feel turning points, and not all crash at once."""
-    drawn = np.random.default_rng(4).uniform(-size, size, (1, agents, 1, of.weights())) ** 3
-    synapses = drawn[..., :-RULE].reshape(agents, of.neurons, -1)  # a view
+def genomes(model: TMazes, agents: int = 200, size: float = 1.2) -> npt.NDArray[np.float32]:
+    """Return genomes [run, agent, module, weight] that sense turning points and do not all crash.
+
+    Some weights are outside the range.
+    """
+    drawn = np.random.default_rng(4).uniform(-size, size, (1, agents, 1, model.weights())) ** 3
+    synapses = drawn[..., :-RULE].reshape(agents, model.neurons, -1)  # a view
     synapses[..., BIAS] *= 0.01
     synapses[:, -1, TURNING] = np.random.default_rng(5).choice([-1, 1], agents)
     drawn[..., -1] *= 0.1
@@ -45,36 +57,36 @@ class Life:
     """One agent, in float64 and plain Python."""
 
     def __init__(
-        self, of: TMazes, genome: npt.NDArray[np.float32], maze: tuple[int, int, int]
+        self, model: TMazes, genome: npt.NDArray[np.float32], maze: tuple[int, int, int]
     ) -> None:
-        self.of, self.maze = of, maze
+        self.model = model
+        self.maze = maze
         genes = np.clip(genome.astype(float), -1, 1)
-        self.weights = 10 * genes[:-RULE].reshape(of.neurons, INPUTS + of.neurons)
+        self.weights = 10 * genes[:-RULE].reshape(model.neurons, INPUTS + model.neurons)
         self.a, self.b, self.c, self.d, rate = genes[-RULE:]
         self.rate = 100 * rate
-        self.values = [0.0] * (INPUTS + of.neurons)
-        self.acts: list[str] = []
-        self.trips: list[
-            tuple[list[str], float]
-        ] = []  # what it did until it was home, and what that was worth
+        self.values = [0.0] * (INPUTS + model.neurons)
+        self.actions: list[str] = []
+        # The actions until the agent is home, and the reward, of each trip.
+        self.trips: list[tuple[list[str], float]] = []
 
     def rest(self) -> None:
-        self.values[INPUTS:] = [0.0] * self.of.neurons
+        self.values[INPUTS:] = [0.0] * self.model.neurons
 
-    def act(self, place: str, reward: float = 0.0) -> str:
-        """What it does there, and what changes in it by that."""
+    def act(self, position: str, reward: float = 0.0) -> str:
+        """Update the network at a position and return the action."""
         names = ("turning", "end", "home", "reward", "bias")
-        self.values[:INPUTS] = [float(name in (place, "bias")) for name in names]
+        self.values[:INPUTS] = [float(name in (position, "bias")) for name in names]
         self.values[REWARD] = reward
-        if self.of.memory == "step":
+        if self.model.memory == "step":
             self.rest()
-        modulatory = range(INPUTS, INPUTS + self.of.modulatory_neurons)
+        modulatory = range(INPUTS, INPUTS + self.model.modulatory_neurons)
         sources = [k for k in range(len(self.values)) if k not in modulatory]
         for neuron, row in enumerate(self.weights):
             self.values[INPUTS + neuron] = math.tanh(
                 sum(row[k] * self.values[k] for k in sources) / 2
             )
-        for neuron, row in enumerate(self.weights if self.of.plasticity else ()):
+        for neuron, row in enumerate(self.weights if self.model.plasticity else ()):
             gate = (
                 math.tanh(sum(row[k] * self.values[k] for k in modulatory) / 2)
                 if modulatory
@@ -85,76 +97,81 @@ class Life:
                 x = self.values[k]
                 row[k] += gate * self.rate * (self.a * x * y + self.b * x + self.c * y + self.d)
                 row[k] = min(max(row[k], -10.0), 10.0)
-        out = self.values[-1]
-        self.acts.append("right" if out > 1 / 3 else "left" if out < -1 / 3 else "straight")
-        return self.acts[-1]
+        output = self.values[-1]
+        self.actions.append(
+            "right" if output > 1 / 3 else "left" if output < -1 / 3 else "straight"
+        )
+        return self.actions[-1]
 
     def trip(self, high: list[str]) -> float:
-        """What it is worth; `high` is the way to the high reward."""
-        way: list[str] = []
+        """Return the reward of a trip; `high` is the route to the high reward."""
+        route: list[str] = []
         for _ in high:
             if self.act("corridor") != "straight":
                 return -0.4
-            way.append(self.act("turning"))
-            if way[-1] == "straight":
+            route.append(self.act("turning"))
+            if route[-1] == "straight":
                 return -0.4
-        reward = 1.0 if way == high else 0.2
+        reward = 1.0 if route == high else 0.2
         self.act("end", reward)
-        for turn in reversed(way) if self.of.homing else ():
+        for turn in reversed(route) if self.model.homing else ():
             back = {"left": "right", "right": "left"}[turn]
             if self.act("corridor") != "straight" or self.act("turning") != back:
                 return reward - 0.3
         return reward
 
-    def n_generations(self) -> float:
+    def total_reward(self) -> float:
         first, moves, after = self.maze
-        for trip in range(self.of.trips):
+        for trip in range(self.model.trips):
             end = first if trip < moves else after
-            way = [
+            route = [
                 ["left", "right"][end >> turn & 1]
-                for turn in reversed(range(self.of.turning_points))
+                for turn in reversed(range(self.model.turning_points))
             ]
-            if self.of.memory == "trip":
+            if self.model.memory == "trip":
                 self.rest()
-            self.acts = []
-            worth = self.trip(way)
-            self.trips.append((self.acts[:], worth))
+            self.actions = []
+            reward = self.trip(route)
+            self.trips.append((self.actions[:], reward))
             self.act("home")
-        return sum(worth for _, worth in self.trips)
+        return sum(reward for _, reward in self.trips)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_life_is_as_in_plain_python(kind: str) -> None:
-    of = TMazes(**{"trips": 12} | KINDS[kind])
-    born = genomes(of)
-    found = of.simulate(7, [5], 3, born)
-    assert (born == genomes(of)).all(), "what is inherited is left as it was"
-    lives = [Life(of, genome[0], of.maze(7, 5, 3)) for genome in born[0]]
-    assert found.energy[0] == pytest.approx([life.n_generations() for life in lives])
-    assert len(set(found.energy[0].round(6))) > 2
-    assert found.learned is not None
-    died = found.learned[0, :, :-RULE].reshape(len(lives), of.neurons, -1) * 10
-    apart = np.abs(died - [life.weights for life in lives]).max(axis=(1, 2))
-    assert np.quantile(apart, 0.9) < 1e-3, (
-        "what rounding adds grows in some, as their weights saturate"
+    model = TMazes(**{"trips": 12} | KINDS[kind])
+    newborns = genomes(model)
+    results = model.simulate(7, [5], 3, newborns)
+    assert (newborns == genomes(model)).all(), "genomes do not change"
+    lives = [Life(model, genome[0], model.maze(7, 5, 3)) for genome in newborns[0]]
+    assert results.energy[0] == pytest.approx([life.total_reward() for life in lives])
+    assert len(set(results.energy[0].round(6))) > 2
+    assert results.learned is not None
+    weights = results.learned[0, :, :-RULE].reshape(len(lives), model.neurons, -1) * 10
+    differences = np.abs(weights - [life.weights for life in lives]).max(axis=(1, 2))
+    assert np.quantile(differences, 0.9) < 1e-3, (
+        "rounding errors grow in some agents, whose weights saturate"
     )
 
 
-def walked(
-    of: TMazes, acts: list[str], worth: float
+def walk(
+    model: TMazes, actions: list[str], reward: float
 ) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]]]:
-    """Row, column and heading (right, down, left, up) at home and after each act, and the cells on the way: one or two an act."""
+    """Return the frames and the cells of a trip.
+
+    A frame has row, column and heading (right, down, left, up), at home and after each action. An
+    action passes one or two cells.
+    """
     ahead, turns = ((0, 1), (1, 0), (0, -1), (-1, 0)), {"straight": 0, "right": 1, "left": 3}
-    end = (
-        2 * of.turning_points
-    )  # the place of the end, before and after which corridors are longer, as is that to home
-    legs = [(1, turns[act]) for act in acts]
+    # Corridors before and after the end, and the one that leads home, have two cells.
+    end = 2 * model.turning_points
+    legs = [(1, turns[act]) for act in actions]
     legs[end : end + 1] = [(2, 0)] * len(legs[end : end + 1])
-    legs += [(2, 0)] * (of.homing and worth in (1.0, 0.2))
-    row, column, heading = 2 * of.turning_points + 1, 3, 3
+    legs += [(2, 0)] * (model.homing and reward in (1.0, 0.2))
+    row, column, heading = 2 * model.turning_points + 1, 3, 3
     frames, cells = [(row, column, heading)], [(row, column)]
-    for place, (length, turn) in enumerate(legs):
-        heading = (heading + 2) % 4 if place == end + 1 else heading
+    for position, (length, turn) in enumerate(legs):
+        heading = (heading + 2) % 4 if position == end + 1 else heading
         for _ in range(length):
             row, column = row + ahead[heading][0], column + ahead[heading][1]
             cells.append((row, column))
@@ -166,30 +183,34 @@ def walked(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_view_of_trips_is_that_life(kind: str) -> None:
-    of = TMazes(**{"trips": 12} | KINDS[kind])
-    born, worths, end = genomes(of)[0], set[float](), 2 * of.turning_points + 1
+    model = TMazes(**{"trips": 12} | KINDS[kind])
+    newborns, rewards, end = genomes(model)[0], set[float](), 2 * model.turning_points + 1
     for agent in range(0, 200, 4):
-        life = Life(of, born[agent, 0], of.maze(7, 5, 3))
-        life.n_generations()
-        seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), born, agent)
-        assert isinstance(seen, GridView) and seen.visit[-1] == 11
-        for trip, (acts, worth) in enumerate(life.trips):
-            place, heading, gained, ground = (
-                each[seen.visit == trip]
-                for each in (seen.place, seen.heading, seen.gained, seen.ground)
+        life = Life(model, newborns[agent, 0], model.maze(7, 5, 3))
+        life.total_reward()
+        view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, agent)
+        assert isinstance(view, GridView) and view.visit[-1] == 11
+        for trip, (actions, total) in enumerate(life.trips):
+            positions, heading, gained, ground = (
+                values[view.visit == trip]
+                for values in (view.place, view.heading, view.gained, view.ground)
             )
-            frames, (*cells, faced) = walked(of, acts, worth)
+            frames, (*cells, faced) = walk(model, actions, total)
             assert [
-                (*at, looks) for at, looks in zip(place.tolist(), heading, strict=True)
+                (*at, looks) for at, looks in zip(positions.tolist(), heading, strict=True)
             ] == frames
-            assert all(ground[0][cell] != WALL for cell in cells), "nobody goes through walls"
-            assert worth != -0.4 or ground[0][faced] == WALL, "it faces what it runs into"
-            reward = {HIGH: 1.0, LOW: 0.2}[ground[0][frames[end][:2]]] if len(acts) >= end else 0.0
-            assert gained.tolist() == pytest.approx(
-                [0.0] * min(len(acts), end) + [reward] * (len(frames) - 1 - end) + [worth]
+            assert all(ground[0][cell] != WALL for cell in cells), "no agent goes through walls"
+            assert total != -0.4 or ground[0][faced] == WALL, (
+                "after a crash, the agent faces the wall"
             )
-            worths.add(round(worth, 6))
-    assert worths >= ({-0.4, -0.1, 0.7} if of.homing else {-0.4, 0.2, 1.0})
+            reward = (
+                {HIGH: 1.0, LOW: 0.2}[ground[0][frames[end][:2]]] if len(actions) >= end else 0.0
+            )
+            assert gained.tolist() == pytest.approx(
+                [0.0] * min(len(actions), end) + [reward] * (len(frames) - 1 - end) + [total]
+            )
+            rewards.add(round(total, 6))
+    assert rewards >= ({-0.4, -0.1, 0.7} if model.homing else {-0.4, 0.2, 1.0})
 
 
 @pytest.mark.parametrize(
@@ -198,11 +219,11 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
 def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
     turns: Any, ends: list[tuple[int, int]]
 ) -> None:
-    of = TMazes(turning_points=turns)
-    first, moves, after = of.maze(7, 5, 3)
-    seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), genomes(of)[0], 0)
-    assert isinstance(seen, GridView) and list(seen.marks) == ["wall", "high reward", "low reward"]
-    for ground, trip in zip(seen.ground, seen.visit, strict=True):
+    model = TMazes(turning_points=turns)
+    first, moves, after = model.maze(7, 5, 3)
+    view = model.views["trips"].of(model, GenerationKey(7, 5, 3), genomes(model)[0], 0)
+    assert isinstance(view, GridView) and list(view.marks) == ["wall", "high reward", "low reward"]
+    for ground, trip in zip(view.ground, view.visit, strict=True):
         high = first if trip < moves else after
         assert [ground[end] for end in ends] == [
             HIGH if end == high else LOW for end in range(2**turns)
@@ -210,9 +231,9 @@ def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
 
 
 @pytest.mark.parametrize("turns", [1, 2])
-def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) -> None:
-    """By hand: a neuron that remembers the end, one that is active if that one is so at a turning point, and the output."""
-    of = TMazes(
+def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: Any) -> None:
+    """The network has a neuron that remembers the end, a neuron for the way back, and the output."""
+    model = TMazes(
         turning_points=turns,
         homing=True,
         standard_neurons=2,
@@ -220,132 +241,145 @@ def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) ->
         plasticity=False,
         trips=20,
     )
-    weights = np.zeros((of.neurons, INPUTS + of.neurons), np.float32)
+    weights = np.zeros((model.neurons, INPUTS + model.neurons), np.float32)
     after_end, turns_back, output = weights
     after_end[END], after_end[BIAS], after_end[INPUTS] = 10, -0.5, 4
     turns_back[TURNING], turns_back[BIAS], turns_back[INPUTS] = 6, -8.6, 6
     output[TURNING], output[BIAS], output[INPUTS + 1] = 3, -3, -3
-    born = np.concatenate([weights.ravel() / 10, np.zeros(RULE)]).astype(np.float32)[None, None]
-    first, moves, after = of.maze(7, 5, 3)
+    newborns = np.concatenate([weights.ravel() / 10, np.zeros(RULE)]).astype(np.float32)[None, None]
+    first, moves, after = model.maze(7, 5, 3)
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
-    seen = of.views["trips"].of(of, GenerationKey(7, 5, 3), born, 0)
-    assert isinstance(seen, GridView)
-    places = seen.place.reshape(20, -1, 2)
-    assert (places[:, 0] == places[:, -1]).all() and (
-        seen.heading.reshape(20, -1)[:, -1] == 1
-    ).all(), "it looks down"
-    assert seen.gained.reshape(20, -1)[:, -1].tolist() == [1.0 if there else 0.2 for there in high]
-    assert of.simulate(7, [5], 3, born[None]).energy[0, 0] == pytest.approx(
-        sum(1.0 if there else 0.2 for there in high)
+    view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, 0)
+    assert isinstance(view, GridView)
+    positions = view.place.reshape(20, -1, 2)
+    assert (positions[:, 0] == positions[:, -1]).all() and (
+        view.heading.reshape(20, -1)[:, -1] == 1
+    ).all(), "the agent faces down"
+    assert view.gained.reshape(20, -1)[:, -1].tolist() == [
+        1.0 if is_high else 0.2 for is_high in high
+    ]
+    assert model.simulate(7, [5], 3, newborns[None]).energy[0, 0] == pytest.approx(
+        sum(1.0 if is_high else 0.2 for is_high in high)
     )
 
 
 def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
-    of = TMazes(trips=12)
-    born = genomes(of)
-    lived = of.simulate(7, [5], 3, born).energy[0]
+    model = TMazes(trips=12)
+    newborns = genomes(model)
+    rewards = model.simulate(7, [5], 3, newborns).energy[0]
     for agent in range(0, 200, 20):
-        seen = of.views["returns"].of(of, GenerationKey(7, 5, 3), born[0], agent)
-        assert isinstance(seen, PathView)
-        line, average, best = seen.lines.values()
-        life = Life(of, born[0, agent, 0], of.maze(7, 5, 3))
-        life.n_generations()
-        assert line == pytest.approx(np.cumsum([0.0, *(worth for _, worth in life.trips)]))
-        assert (line[-1], best[-1]) == (lived[agent], lived.max()) and (best >= line).all()
-    assert average[-1] == pytest.approx(lived.mean())
+        view = model.views["returns"].of(model, GenerationKey(7, 5, 3), newborns[0], agent)
+        assert isinstance(view, PathView)
+        line, average, best = view.lines.values()
+        life = Life(model, newborns[0, agent, 0], model.maze(7, 5, 3))
+        life.total_reward()
+        assert line == pytest.approx(np.cumsum([0.0, *(reward for _, reward in life.trips)]))
+        assert (line[-1], best[-1]) == (rewards[agent], rewards.max()) and (best >= line).all()
+    assert average[-1] == pytest.approx(rewards.mean())
 
 
 def test_of_a_long_life_the_views_have_the_beginning() -> None:
-    of = TMazes(trips=WATCHED + 1)
-    born = genomes(of, 2)[0]
+    model = TMazes(trips=MAX_SHOWN_TRIPS + 1)
+    newborns = genomes(model, 2)[0]
     trips, returns = (
-        of.views[name].of(of, GenerationKey(7, 5, 3), born, 1) for name in ("trips", "returns")
+        model.views[name].of(model, GenerationKey(7, 5, 3), newborns, 1)
+        for name in ("trips", "returns")
     )
     assert isinstance(trips, GridView) and isinstance(returns, PathView)
-    assert trips.visit[-1] == WATCHED - 1 and len(returns.lines["agent 1"]) == WATCHED + 1
-    first, moves, after = of.maze(7, 5, 3)
+    assert (
+        trips.visit[-1] == MAX_SHOWN_TRIPS - 1
+        and len(returns.lines["agent 1"]) == MAX_SHOWN_TRIPS + 1
+    )
+    first, moves, after = model.maze(7, 5, 3)
     assert [set(trips.ground[trips.visit == trip, 1, 1]) for trip in (moves - 1, moves)] == [
         {HIGH if high == 0 else LOW} for high in (first, after)
     ]
 
 
-def by_hand() -> tuple[TMazes, npt.NDArray[np.float32]]:
-    """A modulatory neuron and the output: at an end of low reward the synapse by which it turned is reversed.
+def hand_built_controller() -> tuple[TMazes, npt.NDArray[np.float32]]:
+    """Return a network that reverses its direction after a low reward.
 
-    With A = 1 and C = -1 a synapse changes by its output's activation, towards its opposite, unless what it senses is 1.
+    It has a modulatory neuron and the output. With A = 1 and C = -1, a synapse moves toward the
+    opposite of its output's activation, unless its input is 1.
     """
-    of = TMazes(standard_neurons=0, modulatory_neurons=1)
-    weights = np.zeros((of.neurons, INPUTS + of.neurons), np.float32)
+    model = TMazes(standard_neurons=0, modulatory_neurons=1)
+    weights = np.zeros((model.neurons, INPUTS + model.neurons), np.float32)
     modulatory, output = weights
     modulatory[END], modulatory[REWARD] = 1, -1
-    output[TURNING] = output[INPUTS] = output[INPUTS + 1] = (
-        1  # by the modulatory neuron, and by itself, as it was
-    )
-    return of, np.concatenate([weights.ravel(), np.array([1, 0, -1, 0, 1], np.float32)])
+    output[TURNING] = 1
+    # Links from the modulatory neuron and from the output itself.
+    output[INPUTS] = output[INPUTS + 1] = 1
+    return model, np.concatenate([weights.ravel(), np.array([1, 0, -1, 0, 1], np.float32)])
 
 
 def test_a_controller_built_by_hand_gains_the_best_expected_return() -> None:
-    of, genome = by_hand()
-    born = np.broadcast_to(genome, (1000, 1, 1, genome.size))
-    gained = of.simulate(0, range(1000), 0, born).energy
-    assert gained.mean() == pytest.approx(98.8, abs=4 * 0.4 / np.sqrt(1000)), (
+    model, genome = hand_built_controller()
+    newborns = np.broadcast_to(genome, (1000, 1, 1, genome.size))
+    rewards = model.simulate(0, range(1000), 0, newborns).energy
+    assert rewards.mean() == pytest.approx(98.8, abs=4 * 0.4 / np.sqrt(1000)), (
         "100 - 0.4 of the first trip - 0.8 of the move"
     )
-    assert set(gained.ravel().round(6)) == {98.4, 99.2}
-    off = of.without_learning().simulate(0, range(1000), 0, born).energy
-    assert off.mean() == pytest.approx(60, abs=4 * off.std() / np.sqrt(1000)), "without memory"
+    assert set(rewards.ravel().round(6)) == {98.4, 99.2}
+    control = model.without_learning().simulate(0, range(1000), 0, newborns).energy
+    assert control.mean() == pytest.approx(60, abs=4 * control.std() / np.sqrt(1000)), (
+        "without memory"
+    )
 
 
 @pytest.mark.parametrize(("turns", "best"), [(1, 98.8), (2, 97.2)])
-def test_who_forgets_nothing_gains_what_theory_says(turns: Any, best: float) -> None:
-    """Where it was high it goes again, and else tries the ends one after another: 100 - 0.4 - 0.8, and 100 - 1.2 - 1.6."""
-    of, gained = TMazes(turning_points=turns), []
+def test_the_gain_of_an_agent_with_perfect_memory_matches_theory(turns: Any, best: float) -> None:
+    """The agent repeats a high reward, and otherwise tries the ends in turn.
+
+    The expected gains are 100 - 0.4 - 0.8 and 100 - 1.2 - 1.6.
+    """
+    model = TMazes(turning_points=turns)
+    rewards = []
     for run in range(2000):
-        first, moves, after = of.maze(0, run, 0)
+        first, moves, after = model.maze(0, run, 0)
         total, to_try = 0.0, list(range(2**turns))
-        for trip in range(of.trips):
+        for trip in range(model.trips):
             high = first if trip < moves else after
             total += 1.0 if to_try[0] == high else 0.2
             if to_try[0] != high:
                 to_try = to_try[1:] or [end for end in range(2**turns) if end != to_try[0]]
             elif len(to_try) < 2**turns or trip == 0:
                 to_try = [high, *(end for end in range(2**turns) if end != high)]
-        gained.append(total)
-    assert abs(np.mean(gained) - best) < 4 * np.std(gained) / np.sqrt(len(gained))
+        rewards.append(total)
+    assert abs(np.mean(rewards) - best) < 4 * np.std(rewards) / np.sqrt(len(rewards))
 
 
 @pytest.mark.parametrize(("turns", "mean"), [(1, 60.0), (2, 40.0)])
-def test_who_always_goes_to_one_end_gains_it_for_its_share_of_trips(
+def test_an_agent_that_always_goes_to_one_end_gains_its_share_of_trips(
     turns: Any, mean: float
 ) -> None:
-    of = TMazes(turning_points=turns)
-    mazes = np.array([of.maze(0, run, 0) for run in range(4000)])
+    model = TMazes(turning_points=turns)
+    mazes = np.array([model.maze(0, run, 0) for run in range(4000)])
     trips = np.where(mazes[:, 0] == 0, mazes[:, 1], 0) + np.where(
         mazes[:, 2] == 0, 100 - mazes[:, 1], 0
     )
-    gained = 20 + 0.8 * trips
-    assert abs(gained.mean() - mean) < 4 * gained.std() / np.sqrt(4000)
+    rewards = 20 + 0.8 * trips
+    assert abs(rewards.mean() - mean) < 4 * rewards.std() / np.sqrt(4000)
     assert (mazes[:, 1].min(), mazes[:, 1].max()) == (35, 65) and (mazes[:, 0] != mazes[:, 2]).all()
 
 
 def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life() -> None:
-    """Then nothing is known of the last trip, so that all end at the same end, or all in a crash."""
-    for memory, alike in (("step", True), ("trip", True), ("life", False)):
-        of = TMazes(modulatory_neurons=0, plasticity=False, memory=memory, trips=20)
-        found = of.simulate(0, [0], 0, genomes(of))
-        _, moves, _ = of.maze(0, 0, 0)
+    """The agent has no memory of the last trip, so all trips have the same end, or all crash."""
+    for memory, is_alike in (("step", True), ("trip", True), ("life", False)):
+        model = TMazes(modulatory_neurons=0, plasticity=False, memory=memory, trips=20)
+        results = model.simulate(0, [0], 0, genomes(model))
+        _, moves, _ = model.maze(0, 0, 0)
         possible = {-8.0, moves + 0.2 * (20 - moves), 0.2 * moves + (20 - moves)}
         assert (
-            {round(float(each), 6) for each in found.energy[0]}
-            <= {round(each, 6) for each in possible}
-        ) is alike
+            {round(float(reward), 6) for reward in results.energy[0]}
+            <= {round(reward, 6) for reward in possible}
+        ) is is_alike
 
 
-def test_a_run_has_the_same_bits_beside_others() -> None:
-    of = TMazes()
-    born = np.repeat(genomes(of, 30), 2, axis=0)
-    both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
-    assert both.energy[1].tolist() == alone.energy[0].tolist() != both.energy[0].tolist()
+def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
+    model = TMazes()
+    newborns = np.repeat(genomes(model, 30), 2, axis=0)
+    both, single = model.simulate(7, [0, 5], 3, newborns), model.simulate(7, [5], 3, newborns[1:])
+    assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 
 @pytest.mark.nightly  # minutes
@@ -363,7 +397,7 @@ def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:
 
 @pytest.mark.nightly  # a minute
 def test_in_the_double_maze_the_published_order_is_reversed() -> None:
-    """Modulated above plain is the paper's; the page says what was found, and what may account for it."""
+    """In the paper, modulated networks are better. The README of the paper reports this result."""
     modulated, plain = (
         [
             history.energy[-10:].mean()
@@ -375,7 +409,7 @@ def test_in_the_double_maze_the_published_order_is_reversed() -> None:
 
 
 def test_the_part_is_as_parts_should_be() -> None:
-    assert [one for one in check_part(TMazes) if one.holds is False] == []
+    assert [finding for finding in check_part(TMazes) if finding.holds is False] == []
 
 
 def test_the_double_maze_and_the_way_home_are_named_by_maps() -> None:
