@@ -26,13 +26,9 @@ SLOW_PAGES = {  # more than a quarter of a minute each
     "breeding.md",
     "controls.md",
     "learning-rules.md",
-    "library.md",
     "multiverse.md",
     "networks.md",
     "papers.md",
-    "python.md",
-    "results.md",
-    "senses.md",
     "sweeps.md",
     "worlds.md",
 }
