@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays.values import compute_quantities, read_factors, weight_distances
-from baldwinlab.core.netcdf import opened, sealed
+from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.assays.run import find_missing_assays, open_assay, run_assays
@@ -98,7 +98,7 @@ def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(
         "no experiment": data.drop_attrs(deep=False),
         "experiment 5": data.assign_attrs(experiment=5),
     }[foreign]
-    stored(tmp_path).write_bytes(sealed(other))
+    stored(tmp_path).write_bytes(to_bytes(other))
     with pytest.raises(
         ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"
     ):
@@ -246,12 +246,12 @@ def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
     tmp_path: Path, lacking: str
 ) -> None:
     path = innate_of(tmp_path, small())
-    data = opened(path.read_bytes())
+    data = from_bytes(path.read_bytes())
     if lacking == "run":
         data = data.drop_vars("run")
     else:
         del data.attrs[lacking]
-    path.write_bytes(sealed(data))
+    path.write_bytes(to_bytes(data))
     with pytest.raises(ValueError, match=re.escape(str(path))):
         read_assays(StudyStore(tmp_path))
 
