@@ -9,7 +9,7 @@ from typing import Final
 from PIL import Image, ImageSequence
 
 import baldwinlab as bl
-from baldwinlab.analysis.figures.movie import Scene, write_movie_of
+from baldwinlab.analysis.figures.movie import Scene, write_scenes
 
 PICTURE: Final = Path(__file__).parents[1] / "docs" / "pictures" / "lifetimes.gif"
 PRESETS: Final = ("evo+self-taught/B", "evo/B")
@@ -22,7 +22,7 @@ DURATION: Final = 100  # milliseconds per frame
 def main() -> None:
     with TemporaryDirectory() as folder:
         movie = Path(folder) / "movie.gif"
-        write_movie_of([lifetime(preset) for preset in PRESETS], movie)
+        write_scenes([lifetime(preset) for preset in PRESETS], movie)
         with Image.open(movie) as frames:
             images = [
                 reduced(frame.convert("RGB"))

@@ -14,7 +14,7 @@ import xarray as xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.studies import summary
+from baldwinlab.lab.studies import summarize
 from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.open import open_runs
 from tests.faults.amount import amount
@@ -56,7 +56,7 @@ def damage(raw: bytes, chance: random.Random) -> bytes:
 
 def listed(study: Path) -> dict[str, Any]:
     """What the lab lists of it."""
-    return summary(Lab(study.parent, Live()), study.name)
+    return summarize(Lab(study.parent, Live()), study.name)
 
 
 def read(study: Path) -> dict[str, xr.Dataset]:
