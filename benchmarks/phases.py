@@ -17,16 +17,20 @@ import numpy as np
 
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import WIDTH, get, put, simd_block
+from baldwinlab.engine.simd import WIDTH, simd_block, get, put
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import hooks_of
+from baldwinlab.models.miniworld.allocation import list_hooks
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import Batch
-from baldwinlab.models.miniworld.items import eat
-from baldwinlab.models.miniworld.lookup import think
-from baldwinlab.models.miniworld.map import travel
-from baldwinlab.models.miniworld.senses.sight import broad_phase, perceive, wake
+from baldwinlab.models.miniworld.items import eat_items
+from baldwinlab.models.miniworld.lookup import compute_outputs
+from baldwinlab.models.miniworld.map import move_agents
+from baldwinlab.models.miniworld.senses.sight import (
+    list_sensing_agents,
+    mark_agents_near_regions,
+    perceive,
+)
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import choose_action, learn
 
@@ -62,9 +66,9 @@ def _sense(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
-            broad_phase(model, state, simd_block(first))
+            mark_agents_near_regions(model, state, simd_block(first))
         for world in range(model.worlds):
-            for number in range(wake(model, state, world, 0, model.agents)):
+            for number in range(list_sensing_agents(model, state, world, 0, model.agents)):
                 perceive(
                     model, state, world, get(state.near_agents, 0, world * model.agents + number)
                 )
@@ -74,7 +78,7 @@ def _think(model: Any, state: Any, rounds: int) -> None:
     model, state = as_pointer(model), as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
-            think(state.recall, model, state, simd_block(first))
+            compute_outputs(state.lookup, model, state, simd_block(first))
 
 
 def _act(model: Any, state: Any, rounds: int) -> None:
@@ -83,7 +87,7 @@ def _act(model: Any, state: Any, rounds: int) -> None:
         for first in range(0, state.positions.shape[1], WIDTH):
             choose_action(state.body, model, state, simd_block(first))
         for first in range(0, state.positions.shape[1], WIDTH):
-            travel(state.features, model, state, simd_block(first))
+            move_agents(state.features, model, state, simd_block(first))
 
 
 def _learn(model: Any, state: Any, rounds: int) -> None:
@@ -98,7 +102,7 @@ def _eat(model: Any, state: Any, rounds: int) -> None:
     for step in range(rounds):
         for world in range(model.worlds):
             for agent in range(model.agents):
-                eat(model, state, world, agent, step)
+                eat_items(model, state, world, agent, step)
 
 
 @jit_entry_point
@@ -128,7 +132,7 @@ PHASES = (
 
 def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
     """Return the time per agent-step, median over repetitions."""
-    run = cached_jit(phase.run, hooks_of(batch.state))
+    run = cached_jit(phase.run, list_hooks(batch.state))
     run(batch.model, batch.state, 1)
     times = []
     for _ in range(REPETITIONS):

@@ -8,25 +8,27 @@ import json
 import platform
 
 from baldwinlab.models.miniworld.backends.wasm_modules import (
-    MARKS,
+    FINGERPRINTS,
     SHIPPED,
-    built_in,
-    compiled,
-    mark_of,
+    built_in_experiments,
+    compile_modules,
+    module_hash,
 )
 
 
 def main() -> None:
     SHIPPED.mkdir(exist_ok=True)
-    experiments = built_in()
+    experiments = built_in_experiments()
     for (name, experiment), module in zip(
-        experiments.items(), compiled(experiments.values()), strict=True
+        experiments.items(), compile_modules(experiments.values()), strict=True
     ):
         (SHIPPED / f"{name}.wasm").write_bytes(module)
-        print(f"{name}: {len(module):,} bytes, made of {mark_of(experiment)}")
+        print(f"{name}: {len(module):,} bytes, made of {module_hash(experiment)}")
     version = ".".join(platform.python_version_tuple()[:2])
-    marks = {name: mark_of(experiment) for name, experiment in experiments.items()}
-    MARKS.write_text(json.dumps({"python": version, "marks": marks}, indent=2) + "\n", "utf-8")
+    marks = {name: module_hash(experiment) for name, experiment in experiments.items()}
+    FINGERPRINTS.write_text(
+        json.dumps({"python": version, "marks": marks}, indent=2) + "\n", "utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ def speed(experiment: Experiment, worlds: int) -> float:
 
 
 def main(quick: bool) -> int:
-    if problem := cuda.available():
+    if problem := cuda.unavailable_reason():
         print(problem)
         return 1
     device = numba_cuda.get_current_device().name

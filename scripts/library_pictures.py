@@ -14,7 +14,7 @@ import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 BREEDING: Final = (
@@ -41,7 +41,10 @@ def main() -> None:
     )
     presets = {name: bl.load(f"evo/{name}") for name in WORLDS}
     worlds = {f"Map {name}": experiment.world for name, experiment in presets.items()}
-    looks = {f"Map {name}": look(experiment).to_dict() for name, experiment in presets.items()}
+    looks = {
+        f"Map {name}": describe_appearance(experiment).to_dict()
+        for name, experiment in presets.items()
+    }
     rays = bl.load("evo/A").replace(senses={"kinds": ["rays"]})
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
@@ -52,7 +55,7 @@ def main() -> None:
     drawn = {
         "worlds-and-minds": figures.draw_overview({"": cells}),
         "worlds": figures.draw_world_maps(worlds, 20, looks),
-        "senses": figures.draw_agent_senses(look(rays).to_dict()),
+        "senses": figures.draw_agent_senses(describe_appearance(rays).to_dict()),
         "neat": neat,
         "breeding": breeding,
     }

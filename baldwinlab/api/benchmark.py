@@ -23,7 +23,7 @@ from baldwinlab.api.checks.fixture import subjects
 from baldwinlab.core.resources import peak_memory
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, registry
-from baldwinlab.models.miniworld.backends.choice import CPU, GPU_PAYS, Backend, choose
+from baldwinlab.models.miniworld.backends.choice import CPU, MIN_GPU_WORLDS, Backend, choose_backend
 from baldwinlab.papers.presets import load, paper
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.simulation.compilation import compile_experiments
@@ -98,7 +98,7 @@ def measure_cases(
     PartError
         A file cannot be loaded.
     """
-    choose(backend)
+    choose_backend(backend)
     for file in parts:
         load_file(file)
     selected = cases(backend) + (rule_cases() if all_rules else [])
@@ -129,7 +129,7 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
         The measurements.
     """
     agents = int(case.removeprefix("world-")) if case.startswith("world-") else WORLD_SIZES[0]
-    chosen = choose(backend, GPU_PAYS if agents == WORLD_SIZES[0] else 1, agents)
+    chosen = choose_backend(backend, MIN_GPU_WORLDS if agents == WORLD_SIZES[0] else 1, agents)
     compile_seconds = compile_experiments(_experiments(case), chosen)
     if case == "study":
         runs = 8 if chosen is CPU else 30
@@ -162,7 +162,7 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
     Record
         The measurements.
     """
-    chosen = choose(backend, GPU_PAYS, WORLD_SIZES[0])
+    chosen = choose_backend(backend, MIN_GPU_WORLDS, WORLD_SIZES[0])
     length = {
         "population": {"size": WORLD_SIZES[0]},
         "evolution": {"generations": 4 if quick else 20},

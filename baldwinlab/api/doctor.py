@@ -155,7 +155,7 @@ def _check_gpu() -> Finding:
     # Imported late: it takes a while to load.
     from baldwinlab.models.miniworld.backends import cuda
 
-    problem = cuda.available()
+    problem = cuda.unavailable_reason()
     if problem:
         return Finding("GPU", "missing", problem)
     return Finding("GPU", "well", "an NVIDIA GPU that can be used")

@@ -14,7 +14,7 @@ from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NOTHING, Need, require
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
-from baldwinlab.models.miniworld.backends.choice import Backend, choose
+from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
@@ -186,7 +186,7 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
     if name == "auto" and not (is_miniworld and executor.name == THREADS.name):
         name = "cpu"
     agents = max(experiment.population.size for experiment in request.experiments)
-    return choose(name, request.total_runs, agents)
+    return choose_backend(name, request.total_runs, agents)
 
 
 def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool) -> None:

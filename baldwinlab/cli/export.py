@@ -231,12 +231,12 @@ def _write_page(options: ExportOptions) -> None:
     # Imported late: loading the engine takes a while.
     from baldwinlab.engine.wasm import find_linker
     from baldwinlab.lab.export import live_page
-    from baldwinlab.models.miniworld.backends.wasm_modules import is_ready
+    from baldwinlab.models.miniworld.backends.wasm_modules import is_module_available
 
     assert options.out is not None
     experiments, study_seed = _load_experiments(options.source, options.assignments)
     foragers = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
-    if not all(map(is_ready, foragers)):
+    if not all(map(is_module_available, foragers)):
         find_linker()
         console.info("Compiling for browsers, which takes about a minute.")
     page = live_page(experiments, study_seed if options.seed is None else options.seed)

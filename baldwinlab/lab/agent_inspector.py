@@ -22,9 +22,14 @@ from baldwinlab.lab.life_query import (
     require_agent,
 )
 from baldwinlab.lab.query import number
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import Batch
-from baldwinlab.models.miniworld.lookup import AskTeacher, Reflex, Teacher, kind_of_recall
+from baldwinlab.models.miniworld.lookup import (
+    ActionTable,
+    DirectTeacher,
+    TeacherTable,
+    choose_lookup,
+)
 from baldwinlab.parts.agent_parts import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
@@ -108,7 +113,7 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
         "kind": "inside",
         "agent": agent,
         **span._asdict(),
-        "look": look(experiment).to_dict(),
+        "look": describe_appearance(experiment).to_dict(),
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
         **_relatives(life, parents, energy, agent),
@@ -135,7 +140,7 @@ def _record_agent(
         "action": Series("action", after, agent, np.uint16),
         "eaten_in_life": Series("eaten_in_life", after, agent, np.uint32),
     }
-    if kind_of_recall(experiment) is AskTeacher:
+    if choose_lookup(experiment) is DirectTeacher:
         series["teacher_activations"] = Series("teacher_activations", after, agent)
     record_batch(batch, list(series.values()))
     arrays = {"sample_step": samples}
@@ -153,10 +158,10 @@ def _add_module_activations(
     Only in this case, the module is evaluated again.
     """
     inputs = arrays["activations"][:, : len(experiment.inputs)]
-    recall = kind_of_recall(experiment)
-    if recall is Reflex:
+    lookup = choose_lookup(experiment)
+    if lookup is ActionTable:
         arrays["activations"] = _evaluate_module(batch, genome[0], inputs)
-    if recall is Teacher:
+    if lookup is TeacherTable:
         arrays["teacher_activations"] = _evaluate_module(batch, genome[1], inputs)
     if "reinforcement" not in experiment.modules:
         return

@@ -15,7 +15,7 @@ from baldwinlab.lab import Lab
 from baldwinlab.lab.limits import check_size
 from baldwinlab.lab.query import body, whole_number
 from baldwinlab.lab.schema import schema_of
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.description import about
 from baldwinlab.simulation.simulate import check_seed
 
@@ -51,7 +51,7 @@ def appearance_of(experiment: Experiment) -> dict[str, Any]:
     """Return the world, its appearance and its description, as in the header of a recording."""
     return {
         "world": experiment.world.model_dump(mode="json"),
-        "look": look(experiment).to_dict(),
+        "look": describe_appearance(experiment).to_dict(),
         "about": [topic._asdict() for topic in about(experiment)],
     }
 

@@ -17,9 +17,9 @@ from baldwinlab.experiment.registry import BUILT_IN, key_of
 from baldwinlab.lab import single_page
 from baldwinlab.lab.schema import node_at, schema_of
 from baldwinlab.models.miniworld.allocation import FOOD_COLOR, item_regions
-from baldwinlab.models.miniworld.appearance import look
-from baldwinlab.models.miniworld.backends.browser_layout import OF_ANY_INHERITANCE, Habitat
-from baldwinlab.models.miniworld.backends.wasm_modules import built_in, module_of
+from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
+from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
 from baldwinlab.models.miniworld.description import about
 from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.papers import presets
@@ -164,7 +164,7 @@ def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
     if any(added_choices(experiment)):
         yield experiment.name, experiment
     else:
-        yield from built_in().items()
+        yield from built_in_experiments().items()
 
 
 def _program(name: str, experiment: Experiment) -> dict[str, Any]:
@@ -181,8 +181,8 @@ def _program(name: str, experiment: Experiment) -> dict[str, Any]:
             path: list(value) if isinstance(value, tuple) else value
             for path, value in settings.items()
         },
-        "module": single_page.compress(module_of(experiment)),
-        "plan": Habitat(experiment).plan(),
+        "module": single_page.compress(load_module(experiment)),
+        "plan": ModuleLayout(experiment).plan(),
     }
 
 
@@ -218,8 +218,8 @@ def _choosable(experiment: Experiment) -> dict[str, list[str]]:
     if selection not in selections:
         selections.append(selection)
     choosable = {"evolution.selection": selections}
-    if experiment.evolution.inheritance in OF_ANY_INHERITANCE:
-        choosable["evolution.inheritance"] = list(OF_ANY_INHERITANCE)
+    if experiment.evolution.inheritance in COMMON_INHERITANCES:
+        choosable["evolution.inheritance"] = list(COMMON_INHERITANCES)
     if not any(added_choices(experiment)):
         choosable["learning.rule"] = list(BUILT_IN["learning rule"])
     return choosable
@@ -269,7 +269,7 @@ def _compiled_fields(experiment: Experiment) -> Iterator[str]:
 
 def _layout_constants(experiment: Experiment) -> str:
     """Return the memory layout, which contains constants and references to fields."""
-    return repr(Habitat(experiment).plan())
+    return repr(ModuleLayout(experiment).plan())
 
 
 def _numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
@@ -297,7 +297,7 @@ def _look_template(experiment: Experiment) -> dict[str, Any]:
 
     See `fillTemplate` in browser_lab.js.
     """
-    appearance = look(experiment).to_dict()
+    appearance = describe_appearance(experiment).to_dict()
     n_foods = len(experiment.world.food)
     n_regions = len(item_regions(experiment))
     food = {"name": FOOD, "colour": FOOD_COLOR, "number": {"path": "count"}}

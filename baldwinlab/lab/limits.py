@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.miniworld.allocation import items_looked_at
+from baldwinlab.models.miniworld.allocation import estimate_scanned_items
 from baldwinlab.studies.run import count_agent_steps
 
 MAX_RUNS: Final = 50
@@ -41,7 +41,7 @@ def steps_at_once(experiment: Experiment, runs: int) -> int:
 
 
 def _work_of_step(experiment: Experiment, runs: int) -> int:
-    work_of_agent = experiment.weight_count + items_looked_at(experiment)
+    work_of_agent = experiment.weight_count + estimate_scanned_items(experiment)
     return runs * experiment.population.size * work_of_agent
 
 

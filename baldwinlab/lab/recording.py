@@ -14,7 +14,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.experiment_form import appearance_of
 from baldwinlab.lab.life_query import Life, Span, queue_container
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import ItemMoves, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 
@@ -98,7 +98,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     before = range(*span)
     after = range(span.first + 1, span.last + 1)
     pack_inputs = np.ravel if experiment.real_valued else _pack_bits
-    appearance = look(experiment)
+    appearance = describe_appearance(experiment)
     heading_type = _smallest_type(appearance.headings)
     action_type = _smallest_type(len(appearance.actions))
     moves = ItemMoves(before)

@@ -48,7 +48,7 @@ from baldwinlab.evolution.variation_operators import (
     is_from_fitter,
     split_modules,
 )
-from baldwinlab.models.miniworld.learning.hebbian import change
+from baldwinlab.models.miniworld.learning.hebbian import strength_change
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -399,7 +399,7 @@ def _update_neurons(
             w = weights[neuron, source]
             rate = rates[neuron, source]
             if rate > ZERO:
-                w += rate * change(rules[neuron, source], w, before[source], y)
+                w += rate * strength_change(rules[neuron, source], w, before[source], y)
                 weights[neuron, source] = min(max(w, ZERO), ONE)
 
 

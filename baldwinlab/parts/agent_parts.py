@@ -578,7 +578,7 @@ class Sense(Part):
         Angular range of each input, in degrees clockwise from the heading, for drawings. None: no
         range.
     item_kind : str
-        Kind of the items that the helper `see` looks for. "" is food.
+        Kind of the items that the helper `sense_items` looks for. "" is food.
     only_items : bool
         True if the inputs depend on items alone. Then the sense is skipped where no item is near.
     is_continuous : bool

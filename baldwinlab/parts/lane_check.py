@@ -46,7 +46,7 @@ OF_ALL: Final = (
     "rule",
     "network",
     "body",
-    "recall",
+    "lookup",
     "senses",
     "features",
 )

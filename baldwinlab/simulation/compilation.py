@@ -85,7 +85,7 @@ def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
         for field in ("selection", "variation", "inheritance", "fitness")
     ]
     if isinstance(experiment, Experiment):
-        return (*cpu.code_of(experiment), *evolution)
+        return (*cpu.code_key(experiment), *evolution)
     return (type(experiment.of_model), *evolution)
 
 
@@ -154,7 +154,7 @@ def _main() -> None:
         # The name of the file is a part of the key of the cache.
         load_text(text, Path(file))
     for experiment in request["experiments"]:
-        cpu.compile_lives(validate(experiment))
+        cpu.compile_simulation(validate(experiment))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from baldwinlab.core.resources import NOTHING, Need, amount
 from baldwinlab.core.variables import PARENTS, RECORD, Variable, of_record, of_trace
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.allocation import dimensions, state_bytes
+from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
 
 ENGINE: Final = 200 * 2**20  # compiled code, and what compiles it
 GENOMES: Final = (
@@ -44,7 +44,7 @@ def dimension_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """The sizes of the dimensions of records and traces."""
     found = _of_record(experiment)
     if isinstance(experiment, Experiment):
-        found |= {"step": experiment.lifetime.steps, "item": dimensions(experiment)["items"]}
+        found |= {"step": experiment.lifetime.steps, "item": array_dimensions(experiment)["items"]}
         found |= {"side": len(experiment.inputs), "action": len(experiment.actions)}
     return found
 

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.models.miniworld.allocation import arrays_of
+from baldwinlab.models.miniworld.allocation import iterate_arrays
 from baldwinlab.models.miniworld.backends.choice import Batch
 
 Lanes = slice | int  # agents of a batch, world after world
@@ -26,7 +26,7 @@ VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
     "action": lambda batch, lanes: batch.state.action[0, lanes],
     "activations": lambda batch, lanes: batch.state.activations[:, lanes].T,
     "teacher_activations": lambda batch, lanes: (
-        batch.state.recall.activations[:, lanes].T
+        batch.state.lookup.activations[:, lanes].T
     ),  # where it is asked in every step
     "inputs": lambda batch, lanes: batch.state.activations[: batch.model.inputs, lanes].T,
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
@@ -186,9 +186,9 @@ class FirstTime:
 
 
 def _copy_state(batch: Batch) -> list[Array]:
-    return [array.copy() for array in arrays_of(batch.state)]
+    return [array.copy() for array in iterate_arrays(batch.state)]
 
 
 def _restore_state(batch: Batch, state: list[Array]) -> None:
-    for array, value in zip(arrays_of(batch.state), state, strict=True):
+    for array, value in zip(iterate_arrays(batch.state), state, strict=True):
         array[:] = value

@@ -19,7 +19,7 @@ from baldwinlab.evolution import (
     needs_simulation,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.miniworld.appearance import as_text, look
+from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.simulation.history import provenance
@@ -93,10 +93,12 @@ def replay(
     arrays["weight_death"][:, 0, : experiment.weight_count] = batch.weights()[0]
     attributes = provenance(experiment, seed, run) | {
         "generation": generation,
-        "look": as_text(experiment),
+        "look": appearance_json(experiment),
     }
     trace = variables.dataset(variables.of_trace(experiment), arrays, attributes)
-    return trace.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
+    return trace.assign_coords(
+        side=list(describe_appearance(experiment).inputs), module=list(experiment.modules)
+    )
 
 
 def _need(experiment: Experiment, earlier_generations: int) -> Need:

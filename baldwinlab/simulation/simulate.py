@@ -12,7 +12,7 @@ from baldwinlab.core.resources import require
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
-from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_backend
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.memory import estimate_simulation
 
@@ -60,7 +60,7 @@ def simulate(
     """
     require_effect([experiment])
     require(experiment.name, estimate_simulation(experiment), force=force)
-    return simulate_batch(experiment, seed, [run], choose(backend))[0]
+    return simulate_batch(experiment, seed, [run], choose_backend(backend))[0]
 
 
 def simulate_batch(

@@ -5,7 +5,7 @@
 """
 
 from baldwinlab.models.miniworld.allocation import kind_number
-from baldwinlab.models.miniworld.senses.sight import see
+from baldwinlab.models.miniworld.senses.sight import sense_items
 from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
 
 
@@ -45,7 +45,7 @@ class TastesPoison(Sense, name="poison"):
 
     @staticmethod
     def sense(part, model, state, world, agent):
-        return see(model, state, world, agent, part.number)
+        return sense_items(model, state, world, agent, part.number)
 
     @staticmethod
     def oracle(part, agent, items, naive):

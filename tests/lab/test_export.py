@@ -21,8 +21,13 @@ from baldwinlab.evolution import GenerationKey, find_teachers
 from baldwinlab.experiment import assign
 from baldwinlab.lab import single_page
 from baldwinlab.lab.export import laboratory, live_page
-from baldwinlab.models.miniworld.backends.browser_layout import Habitat
-from baldwinlab.models.miniworld.backends.wasm_modules import MARKS, SHIPPED, built_in, mark_of
+from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
+from baldwinlab.models.miniworld.backends.wasm_modules import (
+    FINGERPRINTS,
+    SHIPPED,
+    built_in_experiments,
+    module_hash,
+)
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
@@ -80,7 +85,7 @@ def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> 
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(script)
     given = {
-        "plan": Habitat(experiment).plan(),
+        "plan": ModuleLayout(experiment).plan(),
         "experiment": experiment.to_dict(),
         "module": str(module),
     }
@@ -131,10 +136,10 @@ def test_in_node_teachers_come_from_whom_they_do_in_python(tmp_path: Path, teach
 
 
 def test_what_ships_was_made_of_these_very_functions() -> None:
-    kept = json.loads(MARKS.read_text())
+    kept = json.loads(FINGERPRINTS.read_text())
     if ".".join(platform.python_version_tuple()[:2]) != kept["python"]:
         pytest.skip(f"the marks are those of Python {kept['python']}")
-    marks = {name: mark_of(experiment) for name, experiment in built_in().items()}
+    marks = {name: module_hash(experiment) for name, experiment in built_in_experiments().items()}
     assert kept["marks"] == marks, "run `make wasm`: what compiled code does has changed"
 
 
@@ -206,7 +211,7 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_comp
 def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.export.module_of", lambda experiment: b"")
+    monkeypatch.setattr("baldwinlab.lab.export.load_module", lambda experiment: b"")
     for name in ("poison", "elman", "social"):
         load_file(EXAMPLES / f"{name}.py")
     chosen = [
@@ -230,7 +235,7 @@ def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(
 def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.export.module_of", lambda experiment: b"")
+    monkeypatch.setattr("baldwinlab.lab.export.load_module", lambda experiment: b"")
     tables = laboratory([load("worlds-and-minds:evo/A", "neat")])["schemas"][0]["$defs"]
     assert (
         "const"
@@ -244,7 +249,7 @@ def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(
     ("rule", "place"), [("imitation", "state.rule.teacher_index"), ("hebb", "")]
 )
 def test_a_plan_says_where_it_stands_from_whom_each_learns(rule: str, place: str) -> None:
-    plan = Habitat(load("evo/A").replace(learning={"rule": rule})).plan()
+    plan = ModuleLayout(load("evo/A").replace(learning={"rule": rule})).plan()
     assert plan["learns from"] == place
     assert not place or place.removeprefix("state.") in plan["tuples"]["state"]["leaves"]
 

@@ -14,7 +14,7 @@ import xarray as xr
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.lab import binary_frames, life_query, recording
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
-from baldwinlab.models.miniworld.appearance import as_text
+from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
@@ -88,7 +88,7 @@ def test_a_recording_of_a_stored_run_is_its_replay(
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
     assert header["look"] == json.loads(
-        as_text(StudyStore(lab_server.root / "small").experiment(condition))
+        appearance_json(StudyStore(lab_server.root / "small").experiment(condition))
     )
 
 

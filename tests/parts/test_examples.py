@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex, to_rgba_array
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.figures.palette import GREEN, PURPLE
 from baldwinlab.experiment import ExperimentError, assign, registry
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file, sources_of
 from baldwinlab.simulation.replay import replay
@@ -73,7 +73,7 @@ def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
         "evolution.fitness=above-the-worst",
     ]
     experiment = assign(load("evo/A"), chosen)
-    seen = look(experiment).to_dict()
+    seen = describe_appearance(experiment).to_dict()
     axes = figures.draw_world_maps({"A": experiment.world}, 20, {"A": seen}).axes[0]
     assert {text.get_text() for text in axes.texts} >= {"50 items, 20 of poison", "wall"}
     assert "#555555" in {to_hex(to_rgba_array(patch.get_facecolor())[0]) for patch in axes.patches}

@@ -13,7 +13,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.variables import of_record
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.allocation import arrays_of, make_state, state_bytes
+from baldwinlab.models.miniworld.allocation import iterate_arrays, make_state, state_bytes
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation import memory
@@ -148,7 +148,7 @@ def test_disk_is_estimated_within_a_tenth(
 @pytest.mark.parametrize("worlds", [1, 5])
 def test_the_bytes_of_a_state_are_those_of_its_arrays(name: str, worlds: int) -> None:
     experiment = load(name)
-    there = sum(array.nbytes for array in arrays_of(make_state(experiment, worlds)))
+    there = sum(array.nbytes for array in iterate_arrays(make_state(experiment, worlds)))
     assert (
         0 <= there - state_bytes(experiment, worlds) <= 100
     )  # the numbers of layers' units, which the network derives

@@ -33,7 +33,7 @@ EXAMPLE_SEED = 1906
 HALO = [withStroke(linewidth=2, foreground="white")]
 
 Look = Mapping[str, Any]
-"""`models.miniworld.look.Look` as plain data."""
+"""`models.miniworld.appearance.Appearance` as plain data."""
 
 
 @styled

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from baldwinlab.api.checks.fixture import Subject, is_of_miniworld
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.models.miniworld.backends.cpu import code_of
+from baldwinlab.models.miniworld.backends.cpu import code_key
 
 FEATURE: Final = "patches"  # adds items
 RULES: Final = {1: "none", 2: "self-taught"}  # learning rules, by the modules of their genomes
@@ -65,7 +65,7 @@ def _case_of_miniworld(
     base = subject.experiment.replace(population={"size": agents}, lifetime=lifetime)
     experiment = _with_other_modules(subject, base) if has_other_modules else base
     experiment = _with_items(experiment) if has_items else experiment
-    is_same_code = code_of(experiment) == code_of(base)
+    is_same_code = code_key(experiment) == code_key(base)
     return Case(_words(experiment, has_items), experiment, has_items, is_same_code)
 
 

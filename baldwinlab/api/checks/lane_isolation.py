@@ -127,7 +127,7 @@ def _owned(state: Any) -> Iterator[Owned]:
     for name, array in ARRAYS.items():
         yield name, array.owner, getattr(state, name)
     for values in (
-        state.recall,
+        state.lookup,
         state.network,
         state.rule,
         state.body,

@@ -16,7 +16,7 @@ from baldwinlab.api.checks.processes import PLAIN, SIMULATOR, Process
 from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.models.miniworld.backends.choice import CPU, choose
+from baldwinlab.models.miniworld.backends.choice import CPU, choose_backend
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate_batch
@@ -190,6 +190,6 @@ def _simulate_elsewhere(
 def backend_of(name: str) -> Any:
     """Raises ValueError where there is none of that name here."""
     try:
-        return choose(name)
+        return choose_backend(name)
     except ImportError as error:
         raise ValueError(f"the backend {name!r} cannot be loaded: {error}") from None

@@ -20,8 +20,8 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.miniworld.appearance import look
-from baldwinlab.models.miniworld.external_actions import Numbers, Steered
+from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.models.miniworld.external_actions import Numbers, SteeredBatch
 
 try:
     import gymnasium
@@ -44,10 +44,10 @@ class _Worlds:
                 "choose an experiment of the model 'miniworld'"
             )
         require_positive("worlds", worlds)
-        self._steered = Steered(experiment, 0, range(worlds))
+        self._steered = SteeredBatch(experiment, 0, range(worlds))
         self.shape = (worlds, experiment.population.size)
         self.length = experiment.lifetime.steps
-        appearance = look(experiment)
+        appearance = describe_appearance(experiment)
         self.inputs = appearance.inputs
         self.actions = appearance.actions
         self.chooses = bool(experiment.part("motor.body").chooses)

@@ -39,7 +39,7 @@ from baldwinlab.api.publish.multiverse import FILE, FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan, can_replay
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
@@ -196,7 +196,7 @@ def _standard_study(report: ReportData) -> variants.StandardStudy | None:
 def _describe_looks(study: StudyStore) -> dict[str, dict[str, Any]]:
     """Return the appearances of the conditions whose parts are loaded."""
     return {
-        name: look(study.experiments[name]).to_dict()
+        name: describe_appearance(study.experiments[name]).to_dict()
         for name in study.experiments
         if can_replay(study, name)
     }

@@ -47,7 +47,7 @@ export class Engine {
     });
     this.allocateTuple("setting");
     this.call("measure");
-    const answers = this.array("setting.found");
+    const answers = this.array("setting.measured");
     this.plan.found.forEach((name, number) => (this.found[name] = answers[number]));
     for (const name of ["model", "state", "population"]) this.allocateTuple(name);
     this.call("furnish");

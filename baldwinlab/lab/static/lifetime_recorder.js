@@ -116,7 +116,7 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
   ];
   const [weights, activations, action, eaten, teacherUnits] = [[], [], [], [], []];
   const teacher =
-    "state.recall.activations" in engine.arrays ? engine.array("state.recall.activations") : null;
+    "state.lookup.activations" in engine.arrays ? engine.array("state.lookup.activations") : null;
   run.startGeneration(generation);
   for (let step = 0; step <= steps; step++) {
     if (samples[weights.length] === step) weights.push(column(state.weights));

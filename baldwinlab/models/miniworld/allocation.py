@@ -14,12 +14,12 @@ from baldwinlab.engine.phases import Array, hook_functions
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.grid import (
-    columns_and_rows,
-    images_of,
-    radius_of_alert,
-    share_looked_at,
+    compute_alert_radius,
+    compute_grid_shape,
+    count_images,
+    scanned_fraction,
 )
-from baldwinlab.models.miniworld.lookup import MOST_INPUTS, kind_of_recall
+from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
     FOOD,
@@ -34,13 +34,13 @@ from baldwinlab.parts.agent_parts import ItemRegion, Part, compiled_values
 FOOD_COLOR: Final = "green"  # of `baldwinlab.analysis.figures.palette`
 
 
-def _bundles(count: int) -> int:
-    """Return the number of SIMD blocks that hold `count` lanes."""
+def _block_count(count: int) -> int:
+    """How many SIMD blocks it takes to hold `count` lanes."""
     return -(-count // WIDTH)
 
 
-def _aligned(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
-    """Allocate an array that begins on a cache line, so that no SIMD block straddles two."""
+def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
+    """Allocate an array that begins on a cache line, so that no bundle straddles two."""
     array = poison.allocate(shape, np.dtype(declared.dtype))
     array[...] = declared.fill or 0
     return array
@@ -73,10 +73,10 @@ def _span(region: ItemRegion) -> tuple[float, float]:
     return region.x[1] - region.x[0], region.y[1] - region.y[0]
 
 
-def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
+def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
     return float(
-        share_looked_at(
+        scanned_fraction(
             *_span(region),
             region.count,
             experiment.senses.visual_radius,
@@ -85,21 +85,23 @@ def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
     )
 
 
-def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
+def _grid_shape(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
     """Columns and rows of the cells that a region's items are sorted into."""
-    return columns_and_rows(
+    return compute_grid_shape(
         *_span(region), region.count, experiment.senses.visual_radius, experiment.population.size
     )
 
 
-def items_looked_at(experiment: Experiment) -> int:
+def estimate_scanned_items(experiment: Experiment) -> int:
     """How many items are looked at in an agent's step, about; one by one (R7), all are sorted anew after each that eats."""
     one_by_one = experiment.lifetime.update == "sequential"
-    shares = ((region, _share_looked_at(region, experiment)) for region in item_regions(experiment))
+    shares = (
+        (region, _scanned_fraction(region, experiment)) for region in item_regions(experiment)
+    )
     return sum(math.ceil(region.count * (1 if one_by_one else share)) for region, share in shares)
 
 
-def _circle() -> tuple[Floats, Floats]:
+def _heading_vectors() -> tuple[Floats, Floats]:
     """Cosine and sine of every heading; rounded, so that a quarter turn is exactly 0 or 1."""
     angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
     cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
@@ -109,15 +111,17 @@ def _circle() -> tuple[Floats, Floats]:
 
 def make_model(experiment: Experiment, worlds: int) -> Model:
     world, contact = experiment.world, experiment.contact
-    cosine, sine = _circle()
+    cosine, sine = _heading_vectors()
     regions, stride = item_regions(experiment), experiment.part("motor.body").stride
     boxes = np.array(
         [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32
     ).reshape(-1, 4)
-    alert_radius = radius_of_alert(contact.reach, contact.shape == "square", stride)
+    alert_radius = compute_alert_radius(contact.reach, contact.shape == "square", stride)
     margin = max(experiment.senses.visual_radius, alert_radius) + stride
-    grid = np.array([_grid(region, experiment) for region in regions], np.int64).reshape(-1, 2)
-    images = [images_of(*_span(region), margin, world.width, world.height) for region in regions]
+    grid = np.array([_grid_shape(region, experiment) for region in regions], np.int64).reshape(
+        -1, 2
+    )
+    images = [count_images(*_span(region), margin, world.width, world.height) for region in regions]
     looked_for = {sense.item_kind for sense in experiment.parts("senses.kinds")}
     return Model(
         worlds=worlds,
@@ -154,29 +158,29 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     )
 
 
-def fixed_weights(experiment: Experiment) -> int:
+def count_fixed_weights(experiment: Experiment) -> int:
     """Weights of the modules beside the action module; where there is none, of that, which then stands for them."""
     return max(1, len(experiment.modules) - 1) * experiment.weight_count
 
 
-def dimensions(experiment: Experiment) -> dict[str, int]:
+def array_dimensions(experiment: Experiment) -> dict[str, int]:
     """How many there are of what arrays are declared with."""
     regions = item_regions(experiment)
     items, cells = (
         sum(region.count for region in regions),
-        sum(math.prod(_grid(region, experiment)) for region in regions),
+        sum(math.prod(_grid_shape(region, experiment)) for region in regions),
     )
     return {
         "agents": experiment.population.size,
         "modules": len(experiment.modules),
         "genome length": experiment.genome_length,
-        "fixed weights": fixed_weights(experiment),
+        "fixed weights": count_fixed_weights(experiment),
         "draws": len(experiment.modules) * experiment.genome_length,
         "weights": experiment.weight_count,
         "units": sum(experiment.layer_sizes),
         "inputs": len(experiment.inputs),
         "actions": len(experiment.actions),
-        "answers": len(experiment.actions) << min(len(experiment.inputs), MOST_INPUTS),
+        "answers": len(experiment.actions) << min(len(experiment.inputs), MAX_TABLE_INPUTS),
         "regions": max(1, len(regions)),
         "items": items,
         "slots": items + WIDTH * max(1, len(regions)),
@@ -185,9 +189,12 @@ def dimensions(experiment: Experiment) -> dict[str, int]:
     }
 
 
-def _shapes(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
+def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
     """What gives the shape of a declared array in a batch of so many worlds."""
-    lanes, sizes = _bundles(worlds * experiment.population.size) * WIDTH, dimensions(experiment)
+    lanes, sizes = (
+        _block_count(worlds * experiment.population.size) * WIDTH,
+        array_dimensions(experiment),
+    )
 
     def shape(array: Array) -> tuple[int, ...]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
@@ -204,7 +211,7 @@ def _shapes(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int,
 def state_bytes(experiment: Experiment, worlds: int) -> int:
     """What the arrays of `make_state` take; nothing is allocated."""
     shape, paths = (
-        _shapes(experiment, worlds),
+        _shape_function(experiment, worlds),
         ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features"),
     )
     holders: list[Mapping[str, Array]] = [
@@ -212,7 +219,7 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
     ]
     arrays = [
         array
-        for held in (ARRAYS, kind_of_recall(experiment).arrays, *holders)
+        for held in (ARRAYS, choose_lookup(experiment).arrays, *holders)
         for array in held.values()
     ]
     return sum(math.prod(shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
@@ -220,18 +227,18 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
 
 def make_state(experiment: Experiment, worlds: int) -> State:
     """Allocate a state; its content is undefined unless an array declares `fill`."""
-    shape = _shapes(experiment, worlds)
+    shape = _shape_function(experiment, worlds)
 
     def allocate(array: Array) -> npt.NDArray[Any]:
-        return _aligned(shape(array), array)
+        return _allocate_array(shape(array), array)
 
     def made(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
 
-    recall = kind_of_recall(experiment)
+    lookup = choose_lookup(experiment)
     state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
-        recall=recall.Compiled(*map(allocate, recall.arrays.values())),
+        lookup=lookup.Compiled(*map(allocate, lookup.arrays.values())),
         network=made(experiment.part("network.kind")),
         rule=made(experiment.part("learning.rule")),
         body=made(experiment.part("motor.body")),
@@ -242,13 +249,13 @@ def make_state(experiment: Experiment, worlds: int) -> State:
     return state
 
 
-def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
+def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
     """Every array of a state, its parts' too, always in the same order."""
     for entry in state:
         if isinstance(entry, np.ndarray):
             yield entry
         elif isinstance(entry, tuple):
-            yield from arrays_of(entry)
+            yield from iterate_arrays(entry)
 
 
 def poison_state(state: State, agents: int) -> None:
@@ -256,16 +263,16 @@ def poison_state(state: State, agents: int) -> None:
     if poison.is_on():
         lanes = slice(agents)
         filled = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
-        for holder, arrays in holders_of(state).values():
+        for holder, arrays in array_holders(state).values():
             for name, array in arrays.items():
                 if array.fill is None and not (holder is state and name in WRITTEN_BY_LAUNCHERS):
                     poison.fill(getattr(holder, name)[filled[array.owner]])
 
 
-def holders_of(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
+def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     """Return the state and its parts, each with the arrays that it declares, by the prefix of their names."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
-    for name in ("recall", "network", "rule", "body", "senses", "features"):
+    for name in ("lookup", "network", "rule", "body", "senses", "features"):
         part = getattr(state, name)
         for number, each in enumerate(part if name in ("senses", "features") else [part]):
             holders[f"{name}[{number}]."] = each, type(each).part.arrays
@@ -278,14 +285,14 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
     kept = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
     return {
         f"{of}{name}": getattr(holder, name)[kept[array.owner]].copy()
-        for of, (holder, arrays) in holders_of(state).items()
+        for of, (holder, arrays) in array_holders(state).items()
         for name, array in arrays.items()
     }
 
 
-def hooks_of(state: State) -> tuple[Any, ...]:
+def list_hooks(state: State) -> tuple[Any, ...]:
     """The types of a state's parts, and their hooks: what is compiled in beside the step itself."""
-    parts = [state.recall, state.network, state.rule, state.body, *state.senses, *state.features]
+    parts = [state.lookup, state.network, state.rule, state.body, *state.senses, *state.features]
     parts += [
         value for part in parts for value in part if hasattr(type(value), "part")
     ]  # those that parts call in turn

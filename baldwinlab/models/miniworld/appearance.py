@@ -44,7 +44,7 @@ class Mark(NamedTuple):
     solid: bool = False  # a wall, say; otherwise only where something may be
 
 
-class Look(NamedTuple):
+class Appearance(NamedTuple):
     inputs: tuple[str, ...]
     real: tuple[
         bool, ...
@@ -71,12 +71,12 @@ class Look(NamedTuple):
         return plain
 
 
-def look(experiment: Experiment) -> Look:
+def describe_appearance(experiment: Experiment) -> Appearance:
     radius = experiment.senses.visual_radius
     senses = experiment.parts("senses.kinds")
     sectors = [sector for sense in senses for sector in sense.sectors]
     rule, network = experiment.part("learning.rule"), experiment.part("network.kind")
-    return Look(
+    return Appearance(
         inputs=experiment.inputs,
         real=tuple(sense.is_continuous for sense in senses for _ in sense.inputs),
         sectors=tuple(
@@ -136,6 +136,6 @@ def _mark(
     return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], colour, label, solid)
 
 
-def as_text(experiment: Experiment) -> str:
+def appearance_json(experiment: Experiment) -> str:
     """The look as JSON text, for an attribute of a dataset."""
-    return json.dumps(look(experiment).to_dict())
+    return json.dumps(describe_appearance(experiment).to_dict())

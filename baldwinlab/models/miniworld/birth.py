@@ -6,11 +6,11 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part
-from baldwinlab.engine.simd import lanes_in_block, simd_block
-from baldwinlab.models.miniworld.items import grow, settle
-from baldwinlab.models.miniworld.learning.self_taught import expressed
-from baldwinlab.models.miniworld.lookup import ready
-from baldwinlab.models.miniworld.map import ONE, ZERO, spawn
+from baldwinlab.engine.simd import simd_block, lanes_in_block
+from baldwinlab.models.miniworld.items import place_item, sort_into_cells
+from baldwinlab.models.miniworld.learning.self_taught import express_rate
+from baldwinlab.models.miniworld.lookup import fill_table
+from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import init_agent, init_world, load_genes
 
@@ -18,7 +18,7 @@ init_features = for_each_part(init_world)
 
 
 @compiled
-def express(model: Model, state: State, world: int, agent: int) -> None:
+def load_genome(model: Model, state: State, world: int, agent: int) -> None:
     """Give a newborn what its genome says: weights, the genes of the other modules, and how fast it learns."""
     lane, weights = world * model.agents + agent, state.weights.shape[0]
     last_module, last_gene = state.genome.shape[2] - 1, state.genome.shape[3] - 1
@@ -29,12 +29,12 @@ def express(model: Model, state: State, world: int, agent: int) -> None:
         state.genes[gene, lane] = state.genome[world, agent, module, gene % weights]
     rate = np.float32(model.rate)
     if model.evolved_rate:
-        rate = expressed(model.rate, state.genome[world, agent, 0, last_gene])
+        rate = express_rate(model.rate, state.genome[world, agent, 0, last_gene])
     state.rate[0, lane] = rate
 
 
 @compiled
-def forget(state: State, lane: int) -> None:
+def reset_senses(state: State, lane: int) -> None:
     """A newborn has sensed nothing yet, and remembers nothing."""
     for unit in range(state.activations.shape[0]):
         state.activations[unit, lane] = ZERO
@@ -43,11 +43,11 @@ def forget(state: State, lane: int) -> None:
 
 
 @compiled
-def be_first(model: Model, state: State, world: int, agent: int) -> None:
+def init_agent_state(model: Model, state: State, world: int, agent: int) -> None:
     """A life begins with this agent: nobody has lived in its place."""
     lane = world * model.agents + agent
-    express(model, state, world, agent)
-    forget(state, lane)
+    load_genome(model, state, world, agent)
+    reset_senses(state, lane)
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_in_life[region, lane] = state.eaten_before[region, lane] = 0
     state.born[world, agent] = 0
@@ -55,42 +55,42 @@ def be_first(model: Model, state: State, world: int, agent: int) -> None:
 
 
 @compiled
-def be_born(model: Model, state: State) -> None:
+def init_generation(model: Model, state: State) -> None:
     """The beginning of a life: everybody's weights and place, items, and senses that have sensed nothing yet."""
     state.activations[:] = ZERO  # of the lanes past the last agent, too
     state.touched[:] = -1
     state.appearances[:] = 0
     for world in range(model.worlds):
         for agent in range(model.agents):
-            be_first(model, state, world, agent)
+            init_agent_state(model, state, world, agent)
     for first in range(0, state.positions.shape[1], lanes_in_block()):
         load_genes(state.rule, model, state, state.genes, simd_block(first))
     for world in range(model.worlds):
         init_features(state.features, model, state, world)
         for agent in range(model.agents):
-            spawn(model, state, world, agent, agent)
+            place_newborn(model, state, world, agent, agent)
             init_agent(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):
-                grow(model, state, world, region, item)
-            settle(model, state, world, region)
+                place_item(model, state, world, region, item)
+            sort_into_cells(model, state, world, region)
     for first in range(0, state.positions.shape[1], lanes_in_block()):
-        ready(state.recall, model, state, state.genes, simd_block(first))
+        fill_table(state.lookup, model, state, state.genes, simd_block(first))
 
 
 @compiled
-def succeed(model: Model, state: State, world: int, agent: int, number: int) -> None:
+def replace_agent(model: Model, state: State, world: int, agent: int, number: int) -> None:
     """Let a newborn of the genome `state.genome[world, agent]` live in the place of an agent that has died.
 
     It is the birth of that number in this world and life, after the first newborns', from 0; so it has a birthplace of its own.
     """
     lane = world * model.agents + agent
-    express(model, state, world, agent)
-    forget(state, lane)
+    load_genome(model, state, world, agent)
+    reset_senses(state, lane)
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
     state.born[world, agent] += 1
     load_genes(state.rule, model, state, state.genes, lane)
-    spawn(model, state, world, agent, model.agents + number)
+    place_newborn(model, state, world, agent, model.agents + number)
     init_agent(state.rule, model, state, world, agent)
-    ready(state.recall, model, state, state.genes, lane)
+    fill_table(state.lookup, model, state, state.genes, lane)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from baldwinlab.evolution import has_parent_teachers
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.appearance import Look, look
+from baldwinlab.models.miniworld.appearance import Appearance, describe_appearance
 
 
 class Topic(NamedTuple):
@@ -18,7 +18,7 @@ class Topic(NamedTuple):
 
 def about(experiment: Experiment) -> tuple[Topic, ...]:
     """Return the topics that the lab shows for an experiment under "What is this?"."""
-    appearance = look(experiment)
+    appearance = describe_appearance(experiment)
     return (
         Topic("The map", _map(experiment, appearance)),
         Topic("Senses", _senses(experiment, appearance)),
@@ -28,7 +28,7 @@ def about(experiment: Experiment) -> tuple[Topic, ...]:
     )
 
 
-def _map(experiment: Experiment, appearance: Look) -> str:
+def _map(experiment: Experiment, appearance: Appearance) -> str:
     counts: dict[str, int] = {}
     for kind in appearance.item_kinds:
         counts[kind.name] = counts.get(kind.name, 0) + kind.number
@@ -44,7 +44,7 @@ def _map(experiment: Experiment, appearance: Look) -> str:
     )
 
 
-def _senses(experiment: Experiment, appearance: Look) -> str:
+def _senses(experiment: Experiment, appearance: Appearance) -> str:
     radius = experiment.senses.visual_radius
     visual_range = f"The pale disc is the visual range of an agent, {radius:g} map units."
     brightness = ", more brightly for larger values" if experiment.real_valued else ""
@@ -57,7 +57,7 @@ def _senses(experiment: Experiment, appearance: Look) -> str:
     )
 
 
-def _network(experiment: Experiment, appearance: Look) -> str:
+def _network(experiment: Experiment, appearance: Appearance) -> str:
     actions = appearance.actions
     body = experiment.part("motor.body")
     return _joined(
@@ -69,7 +69,7 @@ def _network(experiment: Experiment, appearance: Look) -> str:
     )
 
 
-def _learning(experiment: Experiment, appearance: Look) -> str:
+def _learning(experiment: Experiment, appearance: Appearance) -> str:
     networks = appearance.modules
     genome = f"The genome encodes {len(networks)} networks: {' and '.join(networks)}."
     inheritance = experiment.part("evolution.inheritance")

@@ -11,29 +11,34 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
+from baldwinlab.engine.simd import simd_block, get, lanes_in_block, put
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
-    hooks_of,
     item_regions,
+    list_hooks,
     make_model,
     make_state,
     poison_state,
 )
-from baldwinlab.models.miniworld.birth import be_born
+from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.state import Floats, Model, State
-from baldwinlab.models.miniworld.step import all_of, do_it, end_step_of_features, look_round
+from baldwinlab.models.miniworld.step import (
+    act_and_learn,
+    all_agents,
+    end_step_of_features,
+    sense_environment,
+)
 
 Numbers = npt.NDArray[np.float32]  # [world, agent, number]
 
 
-def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: Floats) -> None:
+def simulate_steered(model: Model, state: State, newborn: bool, step: int, outputs: Floats) -> None:
     """Be born, if newborn; else take the step with these `outputs` [action, lane]. Then sense what the next step begins with."""
     model, state = as_pointer(model), as_pointer(state)
-    everyone = all_of(model, state)
+    everyone = all_agents(model, state)
     if newborn:
-        be_born(model, state)
-        look_round(everyone, model, state, step)
+        init_generation(model, state)
+        sense_environment(everyone, model, state, step)
         return
     rows, actions = state.activations.shape[0], outputs.shape[0]
     for first in range(0, state.positions.shape[1], lanes_in_block()):
@@ -44,13 +49,13 @@ def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: 
                 simd_block(first),
                 get(outputs, action, simd_block(first)),
             )
-    do_it(everyone, model, state, step)
+    act_and_learn(everyone, model, state, step)
     for world in range(model.worlds):
         end_step_of_features(state.features, model, state, world, step)
-    look_round(everyone, model, state, step + 1)
+    sense_environment(everyone, model, state, step + 1)
 
 
-class Steered:
+class SteeredBatch:
     """Several worlds of an experiment side by side, in which agents do as they are told, and learn nothing of their own."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
@@ -71,7 +76,7 @@ class Steered:
             (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32
         )
         arguments = self._model, self._state, True, 0, self._outputs
-        live = cached_jit(live_steered, hooks_of(self._state), short_loops=True)
+        live = cached_jit(simulate_steered, list_hooks(self._state), short_loops=True)
         live(*arguments)
         self._live = resolve_call(live, *arguments)
         self._shape = (len(runs), without.population.size)

@@ -20,28 +20,28 @@ from baldwinlab.engine.simd import (
     Mask,
     Value,
     any_of,
+    simd_block,
     choose,
     get,
     lanes_in_block,
     put,
-    simd_block,
 )
-from baldwinlab.models.miniworld.map import forbidden, wrapped
+from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.models.miniworld.state import Model, State
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
-MOST_PLACES = 100_000  # that are tried, before an item takes one that is forbidden
+MAX_ATTEMPTS = 100_000  # that are tried, before an item takes one that is forbidden
 DIAGONAL = np.float32(1.5)  # a square reaches farther than a circle, by less than this factor
 
 
 @compiled
-def is_one_cell(model: Model, region: int) -> bool:
+def has_single_cell(model: Model, region: int) -> bool:
     """Whether the items of a region are few, and not sorted."""
     return bool(model.region_cells[region + 1] - model.region_cells[region] == 1)
 
 
 @compiled
-def slots_of(model: Model, region: int) -> tuple[int, int]:
+def find_slots(model: Model, region: int) -> tuple[int, int]:
     """All slots of a region: from the first, without the second."""
     return model.region_items[region] + region * WIDTH, model.region_items[
         region + 1
@@ -49,23 +49,23 @@ def slots_of(model: Model, region: int) -> tuple[int, int]:
 
 
 @compiled
-def grow(model: Model, state: State, world: int, region: int, item: int) -> None:
+def place_item(model: Model, state: State, world: int, region: int, item: int) -> None:
     """Let an item appear at its next place: uniformly in its region, where nothing forbids it."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
     left, width = model.regions[region, 0], model.regions[region, 1]
     upper, height = model.regions[region, 2], model.regions[region, 3]
-    x, y, searching = ZERO, ZERO, MOST_PLACES
+    x, y, searching = ZERO, ZERO, MAX_ATTEMPTS
     while searching > 0:
         words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
         x, y = (
-            wrapped(left + width * unit(words[0]), model.width),
-            wrapped(upper + height * unit(words[1]), model.height),
+            wrap_position(left + width * unit(words[0]), model.width),
+            wrap_position(upper + height * unit(words[1]), model.height),
         )
         state.appearances[world, item] += 1
-        searching = searching - 1 if forbidden(state.features, model, x, y) else 0
+        searching = searching - 1 if is_placement_blocked(state.features, model, x, y) else 0
     state.item_x[world, item] = x
     state.item_y[world, item] = y
-    if is_one_cell(model, region):
+    if has_single_cell(model, region):
         slot = item + region * WIDTH
         state.slot_x[world, slot] = x
         state.slot_y[world, slot] = y
@@ -74,7 +74,7 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
 
 
 @compiled
-def _find_cells(model: Model, state: State, world: int, region: int) -> None:
+def _assign_cells(model: Model, state: State, world: int, region: int) -> None:
     """Fill `item_cell` of the items of a region: the cell that each lies in."""
     left, upper, first_cell = (
         model.regions[region, 0],
@@ -93,13 +93,13 @@ def _find_cells(model: Model, state: State, world: int, region: int) -> None:
 
 
 @compiled
-def settle(model: Model, state: State, world: int, region: int) -> None:
+def sort_into_cells(model: Model, state: State, world: int, region: int) -> None:
     """Put the items of a region in the order of their cells, by counting."""
     first, last = model.region_items[region], model.region_items[region + 1]
     first_cell, last_cell = model.region_cells[region], model.region_cells[region + 1]
     for cell in range(first_cell, last_cell):
         state.cell_next[world, cell] = 0
-    _find_cells(model, state, world, region)
+    _assign_cells(model, state, world, region)
     for item in range(first, last):
         cell = get(state.item_cell, world, item)
         put(state.cell_next, world, cell, get(state.cell_next, world, cell) + 1)
@@ -121,21 +121,21 @@ def settle(model: Model, state: State, world: int, region: int) -> None:
 
 
 @compiled
-def image(
+def position_in_image(
     model: Model, region: int, number: int, x: np.float32, y: np.float32
 ) -> tuple[np.float32, np.float32]:
     """The same place, seen from the region: beside it if there is but one image to look at, else a map's span off or not."""
     if model.images[region] == 1:
         centre_x = model.regions[region, 0] + model.regions[region, 1] * HALF
         centre_y = model.regions[region, 2] + model.regions[region, 3] * HALF
-        return beside(x, centre_x, model.width), beside(y, centre_y, model.height)
+        return nearest_image(x, centre_x, model.width), nearest_image(y, centre_y, model.height)
     return x + np.float32(number % 3 - 1) * model.width, y + np.float32(
         number // 3 - 1
     ) * model.height
 
 
 @compiled
-def beside(position: Value, centre: np.float32, span: np.float32) -> Value:
+def nearest_image(position: Value, centre: np.float32, span: np.float32) -> Value:
     """`position`, or the same place a map's span farther or nearer: whichever is nearest to `centre`."""
     half = span * HALF
     position = choose(centre - position > half, position + span, position)
@@ -143,7 +143,7 @@ def beside(position: Value, centre: np.float32, span: np.float32) -> Value:
 
 
 @compiled
-def cells_within(
+def find_cells_within(
     model: Model, region: int, axis: int, position: np.float32, radius: np.float32
 ) -> tuple[int, int]:
     """The columns (axis 0) or rows (axis 1) of cells within `radius` of a position: from the first, without the second."""
@@ -161,7 +161,7 @@ def cells_within(
 
 
 @compiled
-def slots_in_row(
+def find_slots_in_row(
     model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]
 ) -> tuple[int, int]:
     """The slots of a row's cells from the first of `columns`, without the second: from the first slot, without the second."""
@@ -172,7 +172,7 @@ def slots_in_row(
 
 
 @compiled
-def touches(
+def is_touching(
     model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32
 ) -> Mask:
     """Whether a body at (x, y) touches the item (R2)."""
@@ -184,7 +184,7 @@ def touches(
 
 
 @compiled
-def _eat_from(
+def _eat_in_region(
     model: Model,
     state: State,
     world: int,
@@ -195,37 +195,39 @@ def _eat_from(
     y: np.float32,
 ) -> None:
     """Eat what a body at (x, y) touches of a region."""
-    columns = cells_within(model, region, 0, x, DIAGONAL * model.reach)
-    first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
+    columns = find_cells_within(model, region, 0, x, DIAGONAL * model.reach)
+    first_row, last_row = find_cells_within(model, region, 1, y, DIAGONAL * model.reach)
     for row in range(first_row, last_row):
-        begin, end = slots_in_row(model, state, world, region, row, columns)
+        begin, end = find_slots_in_row(model, state, world, region, row, columns)
         for first in range(begin, end, lanes_in_block()):
-            if any_of(touches(model, state, world, simd_block(first), x, y)):
+            if any_of(is_touching(model, state, world, simd_block(first), x, y)):
                 for slot in range(first, min(first + lanes_in_block(), end)):
                     item = state.slot_item[world, slot]
-                    if state.touched[world, item] != step and touches(
+                    if state.touched[world, item] != step and is_touching(
                         model, state, world, slot, x, y
                     ):
                         state.eaten_in_life[region, lane] += 1
                         state.touched[world, item] = step
-                        grow(model, state, world, region, item)
+                        place_item(model, state, world, region, item)
 
 
 @compiled
-def eat(model: Model, state: State, world: int, agent: int, step: int) -> None:
+def eat_items(model: Model, state: State, world: int, agent: int, step: int) -> None:
     """Eat every item that the agent touches, but none that has been eaten in this step already. Each reappears at once."""
     lane = world * model.agents + agent
     if get(state.alert, 0, lane) == 0:
         return
     for region in range(model.regions.shape[0]):
         for number in range(model.images[region]):
-            x, y = image(model, region, number, state.positions[0, lane], state.positions[1, lane])
-            _eat_from(model, state, world, region, lane, step, x, y)
+            x, y = position_in_image(
+                model, region, number, state.positions[0, lane], state.positions[1, lane]
+            )
+            _eat_in_region(model, state, world, region, lane, step, x, y)
 
 
 @compiled
-def tidy(model: Model, state: State, world: int) -> None:
+def resort_stale_cells(model: Model, state: State, world: int) -> None:
     """Put in order whatever has moved."""
     for region in range(model.regions.shape[0]):
         if state.stale[world, region] != 0:
-            settle(model, state, world, region)
+            sort_into_cells(model, state, world, region)

@@ -17,40 +17,40 @@ from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import forward
 
-MOST_INPUTS: Final = 6  # a table of 64 answers
+MAX_TABLE_INPUTS: Final = 6  # a table of 64 answers
 
 
 @hook
-def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
+def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
     """At birth: what the module answers whose weights are the first of `fixed` [weight, lane]."""
 
 
 @hook
-def remember(part: Any, model: Model, state: State, lane: int) -> None:
+def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
     """When an agent has looked: look up what follows from its inputs."""
 
 
 @hook
-def think(part: Any, model: Model, state: State, lane: Lane) -> None:
+def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
     """In every step: the action module's outputs."""
     forward(state.network, state.weights, state.activations, lane)
 
 
-class Ask:
+class DirectEvaluation:
     """Nothing is looked up, and there is no reinforcement module."""
 
     arrays: ClassVar[dict[str, Array]] = {}
     Compiled: ClassVar[Any]
-    ready = staticmethod(ready.default)
-    remember = staticmethod(remember.default)
-    think = staticmethod(think.default)
+    fill_table = staticmethod(fill_table.default)
+    look_up_outputs = staticmethod(look_up_outputs.default)
+    compute_outputs = staticmethod(compute_outputs.default)
 
 
-class _Table(Ask):
+class _LookupTable(DirectEvaluation):
     arrays: ClassVar[dict[str, Array]] = {"answers": per_lane("answers")}  # code * actions + action
 
     @staticmethod
-    def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
+    def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for code in range(1 << model.inputs):
@@ -67,11 +67,11 @@ class _Table(Ask):
                     )
 
 
-class Teacher(_Table):
+class TeacherTable(_LookupTable):
     """The reinforcement module's answers are the targets."""
 
     @staticmethod
-    def remember(part: Any, model: Model, state: State, lane: int) -> None:
+    def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         for k in range(actions):
             put(
@@ -82,11 +82,11 @@ class Teacher(_Table):
             )
 
 
-class Reflex(_Table):
+class ActionTable(_LookupTable):
     """The action module's own answers: of an agent that does not learn, so that it need not think."""
 
     @staticmethod
-    def remember(part: Any, model: Model, state: State, lane: int) -> None:
+    def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for k in range(actions):
@@ -98,11 +98,11 @@ class Reflex(_Table):
             )
 
     @staticmethod
-    def think(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
         """It has been looked up."""
 
 
-class AskTeacher(Ask):
+class DirectTeacher(DirectEvaluation):
     """The reinforcement module is asked in every step, and may have a memory of its own."""
 
     arrays: ClassVar[dict[str, Array]] = {
@@ -111,14 +111,14 @@ class AskTeacher(Ask):
     }
 
     @staticmethod
-    def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
+    def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
         for weight in range(state.weights.shape[0]):
             put(part.weights, weight, lane, get(fixed, weight, lane))
         for unit in range(state.activations.shape[0]):
             put(part.activations, unit, lane, np.float32(0))
 
     @staticmethod
-    def think(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
         forward(state.network, state.weights, state.activations, lane)
         for k in range(model.inputs):
             put(part.activations, k, lane, get(state.activations, k, lane))
@@ -133,25 +133,25 @@ class AskTeacher(Ask):
             )
 
 
-def kind_of_recall(experiment: Any) -> type[Ask]:
+def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
     """What is looked up in an experiment's lives."""
     few = (
-        len(experiment.inputs) <= MOST_INPUTS
+        len(experiment.inputs) <= MAX_TABLE_INPUTS
         and not experiment.real_valued
         and experiment.part("network.kind").is_memoryless
     )
     taught = "reinforcement" in experiment.modules
     if taught:
-        return Teacher if few else AskTeacher
-    return Reflex if few and not experiment.learns else Ask
+        return TeacherTable if few else DirectTeacher
+    return ActionTable if few and not experiment.learns else DirectEvaluation
 
 
-def _compiled(kind: type[Ask]) -> Any:
+def _make_tuple_type(kind: type[DirectEvaluation]) -> Any:
     made: Any = namedtuple("Compiled", list(kind.arrays))  # type: ignore[misc]
     made.__module__, made.__qualname__ = __name__, f"{kind.__name__}.Compiled"
     setattr(made, "part", kind)  # noqa: B010
     return made
 
 
-for _kind in (Ask, Teacher, Reflex, AskTeacher):
-    _kind.Compiled = _compiled(_kind)
+for _kind in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):
+    _kind.Compiled = _make_tuple_type(_kind)

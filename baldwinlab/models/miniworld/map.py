@@ -18,28 +18,32 @@ from baldwinlab.parts.agent_parts import blocks_movement, blocks_placement, move
 
 ZERO, ONE, TWO, HALF = np.float32(0), np.float32(1), np.float32(2), np.float32(0.5)
 HEADINGS = np.float32(HEADING_COUNT)
-MOST_PLACES = 100_000  # that are tried, before somebody is born where it is forbidden
+MAX_ATTEMPTS = 100_000  # that are tried, before somebody is born where it is forbidden
 
 
 @compiled
-def either(one: Mask, other: Mask) -> Mask:
+def combine_masks(one: Mask, other: Mask) -> Mask:
     """Where any of two masks is true."""
     return one | other
 
 
-forbidden = for_each(blocks_placement, False, either)  # True if any feature blocks placement
-stopped_by = for_each(blocks_movement, False, either)  # True if any feature blocks movement
+is_placement_blocked = for_each(
+    blocks_placement, False, combine_masks
+)  # True if any feature blocks placement
+is_movement_blocked = for_each(
+    blocks_movement, False, combine_masks
+)  # True if any feature blocks movement
 
 
 @compiled
-def wrapped(position: Value, span: np.float32) -> Value:
+def wrap_position(position: Value, span: np.float32) -> Value:
     """`position`, at most one map's span outside of it, brought back into [0, span)."""
     position = choose(position < ZERO, position + span, position)
     return choose(position < span, position, position - span)
 
 
 @compiled
-def shortest(difference: Value, span: np.float32) -> Value:
+def shortest_difference(difference: Value, span: np.float32) -> Value:
     """The difference of two positions on a circle of length `span`, the short way round."""
     half = span * HALF
     difference = choose(difference > half, difference - span, difference)
@@ -47,7 +51,7 @@ def shortest(difference: Value, span: np.float32) -> Value:
 
 
 @compiled
-def spawn(model: Model, state: State, world: int, agent: int, number: int) -> None:
+def place_newborn(model: Model, state: State, world: int, agent: int, number: int) -> None:
     """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere: each number has its own."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
     x, y, attempt = ONE, ONE, 0
@@ -59,11 +63,13 @@ def spawn(model: Model, state: State, world: int, agent: int, number: int) -> No
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
-        state.positions[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
-        state.positions[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
+        state.positions[0, lane] = wrap_position(model.start[0] + model.start[2] * x, model.width)
+        state.positions[1, lane] = wrap_position(model.start[1] + model.start[2] * y, model.height)
         taken = (
-            forbidden(state.features, model, state.positions[0, lane], state.positions[1, lane])
-            and attempt < MOST_PLACES
+            is_placement_blocked(
+                state.features, model, state.positions[0, lane], state.positions[1, lane]
+            )
+            and attempt < MAX_ATTEMPTS
         )
         searching = bool(x * x + y * y > ONE) or taken
     state.heading[0, lane] = ZERO
@@ -73,7 +79,9 @@ def spawn(model: Model, state: State, world: int, agent: int, number: int) -> No
 
 
 @compiled
-def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
+def apply_motor_noise(
+    model: Model, state: State, world: int, lane: int, agent: int, step: int
+) -> None:
     """Motor noise: now and then, another action than the chosen one, drawn at random of all there are."""
     words = philox(
         step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1]
@@ -83,12 +91,12 @@ def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, s
 
 
 @compiled
-def _stay_out(features: Any, model: Model, state: State, lane: Lane) -> None:
+def _move_unless_blocked(features: Any, model: Model, state: State, lane: Lane) -> None:
     """Do the action. An agent whose way is blocked stays where it is."""
     old_x, old_y = get(state.positions, 0, lane), get(state.positions, 1, lane)
     move(state.body, model, state, lane)
     x, y = get(state.positions, 0, lane), get(state.positions, 1, lane)
-    stopped = stopped_by(features, model, x, y)
+    stopped = is_movement_blocked(features, model, x, y)
     put(state.positions, 0, lane, choose(stopped, old_x, x))
     put(state.positions, 1, lane, choose(stopped, old_y, y))
 
@@ -99,4 +107,4 @@ def _move_freely(features: Any, model: Model, state: State, lane: Lane) -> None:
     move(state.body, model, state, lane)
 
 
-travel = select_by_type(_stay_out, _move_freely)
+move_agents = select_by_type(_move_unless_blocked, _move_freely)

@@ -203,7 +203,7 @@ class State(NamedTuple):
         With a module "reinforcement", each step sets them to the outputs of this module.
     rate
         Learning rate of an agent. Set from the genome at birth, before `load_genes`.
-    recall
+    lookup
         Lookup table of network outputs, of the engine.
     network
         The network, a part.
@@ -250,7 +250,7 @@ class State(NamedTuple):
     errors: Floats
     targets: Floats
     rate: Floats
-    recall: Any
+    lookup: Any
     network: Any
     rule: Any
     body: Any

@@ -26,7 +26,7 @@ from baldwinlab.core.errors import PartError, RefusedError
 from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.engine.cache import sources_hash
-from baldwinlab.models.miniworld.backends.choice import Backend, choose
+from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.parts.loading import Source, load_text, sources_of
 from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError, Task
 from baldwinlab.studies.records import StudyError
@@ -194,7 +194,7 @@ def _run_task(sent: bytes) -> Any:
     with dask.config.set(
         scheduler="synchronous"
     ):  # else xarray, when it writes, opens a client of its own in every worker
-        return task.run(order.seed, directory, choose(order.backend), tell)
+        return task.run(order.seed, directory, choose_backend(order.backend), tell)
 
 
 def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:

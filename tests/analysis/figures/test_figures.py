@@ -24,7 +24,7 @@ from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import series
 from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
 from baldwinlab.experiment import World
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim
 from baldwinlab.papers.presets import load
 from tests.analysis.multiverse.variants import (
@@ -73,7 +73,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.draw_world_maps(MAPS, 20),
-    "senses": lambda: figures.draw_agent_senses(look(load("evo/A")).to_dict()),
+    "senses": lambda: figures.draw_agent_senses(describe_appearance(load("evo/A")).to_dict()),
     "networks": lambda: figures.draw_networks([kind("evo", 1), kind("taught", 2)]),
     "shares": lambda: figures.draw_shares(STRINGS[["ones", "unset"]].mean("agent")),
     "clocks": lambda: figures.draw_clocks(STRINGS, "used"),

@@ -30,7 +30,7 @@ from baldwinlab.analysis.report.settings import describe_variant, format_setting
 from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Comparison
 from baldwinlab.papers.presets import factors, load
 from tests.analysis.report.browsing import errors_and_width
@@ -38,7 +38,7 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
 from tests.axe import barriers
 
 PAPER = papers.load()
-LOOKS = {"evo/A": look(load("evo/A")).to_dict()}
+LOOKS = {"evo/A": describe_appearance(load("evo/A")).to_dict()}
 FORAGERS = "evo+self-taught/B"
 FACTS = {
     "seed": 7,

@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.factors import Factors, coordinates
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.appearance import as_text
+from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.claims import Claim
 from baldwinlab.papers.presets import load
 
@@ -88,7 +88,7 @@ def trace(
     dims = ("step", "agent")
     provenance = {
         "experiment": to_toml(experiment(condition, 12, agents)),
-        "look": as_text(experiment(condition, 12, agents)),
+        "look": appearance_json(experiment(condition, 12, agents)),
         "condition": condition,
         "run": run,
         "generation": generation,

@@ -16,7 +16,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 import baldwinlab as bl
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.extras import installation_command
-from baldwinlab.models.miniworld.external_actions import Steered
+from baldwinlab.models.miniworld.external_actions import SteeredBatch
 from tests.worlds import small
 
 EXPERIMENT = small("evo")
@@ -57,7 +57,7 @@ def test_a_policy_that_copies_an_evolved_network_gets_the_food_of_the_engines_ru
     experiment = EXPERIMENT.replace(**changes)
     for generation in (0, 2):
         life = bl.replay(experiment, seed=5, run=1, generation=generation)
-        world = Steered(experiment, 5, [1])
+        world = SteeredBatch(experiment, 5, [1])
         sensed, eaten = world.begin(5, generation), np.zeros(experiment.population.size)
         for step in range(experiment.lifetime.steps):
             np.testing.assert_array_equal(sensed[0], life["sensor"].values[step])
@@ -83,7 +83,7 @@ def test_each_reset_is_the_next_generation_and_a_seed_begins_anew() -> None:
 def test_a_vector_of_worlds_is_its_worlds_side_by_side() -> None:
     both, draw = bl.vector_env(EXPERIMENT, worlds=2), np.random.default_rng(1)
     agents = EXPERIMENT.population.size
-    alone = [Steered(EXPERIMENT, 7, [run]) for run in range(2)]
+    alone = [SteeredBatch(EXPERIMENT, 7, [run]) for run in range(2)]
     sensed, _ = both.reset(seed=7)
     np.testing.assert_array_equal(sensed, np.concatenate([world.begin(7, 0)[0] for world in alone]))
     for step in range(EXPERIMENT.lifetime.steps):

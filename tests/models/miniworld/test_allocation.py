@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.models.miniworld.allocation import dimensions
-from baldwinlab.models.miniworld.grid import ITEMS_IN_CELL
+from baldwinlab.models.miniworld.allocation import array_dimensions
+from baldwinlab.models.miniworld.grid import ITEMS_PER_CELL
 from tests.small import small
 
 
@@ -23,4 +23,4 @@ def test_a_strip_however_thin_has_no_more_cells_than_its_items_fill(
     experiment = small().replace(
         world={"width": 1_000_000, "height": 1_000_000, "food": [food]}, senses=sight
     )
-    assert 1 <= dimensions(experiment)["cells"] <= 2 * count / ITEMS_IN_CELL
+    assert 1 <= array_dimensions(experiment)["cells"] <= 2 * count / ITEMS_PER_CELL

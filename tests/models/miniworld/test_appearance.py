@@ -9,7 +9,13 @@ from typing import Any, ClassVar
 import pytest
 
 from baldwinlab.experiment import registry
-from baldwinlab.models.miniworld.appearance import Kind, Mark, Sector, as_text, look
+from baldwinlab.models.miniworld.appearance import (
+    Kind,
+    Mark,
+    Sector,
+    appearance_json,
+    describe_appearance,
+)
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import ItemRegion, Sense, WorldFeature
 
@@ -47,18 +53,18 @@ def swamp() -> Iterator[None]:
 
 
 def test_the_built_in_world_looks_as_the_paper_says() -> None:
-    found = look(load("evo+self-taught/A"))
+    found = describe_appearance(load("evo+self-taught/A"))
     assert found.inputs == ("left", "front", "right")
     assert found.sectors == (Sector(315, 345, 40), Sector(345, 15, 40), Sector(15, 45, 40))
     assert found.actions == ("left", "forward", "right")
     assert found.item_kinds == (Kind("food", "green", 50),)
     assert [mark.label for mark in found.marks] == ["food", "start"]
     assert len(found.modules) == 2
-    assert look(load("evo/A")).modules == ("action module",)
+    assert describe_appearance(load("evo/A")).modules == ("action module",)
 
 
 def test_what_parts_of_one_s_own_declare_is_in_the_look(swamp: None) -> None:
-    found = look(
+    found = describe_appearance(
         load("evo/A").replace(
             world={"features": ["swamp"]}, senses={"kinds": ["food", "damp"], "visual_radius": 20}
         )
@@ -71,22 +77,22 @@ def test_what_parts_of_one_s_own_declare_is_in_the_look(swamp: None) -> None:
 
 
 def test_a_module_that_does_not_say_how_to_act_is_named_by_what_it_says() -> None:
-    found = look(load("evo/A").replace(learning={"rule": "modulated"}))
+    found = describe_appearance(load("evo/A").replace(learning={"rule": "modulated"}))
     assert found.answers == ("gate",)
     assert found.modules[1] == "reinforcement module: gate, does not learn"
-    assert look(load("evo+self-taught/A")).answers == ()
+    assert describe_appearance(load("evo+self-taught/A")).answers == ()
 
 
 @pytest.mark.parametrize("network", ["simple-recurrent", "continuous-time"])
 def test_units_that_remember_are_paired_with_what_they_remember(network: str) -> None:
-    found = look(load("evo/A").replace(network={"kind": network, "hidden": [2]}))
+    found = describe_appearance(load("evo/A").replace(network={"kind": network, "hidden": [2]}))
     assert found.memory == ((5, 3), (6, 4))
-    assert look(load("evo/A")).memory == ()
+    assert describe_appearance(load("evo/A")).memory == ()
 
 
 def test_a_look_is_text_for_whoever_draws() -> None:
     experiment = load("evo/A")
-    found = json.loads(as_text(experiment))
+    found = json.loads(appearance_json(experiment))
     assert found["sectors"][0] == {
         "from_degrees": 315,
         "to_degrees": 345,

@@ -71,11 +71,11 @@ def test_all_that_is_lived_has_been_compiled_beforehand(
     begin, ready, lived = cpu.Batch.__init__, set[Any](), set[Any]()
 
     def noted(self: cpu.Batch, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        lived.add(cpu.code_of(experiment))
+        lived.add(cpu.code_key(experiment))
         begin(self, experiment, seed, runs)
 
     def warm_up(experiments: Iterable[Experiment], **options: Any) -> float:
-        ready.update(map(cpu.code_of, experiments))
+        ready.update(map(cpu.code_key, experiments))
         return 0.0
 
     monkeypatch.setattr("baldwinlab.studies.assays.run.compile_experiments", warm_up)

@@ -25,15 +25,15 @@ from baldwinlab.evolution.inheritance import permute_teachers, remap_parents
 from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.evolution.selection import find_invalid_fitness, has_invalid_parent, select_parents
 from baldwinlab.evolution.sorting import sort_by
-from baldwinlab.models.miniworld.birth import be_born
-from baldwinlab.models.miniworld.grid import columns_and_rows, images_of, radius_of_alert
-from baldwinlab.models.miniworld.lookup import MOST_INPUTS
-from baldwinlab.models.miniworld.step import live_one_by_one, live_together
+from baldwinlab.models.miniworld.birth import init_generation
+from baldwinlab.models.miniworld.grid import compute_alert_radius, compute_grid_shape, count_images
+from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS
+from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 from baldwinlab.parts.agent_parts import forward, links
 from baldwinlab.parts.evolution_parts import assign_teachers, evaluate, inherit
 from baldwinlab.parts.evolution_parts import init_founders as make_founders
 
-FOUND: Final = (
+MEASURED: Final = (
     "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
     "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
@@ -48,7 +48,11 @@ REGION: Final = (
     "kind",
 )  # the columns of `Setting.regions`
 TEACHERS: Final = ("inherited", "shuffled", "fresh")  # by number, as `Population.teacher` has them
-NO_NUMBER, MISFIT, STRANGER = 1, 2, 3  # what may be wrong with a generation: `Population.fault`
+NAN_FITNESS, INVALID_FITNESS, INVALID_PARENT = (
+    1,
+    2,
+    3,
+)  # what may be wrong with a generation: `Population.fault`
 
 
 class Setting(NamedTuple):
@@ -56,7 +60,7 @@ class Setting(NamedTuple):
 
     regions: Any  # float64 [region, REGION]
     sizes: Any  # int64 [layer], units
-    found: Any  # float64 [FOUND], what follows
+    measured: Any  # float64 [MEASURED], what follows
     agents: int
     modules: int
     inputs: int
@@ -121,12 +125,12 @@ class Population(NamedTuple):
     worth: Any  # the part that says what a life was worth
 
 
-for _kernel in (live_together, live_one_by_one, select_parents, breed_children):
+for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, breed_children):
     compiled(_kernel)
 
 
 def measure(setting: Setting) -> None:
-    """How large arrays are, and the numbers that follow from others: fill `setting.found`."""
+    """How large arrays are, and the numbers that follow from others: fill `setting.measured`."""
     regions, items, cells = setting.regions.shape[0], 0, 0
     for region in range(regions):
         columns, rows = _grid(setting, region)
@@ -141,7 +145,7 @@ def measure(setting: Setting) -> None:
         weights + int(setting.evolved_rate),
         setting.learning_stops,
     )
-    answers = setting.actions << min(setting.inputs, MOST_INPUTS)
+    answers = setting.actions << min(setting.inputs, MAX_TABLE_INPUTS)
     lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
     slots, ends, fixed = items + WIDTH * some, cells + some, max(1, setting.modules - 1) * weights
     whole = (
@@ -160,19 +164,21 @@ def measure(setting: Setting) -> None:
         fixed,
     )
     for number in range(len(whole)):
-        setting.found[number] = float(whole[number])
-    setting.found[len(whole)] = float(setting.modules * length)
-    setting.found[len(whole) + 1] = radius_of_alert(
+        setting.measured[number] = float(whole[number])
+    setting.measured[len(whole)] = float(setting.modules * length)
+    setting.measured[len(whole) + 1] = compute_alert_radius(
         setting.reach, setting.square_contact, setting.stride
     )
-    setting.found[len(whole) + 2] = float(setting.steps if stops < 0 else min(stops, setting.steps))
+    setting.measured[len(whole) + 2] = float(
+        setting.steps if stops < 0 else min(stops, setting.steps)
+    )
 
 
 @compiled
 def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
     left, right, upper, lower = _edges(setting, region)
     count = int(setting.regions[region, 4])
-    return columns_and_rows(
+    return compute_grid_shape(
         right - left, lower - upper, count, setting.visual_radius, setting.agents
     )
 
@@ -183,10 +189,10 @@ def _edges(setting: Setting, region: int) -> tuple[float, float, float, float]:
     return of[region, 0], of[region, 1], of[region, 2], of[region, 3]
 
 
-def furnish(setting: Setting, model: Any, state: Any, population: Population) -> None:
+def init_world(setting: Setting, model: Any, state: Any, population: Population) -> None:
     """Fill what never changes in a run: the model's arrays of regions, and whose run it is."""
     state.keys[0, 0], state.keys[0, 1] = population.seed, population.run
-    alert = radius_of_alert(setting.reach, setting.square_contact, setting.stride)
+    alert = compute_alert_radius(setting.reach, setting.square_contact, setting.stride)
     margin = max(setting.visual_radius, alert) + setting.stride
     items, cells = 0, 0
     population.energies[0], population.kinds[0] = 0.0, 0
@@ -206,7 +212,7 @@ def furnish(setting: Setting, model: Any, state: Any, population: Population) ->
             model.cell_size[region, axis] = np.float32(
                 np.float64(model.regions[region, 2 * axis + 1]) / count
             )
-        model.images[region] = images_of(
+        model.images[region] = count_images(
             right - left, lower - upper, margin, setting.width, setting.height
         )
         model.region_kind[region] = population.kinds[region] = int(setting.regions[region, 6])
@@ -218,7 +224,7 @@ def furnish(setting: Setting, model: Any, state: Any, population: Population) ->
     model.region_items[last], model.region_cells[last] = items, cells
 
 
-def found(population: Population) -> None:
+def init_founders(population: Population) -> None:
     """Draw the genomes of the first generation."""
     _draw_founders(population, population.generation)
 
@@ -235,28 +241,28 @@ def begin(model: Any, state: Any, population: Population) -> None:
     """Let a generation be born."""
     state.generation[0] = population.generation
     _copy(population.genome, state.genome[0])
-    be_born(dereference(model), dereference(state))
+    init_generation(dereference(model), dereference(state))
 
 
-def live_at_once(model: Any, state: Any, population: Population) -> None:
+def simulate_steps_simultaneous(model: Any, state: Any, population: Population) -> None:
     """Live from `population.first_step` up to, and without, `last_step`."""
-    live_together(
+    simulate_simultaneous(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
-def live_in_turn(model: Any, state: Any, population: Population) -> None:
-    live_one_by_one(
+def simulate_steps_sequential(model: Any, state: Any, population: Population) -> None:
+    simulate_sequential(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
-def ask(state: Any, population: Population) -> None:
+def evaluate_module(state: Any, population: Population) -> None:
     """What a module answers to some inputs, whoever has it."""
     forward(dereference(state).network, population.asked_weights, population.asked_units, 0)
 
 
-def link(state: Any, population: Population) -> None:
+def find_links(state: Any, population: Population) -> None:
     """Between which units a module has links, where it is no layers, whoever has it."""
     units, found = population.asked_units.shape[0], population.asked_links
     population.asked_count[0] = links(
@@ -264,7 +270,7 @@ def link(state: Any, population: Population) -> None:
     )
 
 
-def reckon(model: Any, state: Any, population: Population) -> None:
+def compute_fitness(model: Any, state: Any, population: Population) -> None:
     """What the lives were worth that have been lived."""
     eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
     of_kind[:] = 0
@@ -289,7 +295,7 @@ def reckon(model: Any, state: Any, population: Population) -> None:
     population.fault[0] = 0
     for agent in range(model.agents):
         if np.isnan(population.energy[agent]):
-            population.fault[0], population.fault[1] = NO_NUMBER, agent
+            population.fault[0], population.fault[1] = NAN_FITNESS, agent
 
 
 def breed(population: Population) -> None:
@@ -300,7 +306,7 @@ def breed(population: Population) -> None:
         return
     unfit = find_invalid_fitness(population.energy, population.least[population.selection])
     if unfit >= 0:
-        population.fault[0], population.fault[1] = MISFIT, unfit
+        population.fault[0], population.fault[1] = INVALID_FITNESS, unfit
         return
     _copy(population.genome, population.inherited)
     if population.learns and population.wants_learned:
@@ -349,9 +355,9 @@ def _choose_parents(population: Population) -> None:
             population.seed, population.run, generation, SELECTION, child, uniforms[child]
         )
     population.parents[:] = -1
-    of_chosen(population.schemes, population.selection, population)
+    draw_parents_by_scheme(population.schemes, population.selection, population)
     if has_invalid_parent(population.parents, agents):
-        population.fault[0] = STRANGER
+        population.fault[0] = INVALID_PARENT
 
 
 @compiled
@@ -374,7 +380,7 @@ def _apply_teacher_control(population: Population, key: GenerationKey) -> None:
     permute_teachers(population.children, population.order, population.genome)
 
 
-def of_chosen(schemes: Any, number: int, population: Any) -> None:
+def draw_parents_by_scheme(schemes: Any, number: int, population: Any) -> None:
     """Fill the parents by one of some schemes."""
     _draw_parents(schemes[number], population)
 
@@ -386,7 +392,7 @@ def _draw_parents(scheme: Any, of: Any) -> None:
     )
 
 
-def _choose_of_chosen(schemes: Any, *others: Any) -> Callable[..., Any]:
+def _choose_draw_parents_by_scheme(schemes: Any, *others: Any) -> Callable[..., Any]:
     if len(schemes) == 1:
         return lambda schemes, number, population: _draw_parents(schemes[0], population)
 
@@ -394,9 +400,9 @@ def _choose_of_chosen(schemes: Any, *others: Any) -> Callable[..., Any]:
         if number == 0:
             _draw_parents(schemes[0], population)
         else:
-            of_chosen(schemes[1:], number - 1, population)
+            draw_parents_by_scheme(schemes[1:], number - 1, population)
 
     return either
 
 
-register(of_chosen, _choose_of_chosen)
+register(draw_parents_by_scheme, _choose_draw_parents_by_scheme)

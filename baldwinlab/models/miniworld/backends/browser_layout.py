@@ -27,9 +27,9 @@ from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.models.miniworld.allocation import (
-    hooks_of,
     item_kinds,
     item_regions,
+    list_hooks,
     make_model,
     make_state,
 )
@@ -126,10 +126,10 @@ DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the func
     Darwinian.derived["share"]: field("evolution.lamarckian_share"),
     is_neutral_control: field("evolution.selection", **{"is": Neutral.name}),
 }
-OF_ANY_INHERITANCE: Final = ("darwinian", "none")
+COMMON_INHERITANCES: Final = ("darwinian", "none")
 
 
-class Habitat:
+class ModuleLayout:
     """An experiment's tuples as Python has them, whose types are compiled for, and where each leaf of them comes from."""
 
     def __init__(self, experiment: Experiment) -> None:
@@ -138,12 +138,12 @@ class Habitat:
         self.schemes = _schemes(experiment)
         inheritance = (
             experiment
-            if not self.inherits_as_ever
+            if not self.has_common_inheritance
             else experiment.replace(evolution={"inheritance": "darwinian"})
         )
         self.inheritance = breeding_part(inheritance, "inheritance")[0]
         self.setting = _sample(
-            browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "found": ("f8", 1)}
+            browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "measured": ("f8", 1)}
         )
         arrays = {name: (kind, len(shape)) for name, (kind, shape) in ARRAYS_OF_POPULATION.items()}
         own = {"purposes": ("i8", 1), "least": ("f8", 1)}
@@ -157,27 +157,27 @@ class Habitat:
         )
 
     @property
-    def inherits_as_ever(self) -> bool:
-        return self.experiment.evolution.inheritance in OF_ANY_INHERITANCE
+    def has_common_inheritance(self) -> bool:
+        return self.experiment.evolution.inheritance in COMMON_INHERITANCES
 
     def entries(self) -> dict[str, wasm.Entry]:
         setting, model, state, population = (
             typeof(each) for each in (self.setting, self.model, self.state, self.population)
         )
         live = (
-            browser.live_in_turn
+            browser.simulate_steps_sequential
             if self.experiment.lifetime.update == "sequential"
-            else browser.live_at_once
+            else browser.simulate_steps_simultaneous
         )
         return {
             "measure": (browser.measure, (setting,)),
-            "furnish": (browser.furnish, (setting, model, state, population)),
-            "found": (browser.found, (population,)),
+            "furnish": (browser.init_world, (setting, model, state, population)),
+            "found": (browser.init_founders, (population,)),
             "begin": (browser.begin, (model, state, population)),
             "live": (live, (model, state, population)),
-            "ask": (browser.ask, (state, population)),
-            "link": (browser.link, (state, population)),
-            "reckon": (browser.reckon, (model, state, population)),
+            "ask": (browser.evaluate_module, (state, population)),
+            "link": (browser.find_links, (state, population)),
+            "reckon": (browser.compute_fitness, (model, state, population)),
             "breed": (browser.breed, (population,)),
         }
 
@@ -191,13 +191,13 @@ class Habitat:
             population.worth,
         )
         return (
-            *hooks_of(self.state),
+            *list_hooks(self.state),
             *(each for part in breeding for each in (type(part), *type(part).part.hooks())),
         )
 
     def plan(self) -> dict[str, Any]:
         """As above; "tuples" by name, in the order in which entry points take them."""
-        experiment, found = self.experiment, list(browser.FOUND)
+        experiment, found = self.experiment, list(browser.MEASURED)
         taught_by = experiment.part("learning.rule").teacher_array
         leaves = {
             "setting": self._setting(),
@@ -207,10 +207,10 @@ class Habitat:
         }
         tuples = {}
         for name, sources in leaves.items():
-            size, places = wasm.memory_offsets(typeof(getattr(self, name)))
+            size, offsets = wasm.memory_offsets(typeof(getattr(self, name)))
             tuples[name] = {
                 "bytes": size,
-                "leaves": {leaf: {"at": at, **sources[leaf]} for leaf, at in places.items()},
+                "leaves": {leaf: {"at": at, **sources[leaf]} for leaf, at in offsets.items()},
             }
         return {
             "tuples": tuples,
@@ -226,7 +226,7 @@ class Habitat:
             "taught": "reinforcement" in experiment.modules,
             "learns from": taught_by and f"state.rule.{taught_by}",
             "takes": {
-                name: [_name_of(self, each) for each in types]
+                name: [_tuple_name(self, each) for each in types]
                 for name, (_, types) in self.entries().items()
             },
         }
@@ -250,7 +250,7 @@ class Habitat:
         return leaves | {
             "regions": regions,
             "sizes": self._layers(),
-            "found": {"type": "f8", "shape": [len(browser.FOUND)], "fill": 0},
+            "measured": {"type": "f8", "shape": [len(browser.MEASURED)], "fill": 0},
         }
 
     def _layers(self) -> dict[str, Any]:
@@ -281,7 +281,7 @@ class Habitat:
     def _state(self) -> dict[str, Any]:
         experiment, state = self.experiment, self.state
         leaves = _arrays("", ARRAYS)
-        leaves |= _arrays("recall.", type(state.recall).part.arrays)
+        leaves |= _arrays("lookup.", type(state.lookup).part.arrays)
         chosen = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
         for name, path in chosen.items():
             leaves |= self._part(f"{name}.", getattr(state, name), path, experiment.part(path))
@@ -322,7 +322,7 @@ class Habitat:
         experiment = self.experiment
         names = [each.evolution.selection for each in self.schemes]
         least = [type(scheme).part.least for scheme in self.population.schemes]
-        ever, inheritance = self.inherits_as_ever, experiment.part("evolution.inheritance")
+        ever, inheritance = self.has_common_inheritance, experiment.part("evolution.inheritance")
         own: dict[str, Any] = {
             "selection": field("evolution.selection", among=names),
             "resamples_genomes": field("evolution.inheritance", **{"is": "none"})
@@ -417,7 +417,7 @@ def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
     }
 
 
-def _name_of(habitat: Habitat, kind: Any) -> str:
+def _tuple_name(habitat: ModuleLayout, kind: Any) -> str:
     return next(
         name
         for name in ("setting", "model", "state", "population")

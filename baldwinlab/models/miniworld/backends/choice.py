@@ -12,7 +12,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.state import Model, State
 
-GPU_PAYS: Final = 128  # worlds: with fewer, most of a GPU idles. Reasoned, not measured.
+MIN_GPU_WORLDS: Final = 128  # worlds: with fewer, most of a GPU idles. Reasoned, not measured.
 
 
 class Batch(Protocol):
@@ -45,18 +45,18 @@ class Backend(NamedTuple):
 CPU: Final = Backend("cpu", cpu.Batch, 4)  # 80 lanes, whose weights stay in the first-level cache
 
 
-def choose(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
+def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
     """The backend of that name; for "auto", the faster one that can be used here for so many worlds, with so many agents in each.
 
     Raises ValueError, with a sentence for the user, if the backend asked for cannot be used.
     """
     if name not in ("auto", "cpu", "cuda"):
         raise ValueError(f"backend = {name!r} must be one of auto, cpu, cuda")
-    if name == "cpu" or (name == "auto" and worlds < GPU_PAYS):
+    if name == "cpu" or (name == "auto" and worlds < MIN_GPU_WORLDS):
         return CPU
     from baldwinlab.models.miniworld.backends import cuda  # here, because to load it takes a while
 
-    problem = cuda.available()
+    problem = cuda.unavailable_reason()
     if problem and name == "cuda":
         raise ValueError(problem)
     too_large = name == "auto" and agents > cuda.LARGEST_WORLD

@@ -11,25 +11,27 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import hooks_of, make_model, make_state, poison_state
-from baldwinlab.models.miniworld.lookup import kind_of_recall
-from baldwinlab.models.miniworld.step import live_one_by_one, live_together
+from baldwinlab.models.miniworld.allocation import list_hooks, make_model, make_state, poison_state
+from baldwinlab.models.miniworld.lookup import choose_lookup
+from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 
 
-def code_of(experiment: Experiment) -> tuple[Any, ...]:
+def code_key(experiment: Experiment) -> tuple[Any, ...]:
     """What decides which code an experiment's lives run."""
     parts = [experiment.part(path) for path in ("network.kind", "learning.rule", "motor.body")]
     parts += [*experiment.parts("senses.kinds"), *experiment.parts("world.features")]
-    return (*map(type, parts), kind_of_recall(experiment), experiment.lifetime.update)
+    return (*map(type, parts), choose_lookup(experiment), experiment.lifetime.update)
 
 
 def is_compiled(experiment: Experiment) -> bool:
     """Whether what these lives run has been compiled before, and is kept."""
-    return is_cached(_live_of(experiment), hooks_of(make_state(experiment, 1)))
+    return is_cached(_entry_point(experiment), list_hooks(make_state(experiment, 1)))
 
 
-def _live_of(experiment: Experiment) -> Any:
-    return live_one_by_one if experiment.lifetime.update == "sequential" else live_together
+def _entry_point(experiment: Experiment) -> Any:
+    return (
+        simulate_sequential if experiment.lifetime.update == "sequential" else simulate_simultaneous
+    )
 
 
 class Batch:
@@ -40,7 +42,7 @@ class Batch:
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
         self._kept = self._live = cached_jit(
-            _live_of(experiment), hooks_of(self.state), short_loops=True
+            _entry_point(experiment), list_hooks(self.state), short_loops=True
         )
         self._shape = (len(runs), experiment.population.size)
 
@@ -73,7 +75,7 @@ class Batch:
         return self.state.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
 
 
-def compile_lives(experiment: Experiment) -> None:
+def compile_simulation(experiment: Experiment) -> None:
     """Compile what these lives run, if it is not kept: a batch of one world lives for a step."""
     batch = Batch(experiment, seed=0, runs=[0])
     batch.begin(

@@ -15,9 +15,9 @@ from baldwinlab.engine.gpu import COMPILING, without_contraction
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends.cuda_kernels import (
-    begin_kernel,
-    live_kernel,
-    source_of_life,
+    make_birth_kernel,
+    make_kernel_source,
+    make_simulation_kernel,
 )
 from baldwinlab.models.miniworld.state import State
 
@@ -26,7 +26,7 @@ PROCESSORS: Final = 132  # of an H200
 LARGEST_WORLD: Final = 1024  # agents: the most threads that a batch can have
 
 
-def available() -> str | None:
+def unavailable_reason() -> str | None:
     """Why this backend cannot be used here, in a sentence; None if it can."""
     if config.ENABLE_CUDASIM:
         return None
@@ -72,7 +72,7 @@ class Batch:
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
         agents = experiment.population.size
-        if problem := available():
+        if problem := unavailable_reason():
             raise ValueError(problem)
         if agents > LARGEST_WORLD:
             raise ValueError(
@@ -96,11 +96,13 @@ class Batch:
         self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
         self._genomes[:] = 0
         self._claims = cuda.device_array_like(self._host.touched, self._stream)
-        source = source_of_life(self.model, self._host, experiment.lifetime.update == "sequential")
+        source = make_kernel_source(
+            self.model, self._host, experiment.lifetime.update == "sequential"
+        )
         threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
         with COMPILING:
-            self._begin = begin_kernel(threads)
-            self._live = live_kernel(threads, source, type(self._host.network).part)
+            self._begin = make_birth_kernel(threads)
+            self._live = make_simulation_kernel(threads, source, type(self._host.network).part)
 
     @property
     def state(self) -> State:

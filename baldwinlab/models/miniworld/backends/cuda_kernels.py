@@ -16,28 +16,28 @@ import numpy as np
 from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
-from baldwinlab.models.miniworld.birth import be_first, init_features
+from baldwinlab.models.miniworld.birth import init_agent_state, init_features
 from baldwinlab.models.miniworld.items import (
     DIAGONAL,
-    cells_within,
-    grow,
-    image,
-    settle,
-    slots_in_row,
-    tidy,
-    touches,
+    find_cells_within,
+    find_slots_in_row,
+    is_touching,
+    place_item,
+    position_in_image,
+    resort_stale_cells,
+    sort_into_cells,
 )
-from baldwinlab.models.miniworld.lookup import ready
-from baldwinlab.models.miniworld.map import spawn
+from baldwinlab.models.miniworld.lookup import fill_table
+from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
 from baldwinlab.models.miniworld.step import (
-    One,
+    SingleAgent,
     end_step_of_features,
-    gather,
     lane_of,
+    observe_others_per_world,
     prepare_all_senses,
+    prepare_senses_per_world,
     take_step,
-    watch,
 )
 from baldwinlab.parts.agent_parts import (
     end_step,
@@ -56,7 +56,9 @@ def _copy(rows: Any, target: Any, lane: int) -> None:
 
 
 @device
-def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking: bool) -> bool:
+def _contend_for_items(
+    who: Any, model: Model, state: State, step: int, claim: int, taking: bool
+) -> bool:
     """Claim every item that the agent touches, or take those where no claim was higher. Returns whether any was touched.
 
     The same as `eat`, for all agents of a world at once: first they all claim, then, after a barrier, they all take.
@@ -64,13 +66,15 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
     found, world, lane = False, who.first_world, who.first
     for region in range(model.regions.shape[0] if state.alert[0, lane] != 0 else 0):
         for number in range(model.images[region]):
-            x, y = image(model, region, number, state.positions[0, lane], state.positions[1, lane])
-            columns = cells_within(model, region, 0, x, DIAGONAL * model.reach)
-            first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
+            x, y = position_in_image(
+                model, region, number, state.positions[0, lane], state.positions[1, lane]
+            )
+            columns = find_cells_within(model, region, 0, x, DIAGONAL * model.reach)
+            first_row, last_row = find_cells_within(model, region, 1, y, DIAGONAL * model.reach)
             for row in range(first_row, last_row):
-                begin, end = slots_in_row(model, state, world, region, row, columns)
+                begin, end = find_slots_in_row(model, state, world, region, row, columns)
                 for slot in range(begin, end):
-                    if touches(model, state, world, slot, x, y):
+                    if is_touching(model, state, world, slot, x, y):
                         found = True
                         item = state.slot_item[world, slot]
                         if not taking:
@@ -81,67 +85,67 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
                             )  # no claim is odd: nobody takes it a second time
                             state.touched[world, item] = step
                             state.eaten_in_life[region, lane] += 1
-                            grow(model, state, world, region, item)
+                            place_item(model, state, world, region, item)
     return found
 
 
 @device
-def _share(who: Any, model: Model, state: State, step: int) -> None:
+def _eat_all(who: Any, model: Model, state: State, step: int) -> None:
     """All eat. Items stay where they are until all of the batch's agents have come to claim."""
     agent, agents = who.first_agent, model.agents
     turn = (agent + agents - step % agents) % agents
     claim = 2 * (
         step * agents + agents - 1 - turn
     )  # later steps outbid earlier ones, earlier turns later ones
-    found = _contend(who, model, state, step, claim, False)
+    found = _contend_for_items(who, model, state, step, claim, False)
     if cuda.syncthreads_or(int32(found)) != 0:
         if found:
-            _contend(who, model, state, step, claim, True)
+            _contend_for_items(who, model, state, step, claim, True)
         cuda.syncthreads()
         if agent == 0:
-            tidy(model, state, who.first_world)
+            resort_stale_cells(model, state, who.first_world)
         cuda.syncthreads()
 
 
-class _Loner:
+class _SingleAgentThread:
     """One of the agents that take a step at the same time, each by itself until they eat."""
 
     lane_of = staticmethod(lane_of.default)
-    watch = staticmethod(watch.default)
-    gather = staticmethod(gather.default)
+    prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
+    observe_others_per_world = staticmethod(observe_others_per_world.default)
 
     @staticmethod
-    def feed(who: Any, model: Model, state: State, step: int) -> None:
-        _share(who, model, state, step)
+    def eat_all(who: Any, model: Model, state: State, step: int) -> None:
+        _eat_all(who, model, state, step)
 
 
-class _Neighbour(_Loner):
+class _AgentInBlock(_SingleAgentThread):
     """One of the agents that take a step at the same time, in a world in which some part looks at all of them."""
 
     @staticmethod
-    def watch(who: Any, model: Model, state: State, step: int) -> None:
+    def prepare_senses_per_world(who: Any, model: Model, state: State, step: int) -> None:
         if who.first_agent == 0:
             prepare_all_senses(state.senses, model, state, who.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
-    def gather(who: Any, model: Model, state: State, step: int) -> None:
+    def observe_others_per_world(who: Any, model: Model, state: State, step: int) -> None:
         cuda.syncthreads()
         if who.first_agent == 0:
             observe_others(state.rule, model, state, who.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
-    def feed(who: Any, model: Model, state: State, step: int) -> None:
-        _share(who, model, state, step)
+    def eat_all(who: Any, model: Model, state: State, step: int) -> None:
+        _eat_all(who, model, state, step)
         cuda.syncthreads()
         if who.first_agent == 0:
-            tidy(model, state, who.first_world)
+            resort_stale_cells(model, state, who.first_world)
             end_step_of_features(state.features, model, state, who.first_world, step)
         cuda.syncthreads()
 
 
-class Loner(NamedTuple):
+class SingleAgentThread(NamedTuple):
     first: int
     last: int
     stride: int
@@ -152,7 +156,7 @@ class Loner(NamedTuple):
     claims: Any  # [world, item], the highest claim to it so far
 
 
-class Neighbour(NamedTuple):
+class AgentInBlock(NamedTuple):
     first: int
     last: int
     stride: int
@@ -163,28 +167,17 @@ class Neighbour(NamedTuple):
     claims: Any
 
 
-Loner.part, Neighbour.part = _Loner, _Neighbour  # type: ignore[attr-defined]
+SingleAgentThread.part, AgentInBlock.part = _SingleAgentThread, _AgentInBlock  # type: ignore[attr-defined]
 
 
 @device
-def _alone(
+def _simulate_independent(
     model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
 ) -> None:
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(
-            Loner(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step
-        )
-
-
-@device
-def _among_others(
-    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
-) -> None:
-    lane = world * model.agents + agent
-    for step in range(first_step, last_step):
-        take_step(
-            Neighbour(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims),
+            SingleAgentThread(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims),
             model,
             state,
             step,
@@ -192,7 +185,21 @@ def _among_others(
 
 
 @device
-def _in_turn(
+def _simulate_in_block(
+    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+) -> None:
+    lane = world * model.agents + agent
+    for step in range(first_step, last_step):
+        take_step(
+            AgentInBlock(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims),
+            model,
+            state,
+            step,
+        )
+
+
+@device
+def _simulate_sequential(
     model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
 ) -> None:
     """Agent after agent, in the step's order, each finds what the last one left (R7)."""
@@ -201,7 +208,10 @@ def _in_turn(
         for turn in range(model.agents):
             if agent == (step + turn) % model.agents:
                 take_step(
-                    One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step
+                    SingleAgent(lane, lane + 1, 1, world, world + 1, agent, agent + 1),
+                    model,
+                    state,
+                    step,
                 )
             cuda.syncthreads()
         if agent == 0:
@@ -210,18 +220,18 @@ def _in_turn(
 
 
 @cache
-def begin_kernel(threads: int) -> Any:
+def make_birth_kernel(threads: int) -> Any:
     """The kernel in which a generation is born: the agents of a world share the work of placing its items."""
 
     @kernel(threads)
     def begin(model: Model, state: State, claims: Any) -> None:
         lane = cuda.grid(1)
         world, agent = lane // model.agents, lane % model.agents
-        be_first(model, state, world, agent)
+        init_agent_state(model, state, world, agent)
         if agent == 0:
             init_features(state.features, model, state, world)
         cuda.syncthreads()
-        spawn(model, state, world, agent, agent)
+        place_newborn(model, state, world, agent, agent)
         load_genes(state.rule, model, state, state.genes, lane)
         init_agent(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
@@ -231,16 +241,16 @@ def begin_kernel(threads: int) -> Any:
                 claims[world, item] = -1
                 state.touched[world, item] = -1
                 state.appearances[world, item] = 0
-                grow(model, state, world, region, item)
+                place_item(model, state, world, region, item)
         cuda.syncthreads()
         for region in range(agent, model.regions.shape[0], model.agents):
-            settle(model, state, world, region)
-        ready(state.recall, model, state, state.genes, lane)
+            sort_into_cells(model, state, world, region)
+        fill_table(state.lookup, model, state, state.genes, lane)
 
     return begin
 
 
-_LIVE = """
+_KERNEL_SOURCE = """
 def make(Network, any_lane):
     {constants}
     def live(shared, state, claims, first_step, last_step):
@@ -256,9 +266,9 @@ def make(Network, any_lane):
 """
 
 
-def source_of_life(model: Model, state: State, sequential: bool) -> str:
+def make_kernel_source(model: Model, state: State, sequential: bool) -> str:
     """The source of a kernel in which a generation lives: what is constant in it, the compiler can unroll or leave out."""
-    together = _looks_at_others(state)
+    together = _needs_barriers(state)
     own = (
         {}
         if together
@@ -277,7 +287,7 @@ def source_of_life(model: Model, state: State, sequential: bool) -> str:
     }
     if network:
         mine["network"] = f"Network({_arguments(network)})"
-    return _LIVE.format(
+    return _KERNEL_SOURCE.format(
         constants=_lines(
             f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived
         ),
@@ -290,11 +300,11 @@ def source_of_life(model: Model, state: State, sequential: bool) -> str:
         state=_arguments(mine),
         copies_in=_lines(f"_copy(state.{name}, mine.{name}, lane)" for name in own),
         copies_out=_lines(f"_copy(mine.{name}, state.{name}, lane)" for name in own),
-        live="_in_turn" if sequential else "_among_others" if together else "_alone",
+        live="_simulate_sequential" if sequential else "_simulate_in_block" if together else "_simulate_independent",
     )
 
 
-def _looks_at_others(state: State) -> bool:
+def _needs_barriers(state: State) -> bool:
     """Whether any part has a per-world hook in a step."""
     surveys = any(
         type(sense).part.prepare_senses is not prepare_senses.default for sense in state.senses
@@ -323,7 +333,7 @@ def _constant(value: Any) -> str:
 
 
 @cache
-def live_kernel(threads: int, source: str, network: Any) -> Any:
+def make_simulation_kernel(threads: int, source: str, network: Any) -> Any:
     """The kernel of that source, for a network, which is a kind of part."""
     made: dict[str, Any] = {}
     exec(

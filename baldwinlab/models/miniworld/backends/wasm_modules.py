@@ -19,11 +19,11 @@ from baldwinlab.engine.fingerprint import fingerprint
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.base import added_choices
-from baldwinlab.models.miniworld.backends.browser_layout import Habitat
+from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.parts.loading import load_text, sources_of
 
 SHIPPED: Final = Path(__file__).parent / "modules"
-MARKS: Final = (
+FINGERPRINTS: Final = (
     SHIPPED / "fingerprints.json"
 )  # of what each was made of, by a Python of that version
 RULES: Final = ("none", "self-taught", "drift")
@@ -32,50 +32,50 @@ HAND_WRITTEN: Final = ("lanes.py", "reference.py", "wasm.py", "numba_internals/l
 UPDATES: Final = ("simultaneous", "sequential")
 
 
-def module_of(experiment: Experiment) -> bytes:
+def load_module(experiment: Experiment) -> bytes:
     """What a browser runs of an experiment's lives. Raises RefusedError where it must be linked and there is no linker."""
-    kept = _place(experiment)
+    kept = _module_path(experiment)
     if kept and kept.is_file():
         return kept.read_bytes()
     wasm.find_linker()  # says so before a minute has passed
-    made = compiled([experiment])[0]
+    made = compile_modules([experiment])[0]
     if kept:
         write_atomically(kept, made)
     return made
 
 
-def is_ready(experiment: Experiment) -> bool:
+def is_module_available(experiment: Experiment) -> bool:
     """Whether that module is there already."""
-    kept = _place(experiment)
+    kept = _module_path(experiment)
     return kept is not None and kept.is_file()
 
 
-def _place(experiment: Experiment) -> Path | None:
+def _module_path(experiment: Experiment) -> Path | None:
     """Where a module ships, or is kept once it has been compiled; None where there is no place to keep it."""
     if not any(added_choices(experiment)):
-        return SHIPPED / f"{name_of(experiment)}.wasm"
+        return SHIPPED / f"{module_name(experiment)}.wasm"
     kept = cache.cache_root()
-    return kept and kept / f"{mark_of(experiment)}.wasm"
+    return kept and kept / f"{module_hash(experiment)}.wasm"
 
 
-def name_of(experiment: Experiment) -> str:
+def module_name(experiment: Experiment) -> str:
     """Of the module of an experiment whose parts are built in."""
     return f"{experiment.learning.rule}-{experiment.lifetime.update}"
 
 
-def built_in() -> dict[str, Experiment]:
+def built_in_experiments() -> dict[str, Experiment]:
     """An experiment for each module that ships, by its name."""
     made = [
         Experiment().replace(learning={"rule": rule}, lifetime={"update": update})
         for rule in RULES
         for update in UPDATES
     ]
-    return {name_of(experiment): experiment for experiment in made}
+    return {module_name(experiment): experiment for experiment in made}
 
 
-def mark_of(experiment: Experiment) -> str:
+def module_hash(experiment: Experiment) -> str:
     """A hash of all that goes into a module; another Python compiles the same to other bytes, so it has another."""
-    habitat = Habitat(experiment)
+    habitat = ModuleLayout(experiment)
     functions = [function for function, _ in habitat.entries().values()]
     engine = Path(wasm.__file__).parent
     sources = b"".join((engine / name).read_bytes() for name in HAND_WRITTEN)
@@ -83,7 +83,7 @@ def mark_of(experiment: Experiment) -> str:
     return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
 
 
-def compiled(experiments: Iterable[Experiment]) -> list[bytes]:
+def compile_modules(experiments: Iterable[Experiment]) -> list[bytes]:
     """The modules of experiments, made in a process of its own."""
     given = list(experiments)
     order = {
@@ -96,10 +96,12 @@ def compiled(experiments: Iterable[Experiment]) -> list[bytes]:
 def _compile(order: Mapping[str, Any]) -> list[str]:
     for source in order["parts"]:
         load_text(source["text"], Path(source["file"]))
-    return [b64encode(_module(Habitat(validate(tree)))).decode() for tree in order["experiments"]]
+    return [
+        b64encode(_module(ModuleLayout(validate(tree)))).decode() for tree in order["experiments"]
+    ]
 
 
-def _module(habitat: Habitat) -> bytes:
+def _module(habitat: ModuleLayout) -> bytes:
     try:
         return wasm.module(habitat.entries())
     except NumbaError as error:

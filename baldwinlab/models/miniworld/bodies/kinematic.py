@@ -17,27 +17,27 @@ from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Lane, Value, choose, get, lookup, put
-from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrapped
+from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
 from baldwinlab.parts.agent_parts import Body
 
-FASTEST, QUARTER = np.float32(STRIDE), np.float32(HEADING_COUNT // 4)
+MAX_SPEED, QUARTER = np.float32(STRIDE), np.float32(HEADING_COUNT // 4)
 HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
-NINE = np.float32(360 / HEADING_COUNT)  # degrees
-ROUNDER = np.float32(
+DEGREES_PER_TURN = np.float32(360 / HEADING_COUNT)  # degrees
+ROUNDING = np.float32(
     1.5 * 2**23
 )  # added and taken away again, it leaves a whole number: the nearest, of two the even one
 
 
 @compiled
-def _go(model: Model, state: State, heading: Value, speed: Value, lane: Lane) -> None:
+def _move_along(model: Model, state: State, heading: Value, speed: Value, lane: Lane) -> None:
     """Head for `heading`, at most one circle beyond its ends, and go that way."""
     heading = choose(heading < ZERO, heading + HEADINGS, heading)
     heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
     x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
     y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
-    put(state.positions, 0, lane, wrapped(x, model.width))
-    put(state.positions, 1, lane, wrapped(y, model.height))
+    put(state.positions, 0, lane, wrap_position(x, model.width))
+    put(state.positions, 1, lane, wrap_position(y, model.height))
     put(state.heading, 0, lane, heading)
 
 
@@ -59,7 +59,7 @@ class Stay(Body, name="stay"):
         action = get(state.action, 0, lane)
         turn = choose(action > TWO, ZERO, action - ONE)
         speed = choose((action > ZERO) & (action < TWO), TWO, choose(action > TWO, ZERO, ONE))
-        _go(model, state, get(state.heading, 0, lane) + turn, speed, lane)
+        _move_along(model, state, get(state.heading, 0, lane) + turn, speed, lane)
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:
@@ -81,7 +81,7 @@ class Grid(Body, name="grid"):
 
     @staticmethod
     def move(part: Any, model: Model, state: State, lane: Lane) -> None:
-        _go(model, state, get(state.action, 0, lane) * QUARTER, FASTEST, lane)
+        _move_along(model, state, get(state.action, 0, lane) * QUARTER, MAX_SPEED, lane)
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:
@@ -124,8 +124,8 @@ class Continuous(Body, name="continuous"):
     def move(part: Any, model: Model, state: State, lane: Lane) -> None:
         rows = state.activations.shape[0]
         left, right = get(state.activations, rows - 2, lane), get(state.activations, rows - 1, lane)
-        turn = ((left - right) * (part.max_turn / NINE) + ROUNDER) - ROUNDER
-        _go(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
+        turn = ((left - right) * (part.max_turn / DEGREES_PER_TURN) + ROUNDING) - ROUNDING
+        _move_along(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:

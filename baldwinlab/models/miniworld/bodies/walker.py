@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.simd import Lane, choose, get, lookup, put
-from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrapped
+from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
 from baldwinlab.parts.agent_parts import Body
 
@@ -50,8 +50,8 @@ class Walker(Body, name="walker"):
         speed = choose((action > ZERO) & (action < TWO), TWO, ONE)
         x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
         y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
-        put(state.positions, 0, lane, wrapped(x, model.width))
-        put(state.positions, 1, lane, wrapped(y, model.height))
+        put(state.positions, 0, lane, wrap_position(x, model.width))
+        put(state.positions, 1, lane, wrap_position(y, model.height))
         put(state.heading, 0, lane, heading)
 
     @staticmethod

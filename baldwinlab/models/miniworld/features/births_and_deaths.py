@@ -22,7 +22,7 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.engine.rng import AGE, INHERITANCE, MUTATION_GATE, SELECTION, draw_uniforms, uniform
 from baldwinlab.evolution.selection import find_first_above, is_neutral_control
 from baldwinlab.models.miniworld.allocation import item_regions
-from baldwinlab.models.miniworld.birth import succeed
+from baldwinlab.models.miniworld.birth import replace_agent
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
 from baldwinlab.parts.evolution_parts import breeding_part, copy_genome, vary, vary_population
 
@@ -30,7 +30,7 @@ ZERO = np.float32(0)
 
 
 @compiled
-def _gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
+def _energy_gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
     """The energy of what an agent has eaten since it was born."""
     lane, gained = world * model.agents + agent, ZERO
     for region in range(part.energies.size):
@@ -41,39 +41,41 @@ def _gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
 
 
 @compiled
-def _left(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> Any:
+def _remaining_energy(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> Any:
     """The energy that an agent has left at the end of a step."""
     spent = part.cost_per_step * np.float32(step + 1 - part.since[world, agent])
-    return part.begun[world, agent] - spent + _gained(part, model, state, world, agent)
+    return part.begun[world, agent] - spent + _energy_gained(part, model, state, world, agent)
 
 
 @compiled
-def _begin(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
+def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
     """Let an agent's account begin with a newborn's reserve, whatever it has eaten until then."""
     part.since[world, agent] = step
-    part.begun[world, agent] = part.initial_energy - _gained(part, model, state, world, agent)
+    part.begun[world, agent] = part.initial_energy - _energy_gained(
+        part, model, state, world, agent
+    )
 
 
 @compiled
-def _is_due(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
+def _is_dying(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
     """Whether an agent has nothing left, or has lived as long as anybody can."""
     old = step + 1 - part.since[world, agent] >= part.max_age
-    return bool(old or _left(part, model, state, world, agent, step) <= ZERO)
+    return bool(old or _remaining_energy(part, model, state, world, agent, step) <= ZERO)
 
 
 @compiled
-def _share_out(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Fill `part.wheel` with what all have left, added up; with equal shares where nobody has any, and in the neutral twin."""
     total = ZERO
     for agent in range(0 if part.neutral else model.agents):
-        total += max(ZERO, _left(part, model, state, world, agent, step))
+        total += max(ZERO, _remaining_energy(part, model, state, world, agent, step))
         part.wheel[world, agent] = total
     for agent in range(model.agents if total == ZERO else 0):
         part.wheel[world, agent] = np.float32(agent + 1)
 
 
 @compiled
-def _drawn(wheel: Any, word: Any) -> Any:
+def _draw_agent(wheel: Any, word: Any) -> Any:
     """An agent, with a probability proportional to its share."""
     return find_first_above(wheel, unit(word) * wheel[wheel.size - 1])
 
@@ -84,7 +86,7 @@ def _share(wheel: Any, agent: int) -> Any:
 
 
 @compiled
-def _conceive(
+def _make_child(
     part: Any, state: Any, world: int, number: int, one: int, other: int
 ) -> tuple[Any, Any]:
     """Make `part.child` of two parents, the richer one the fitter; gives its `origin`. `number` is the child's own."""
@@ -105,7 +107,9 @@ def _conceive(
 
 
 @compiled
-def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
+def _replace_dying_agent(
+    part: Any, model: Any, state: Any, world: int, agent: int, step: int
+) -> None:
     """Let a child live in the place of `agent`, who is due to die; in the neutral twin of anybody, and spare the other."""
     number = (
         model.agents + part.births[world, 0]
@@ -114,14 +118,16 @@ def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step
         0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1]
     )
     wheel = part.wheel[world]
-    place = _drawn(wheel, words[2]) if part.neutral else agent
-    origin = _conceive(part, state, world, number, _drawn(wheel, words[0]), _drawn(wheel, words[1]))
+    place = _draw_agent(wheel, words[2]) if part.neutral else agent
+    origin = _make_child(
+        part, state, world, number, _draw_agent(wheel, words[0]), _draw_agent(wheel, words[1])
+    )
     copy_genome(part.child[world], state.genome[world, place])
     state.origin[world, place, 0], state.origin[world, place, 1] = origin
-    succeed(model, state, world, place, part.births[world, 0])
+    replace_agent(model, state, world, place, part.births[world, 0])
     part.births[world, 0] += 1
-    _begin(part, model, state, world, place, step + 1)
-    _begin(
+    _reset_account(part, model, state, world, place, step + 1)
+    _reset_account(
         part, model, state, world, agent, step + 1
     )  # in the neutral twin somebody else, who is spared
 
@@ -192,8 +198,8 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         shared_out = False
         for agent in range(model.agents):
-            if _is_due(part, model, state, world, agent, step):
+            if _is_dying(part, model, state, world, agent, step):
                 if not shared_out:
-                    _share_out(part, model, state, world, step)
+                    _fill_wheel(part, model, state, world, step)
                     shared_out = True
-                _let_one_die(part, model, state, world, agent, step)
+                _replace_dying_agent(part, model, state, world, agent, step)

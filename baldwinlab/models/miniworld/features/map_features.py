@@ -18,8 +18,8 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.phases import Array
-from baldwinlab.models.miniworld.items import grow, settle
-from baldwinlab.models.miniworld.map import forbidden, wrapped
+from baldwinlab.models.miniworld.items import place_item, sort_into_cells
+from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.parts import Field, ItemRegion, WorldFeature, choose, compiled, per_world
 
 ZERO, ONE = np.float32(0), np.float32(1)
@@ -62,7 +62,7 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
     return np.array([*part.boxes, *near], np.float32)
 
 
-def _frame(part: Any, experiment: Any) -> Any:
+def _map_frame(part: Any, experiment: Any) -> Any:
     """What the images follow from beside the walls; it stands among the constants, so that a page without a server keeps it."""
     return np.array(
         [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
@@ -71,7 +71,7 @@ def _frame(part: Any, experiment: Any) -> Any:
 
 
 @compiled
-def _inside(edges: Any, count: int, x: Any, y: Any) -> Any:
+def _is_inside(edges: Any, count: int, x: Any, y: Any) -> Any:
     """Whether a place lies in any of the first `count` walls."""
     found = x * ZERO > ONE
     for wall in range(count):
@@ -85,7 +85,7 @@ def _inside(edges: Any, count: int, x: Any, y: Any) -> Any:
 
 
 @compiled
-def _in_the_way(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
     """Whether a line meets a wall: by the shares of its way at which it enters and leaves the wall's two strips."""
     enters_x, leaves_x = (edges[wall, 0] - x) / dx, (edges[wall, 1] - x) / dx
     enters_y, leaves_y = (edges[wall, 2] - y) / dy, (edges[wall, 3] - y) / dy
@@ -117,7 +117,7 @@ class Walls(WorldFeature, name="walls"):
     derived: ClassVar[Derived] = {
         "edges": _walls_and_images,
         "count": lambda part, experiment: len(part.boxes),
-        "frame": _frame,
+        "frame": _map_frame,
     }
 
     def check(self, experiment: Any) -> None:
@@ -161,17 +161,17 @@ class Walls(WorldFeature, name="walls"):
 
     @staticmethod
     def blocks_placement(part: Any, model: Any, x: Any, y: Any) -> Any:
-        return _inside(part.edges, part.count, x, y)
+        return _is_inside(part.edges, part.count, x, y)
 
     @staticmethod
     def blocks_movement(part: Any, model: Any, x: Any, y: Any) -> Any:
-        return _inside(part.edges, part.count, x, y)
+        return _is_inside(part.edges, part.count, x, y)
 
     @staticmethod
     def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
         found = dx * ZERO > ONE
         for wall in range(part.edges.shape[0]):
-            found = found | _in_the_way(part.edges, wall, x, y, dx, dy)
+            found = found | _blocks_line(part.edges, wall, x, y, dx, dy)
         return found
 
     @staticmethod
@@ -228,14 +228,14 @@ class Patches(WorldFeature, name="patches"):
 
 
 @compiled
-def _drifted(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
+def _drift(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
     """A place a step later, wrapped at the edges of its region, from `low` on; as an item's place, on the map."""
     place = (
         choose(place < low, place + world_span, place) + velocity
     )  # rounding may have put one over the map's edge
     place = choose(place < low, place + span, place)
     place = choose(place < low + span, place, place - span)
-    return wrapped(choose(place < low, low, place), world_span)
+    return wrap_position(choose(place < low, low, place), world_span)
 
 
 class DriftingFood(WorldFeature, name="drifting-food"):
@@ -273,16 +273,16 @@ class DriftingFood(WorldFeature, name="drifting-food"):
             if model.region_kind[region] == 0:
                 for item in range(model.region_items[region], model.region_items[region + 1]):
                     if state.item_x[world, item] >= ZERO:  # else it is away
-                        x = _drifted(
+                        x = _drift(
                             state.item_x[world, item], part.velocity_x, left, width, model.width
                         )
-                        y = _drifted(
+                        y = _drift(
                             state.item_y[world, item], part.velocity_y, upper, height, model.height
                         )
                         state.item_x[world, item], state.item_y[world, item] = x, y
-                        if forbidden(state.features, model, x, y):
-                            grow(model, state, world, region, item)
-                settle(model, state, world, region)
+                        if is_placement_blocked(state.features, model, x, y):
+                            place_item(model, state, world, region, item)
+                sort_into_cells(model, state, world, region)
 
 
 class SlowRegrowth(WorldFeature, name="slow-regrowth"):
@@ -326,7 +326,7 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
                     state.item_x[world, item], part.due[world, item] = part.x[world, item], -1
                     changed = True
             if changed:
-                settle(model, state, world, region)
+                sort_into_cells(model, state, world, region)
 
 
 class RegionsInTurn(WorldFeature, name="regions-in-turn"):
@@ -373,5 +373,5 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
                     if region != turn:
                         state.item_x[world, item] = AWAY * model.width
                     elif state.item_x[world, item] < ZERO:
-                        grow(model, state, world, region, item)
-                settle(model, state, world, region)
+                        place_item(model, state, world, region, item)
+                sort_into_cells(model, state, world, region)

@@ -28,7 +28,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, hook, per_agent
 from baldwinlab.engine.simd import Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.learning.hebbian import LAYERS
-from baldwinlab.models.miniworld.learning.oracle_synapses import synapses
+from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule
 
@@ -38,18 +38,18 @@ COEFFICIENTS: Final = ("A", "B", "C", "D")  # the modules of a genome that hold 
 
 
 @compiled
-def _gate(state: State, lane: Lane) -> Value:
+def _gate_value(state: State, lane: Lane) -> Value:
     """How much of a change is made, in [-1, 1]: 2 y - 1 of a logistic output y is tanh(s / 2) of what it sums up."""
     return TWO * get(state.targets, 0, lane) - ONE
 
 
 @hook
-def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
     """How fast a weight changes between units that are at x and y."""
 
 
 @compiled
-def _change(part: Any, state: State, rate: Value, lane: Lane) -> None:
+def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
     """Change every weight by its coefficients, from the inputs' layer on."""
     source, weight = 0, 0
     for layer in range(part.sizes.size - 1):
@@ -60,7 +60,7 @@ def _change(part: Any, state: State, rate: Value, lane: Lane) -> None:
                 x = (
                     get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
                 )  # a bias is as if from a 1
-                faster = speed(part, weight, x, y, lane)
+                faster = compute_change(part, weight, x, y, lane)
                 put(
                     state.weights,
                     weight,
@@ -71,24 +71,26 @@ def _change(part: Any, state: State, rate: Value, lane: Lane) -> None:
         source += inputs
 
 
-def _told(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
+def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
     """The oracle of all four."""
     inherited = "a" in agent.own
     of_all = [float(each) for each in (part.a, part.b, part.c, part.d)] if not inherited else []
     of_each = (
         zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(of_all)
     )
-    for (row, unit, x, y), (a, b, c, d) in zip(synapses(naive, agent), of_each, strict=inherited):
+    for (row, unit, x, y), (a, b, c, d) in zip(
+        list_synapses(naive, agent), of_each, strict=inherited
+    ):
         row[unit] = min(
             max(row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d), -10.0), 10.0
         )
 
 
-def _gate_told(agent: Any, naive: Any) -> float:
+def _oracle_gate(agent: Any, naive: Any) -> float:
     return float(2 * naive.think(agent.reinforcement_module, agent.inputs)[0] - 1)
 
 
-class _Told(LearningRule):
+class _FixedCoefficients(LearningRule):
     """Coefficients as fields."""
 
     a: float = Field(
@@ -100,11 +102,11 @@ class _Told(LearningRule):
     derived: ClassVar[Mapping[str, Any]] = LAYERS
 
     @staticmethod
-    def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+    def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
         return part.a * x * y + part.b * x + part.c * y + part.d
 
 
-class ABCD(_Told, name="abcd"):
+class ABCD(_FixedCoefficients, name="abcd"):
     """Weight change rate * (A x y + B x + C y + D), x before and y after the weight.
 
     Weights stay within [-10, 10].
@@ -116,14 +118,14 @@ class ABCD(_Told, name="abcd"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change(part, state, get(state.rate, 0, lane), lane)
+        _update_weights(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(part, agent, naive)
+        _oracle_change(part, agent, naive)
 
 
-class Modulated(_Told, name="modulated"):
+class Modulated(_FixedCoefficients, name="modulated"):
     """As `abcd`, with a factor in [-1, 1] that an inherited network computes in each step.
 
     References
@@ -136,14 +138,14 @@ class Modulated(_Told, name="modulated"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change(part, state, get(state.rate, 0, lane) * _gate(state, lane), lane)
+        _update_weights(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(part, agent, naive, _gate_told(agent, naive))
+        _oracle_change(part, agent, naive, _oracle_gate(agent, naive))
 
 
-class _Inherited(LearningRule):
+class _EvolvedCoefficients(LearningRule):
     """Coefficients as genes: the last four modules of the genome."""
 
     encoding: Literal["network", "connection"] = Field(
@@ -173,12 +175,12 @@ class _Inherited(LearningRule):
             put(part.d, weight, lane, clamp(get(genes, gene + 3 * weights, lane), ONE))
 
     @staticmethod
-    def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+    def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
         faster = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
         return faster + get(part.c, weight, lane) * y + get(part.d, weight, lane)
 
 
-class EvolvedABCD(_Inherited, name="evolved-abcd"):
+class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
     """As `abcd`, with inherited coefficients A, B, C and D.
 
     With `encoding = "network"` all weights share them; with `encoding = "connection"` each weight has
@@ -193,14 +195,14 @@ class EvolvedABCD(_Inherited, name="evolved-abcd"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change(part, state, get(state.rate, 0, lane), lane)
+        _update_weights(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(part, agent, naive)
+        _oracle_change(part, agent, naive)
 
 
-class EvolvedModulated(_Inherited, name="evolved-modulated"):
+class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     """As `modulated`, with inherited coefficients A, B, C and D.
 
     References
@@ -213,8 +215,8 @@ class EvolvedModulated(_Inherited, name="evolved-modulated"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change(part, state, get(state.rate, 0, lane) * _gate(state, lane), lane)
+        _update_weights(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(part, agent, naive, _gate_told(agent, naive))
+        _oracle_change(part, agent, naive, _oracle_gate(agent, naive))

@@ -25,7 +25,7 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
-from baldwinlab.models.miniworld.learning.oracle_synapses import synapses
+from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule
 
@@ -39,7 +39,7 @@ LAYERS: Mapping[str, Any] = {
 
 
 @compiled
-def change(rule: int, w: Value, x: Value, y: Value) -> Value:
+def strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
     """How fast a strength w changes between units that are at x and y."""
     if rule == POSTSYNAPTIC:
         return w * (x - ONE) * y + (ONE - w) * x * y
@@ -52,7 +52,7 @@ def change(rule: int, w: Value, x: Value, y: Value) -> Value:
 
 
 @compiled
-def _adapt(part: Any, state: State, rule: int, lane: Lane) -> None:
+def _update_strengths(part: Any, state: State, rule: int, lane: Lane) -> None:
     """Change every weight by the rule, from the inputs' layer on."""
     rate, source, weight = get(state.rate, 0, lane), 0, 0
     for layer in range(part.sizes.size - 1):
@@ -65,7 +65,7 @@ def _adapt(part: Any, state: State, rule: int, lane: Lane) -> None:
                 )  # a bias is as if from a 1
                 sign = get(part.signs, weight, lane)
                 strength = get(state.weights, weight, lane) * sign
-                strength = strength + rate * change(rule, strength, x, y)
+                strength = strength + rate * strength_change(rule, strength, x, y)
                 strength = choose(
                     strength < ZERO, ZERO, choose(strength > ONE, ONE, strength)
                 )  # rounding may pass the ends
@@ -74,7 +74,7 @@ def _adapt(part: Any, state: State, rule: int, lane: Lane) -> None:
         source += inputs
 
 
-class _Strengths(LearningRule):
+class _StrengthRule(LearningRule):
     """What the four rules share."""
 
     arrays: ClassVar[Mapping[str, Array]] = {
@@ -104,10 +104,10 @@ class _Strengths(LearningRule):
             state.weights[weight, lane] = min(max(born, -ONE), ONE)
 
 
-def _told(rule: int, agent: Any, naive: Any) -> None:
+def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
     """The oracle of a rule."""
     signs = iter(agent.own["signs"])
-    for row, unit, x, y in synapses(naive, agent):
+    for row, unit, x, y in list_synapses(naive, agent):
         sign = next(signs)
         w = row[unit] * sign
         f = np.tanh(4 * (1 - abs(x - y)) - 2)
@@ -120,7 +120,7 @@ def _told(rule: int, agent: Any, naive: Any) -> None:
         row[unit] = sign * min(max(w + agent.rate * float(faster), 0.0), 1.0)
 
 
-class Hebb(_Strengths, name="hebb"):
+class Hebb(_StrengthRule, name="hebb"):
     """Hebbian rule: a strength grows if both units are active.
 
     The strength of a weight lies in [0, 1], and its sign does not change.
@@ -132,14 +132,14 @@ class Hebb(_Strengths, name="hebb"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _adapt(part, state, HEBB, lane)
+        _update_strengths(part, state, HEBB, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(HEBB, agent, naive)
+        _oracle_update(HEBB, agent, naive)
 
 
-class Postsynaptic(_Strengths, name="postsynaptic"):
+class Postsynaptic(_StrengthRule, name="postsynaptic"):
     """Hebbian rule: a strength also shrinks if only the target unit is active.
 
     References
@@ -149,14 +149,14 @@ class Postsynaptic(_Strengths, name="postsynaptic"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _adapt(part, state, POSTSYNAPTIC, lane)
+        _update_strengths(part, state, POSTSYNAPTIC, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(POSTSYNAPTIC, agent, naive)
+        _oracle_update(POSTSYNAPTIC, agent, naive)
 
 
-class Presynaptic(_Strengths, name="presynaptic"):
+class Presynaptic(_StrengthRule, name="presynaptic"):
     """Hebbian rule: a strength also shrinks if only the source unit is active.
 
     References
@@ -166,14 +166,14 @@ class Presynaptic(_Strengths, name="presynaptic"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _adapt(part, state, PRESYNAPTIC, lane)
+        _update_strengths(part, state, PRESYNAPTIC, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(PRESYNAPTIC, agent, naive)
+        _oracle_update(PRESYNAPTIC, agent, naive)
 
 
-class Covariance(_Strengths, name="covariance"):
+class Covariance(_StrengthRule, name="covariance"):
     """Hebbian rule: a strength grows if both units are similar, and shrinks if they differ.
 
     References
@@ -183,8 +183,8 @@ class Covariance(_Strengths, name="covariance"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _adapt(part, state, COVARIANCE, lane)
+        _update_strengths(part, state, COVARIANCE, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(COVARIANCE, agent, naive)
+        _oracle_update(COVARIANCE, agent, naive)

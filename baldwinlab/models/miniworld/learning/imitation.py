@@ -21,7 +21,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox, unit
 from baldwinlab.engine.simd import Lane, choose, get, put
-from baldwinlab.models.miniworld.map import shortest
+from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule, backward, forward
 
@@ -33,7 +33,7 @@ FORAGER = (
 
 
 @compiled
-def _ate(state: State, lane: int) -> int:
+def _count_eaten(state: State, lane: int) -> int:
     """Items eaten in this life so far."""
     eaten = 0
     for region in range(state.eaten_in_life.shape[0]):
@@ -42,11 +42,11 @@ def _ate(state: State, lane: int) -> int:
 
 
 @compiled
-def _name_best(part: Any, state: State, first: int, end: int) -> None:
+def _choose_best_teacher(part: Any, state: State, first: int, end: int) -> None:
     """From whom to learn: who has eaten most in its life so far, of equals the first."""
     best, most = first, -1
     for lane in range(first, end):
-        eaten = _ate(state, lane)
+        eaten = _count_eaten(state, lane)
         if eaten > most:
             best, most = lane, eaten
     for lane in range(first, end):
@@ -54,7 +54,7 @@ def _name_best(part: Any, state: State, first: int, end: int) -> None:
 
 
 @compiled
-def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -> None:
+def _choose_nearest_teacher(part: Any, model: Model, state: State, first: int, end: int) -> None:
     """From whom to learn: whoever else is nearest, of equals the first.
 
     Each in turn is held beside all, and not all beside each: so the processor takes many at a time.
@@ -65,8 +65,8 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
     for other in range(first, end):
         x, y = get(state.positions, 0, other), get(state.positions, 1, other)
         for lane in range(first, end):
-            dx = shortest(x - get(state.positions, 0, lane), model.width)
-            dy = shortest(y - get(state.positions, 1, lane), model.height)
+            dx = shortest_difference(x - get(state.positions, 0, lane), model.width)
+            dy = shortest_difference(y - get(state.positions, 1, lane), model.height)
             distance, least = dx * dx + dy * dy, get(part.distance, 0, lane)
             nearer = (distance < least) & (lane != other)
             put(
@@ -74,7 +74,7 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
             )
             put(part.distance, 0, lane, choose(nearer, distance, least))
     for lane in range(first, end):
-        if _ate(state, part.teacher_index[0, lane]) < part.min_items:
+        if _count_eaten(state, part.teacher_index[0, lane]) < part.min_items:
             part.teacher_index[0, lane] = lane
 
 
@@ -120,9 +120,9 @@ class Imitation(LearningRule, name="imitation"):
     def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
         first, end = world * model.agents, (world + 1) * model.agents
         if part.of_nearest:
-            _name_nearest(part, model, state, first, end)
+            _choose_nearest_teacher(part, model, state, first, end)
         else:
-            _name_best(part, state, first, end)
+            _choose_best_teacher(part, state, first, end)
         for lane in range(first, end):
             teacher = part.teacher_index[0, lane]  # itself, where it is to learn from nobody
             for weight in range(state.weights.shape[0]):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 
-def synapses(naive: Any, agent: Any) -> Iterator[tuple[list[float], int, float, float]]:
+def list_synapses(naive: Any, agent: Any) -> Iterator[tuple[list[float], int, float, float]]:
     """Every weight of an agent's action module: its row, its place in the row, and the activations on both of its sides."""
     units = naive.units(agent.action_module, agent.inputs)
     for layer, sources, targets in zip(agent.action_module, units, units[1:], strict=False):

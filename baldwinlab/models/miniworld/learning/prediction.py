@@ -42,7 +42,7 @@ def _last_hidden(experiment: Any) -> int:
 
 
 @compiled
-def _blame(part: Any, model: Model, state: State, told: Any, lane: Lane) -> None:
+def _learn_prediction(part: Any, model: Model, state: State, told: Any, lane: Lane) -> None:
     """Teach the predictions what they should have been, `told`; write into `part.wanted` where the last hidden layer should be.
 
     That is where it is, less the gradient of the error by it.
@@ -88,7 +88,7 @@ def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: La
         for k in range(model.inputs):
             put(part.units, k, lane, get(part.sensed, k, lane))
         forward(state.network, state.weights, part.units, lane)
-        _blame(part, model, state, told, lane)
+        _learn_prediction(part, model, state, told, lane)
         rate = get(state.rate, 0, lane)
         backpropagate(
             part.sizes,
@@ -104,7 +104,7 @@ def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: La
         put(part.sensed, k, lane, get(state.activations, k, lane))
 
 
-def _told(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
+def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
     """The oracle of both: predictions are the outputs of a network with the hidden layers of the action module."""
     if agent.step > 0:
         inputs, weights = len(agent.inputs), agent.own["predictor"]
@@ -117,7 +117,7 @@ def _told(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
     agent.own["sensed"] = agent.inputs
 
 
-class _Foretelling(LearningRule):
+class _PredictionRule(LearningRule):
     """What both share."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
@@ -162,7 +162,7 @@ class _Foretelling(LearningRule):
             put(part.predictor, weight, lane, get(genes, weight, lane))
 
 
-class Prediction(_Foretelling, name="prediction"):
+class Prediction(_PredictionRule, name="prediction"):
     """Backpropagation toward the inputs of the next step, through an inherited prediction layer.
 
     The weights from the last hidden layer to the actions do not learn.
@@ -178,10 +178,10 @@ class Prediction(_Foretelling, name="prediction"):
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _told(part, agent, naive, agent.inputs)
+        _oracle_update(part, agent, naive, agent.inputs)
 
 
-class RandomPrediction(_Foretelling, name="random-prediction"):
+class RandomPrediction(_PredictionRule, name="random-prediction"):
     """As `prediction`, with random bits as targets: a control without information.
 
     References
@@ -189,7 +189,7 @@ class RandomPrediction(_Foretelling, name="random-prediction"):
     Parisi, Nolfi and Cecconi 1992.
     """
 
-    arrays: ClassVar[Mapping[str, Array]] = {**_Foretelling.arrays, "coins": per_agent("inputs")}
+    arrays: ClassVar[Mapping[str, Array]] = {**_PredictionRule.arrays, "coins": per_agent("inputs")}
 
     def check(self, experiment: Any) -> None:
         super().check(experiment)
@@ -217,7 +217,7 @@ class RandomPrediction(_Foretelling, name="random-prediction"):
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         number = naive.drawn(agent, LIFE)[0]
-        _told(
+        _oracle_update(
             part,
             agent,
             naive,

@@ -63,7 +63,7 @@ def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> 
         )
 
 
-def _reinforced(part: Any, agent: Any, naive: Any, worth: float) -> None:
+def _oracle_reinforce(part: Any, agent: Any, naive: Any, worth: float) -> None:
     """The oracle of `_reinforce`."""
     risen, done = worth - agent.own["worth"][0], agent.own["done"]
     if risen and any(done):
@@ -83,7 +83,7 @@ def _reinforced(part: Any, agent: Any, naive: Any, worth: float) -> None:
     }
 
 
-class _Reinforced(LearningRule):
+class _ReinforcementRule(LearningRule):
     """What both rules share."""
 
     arrays: ClassVar[Mapping[str, Array]] = MEMORY
@@ -103,7 +103,7 @@ class _Reinforced(LearningRule):
             part.done[k, lane] = ZERO
 
 
-class Complementary(_Reinforced, name="crbp"):
+class Complementary(_ReinforcementRule, name="crbp"):
     """Reinforcement by an inherited evaluation network (complementary backpropagation).
 
     The last action becomes more likely if the evaluation has risen, and less likely if it has
@@ -131,10 +131,12 @@ class Complementary(_Reinforced, name="crbp"):
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _reinforced(part, agent, naive, naive.think(agent.reinforcement_module, agent.inputs)[0])
+        _oracle_reinforce(
+            part, agent, naive, naive.think(agent.reinforcement_module, agent.inputs)[0]
+        )
 
 
-class Reward(_Reinforced, name="reward"):
+class Reward(_ReinforcementRule, name="reward"):
     """As `crbp`, with the gained energy instead of an evaluation."""
 
     punishment: float = Field(
@@ -165,4 +167,4 @@ class Reward(_Reinforced, name="reward"):
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _reinforced(part, agent, naive, agent.gained_in_life)
+        _oracle_reinforce(part, agent, naive, agent.gained_in_life)

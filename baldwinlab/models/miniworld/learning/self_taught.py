@@ -23,7 +23,7 @@ FASTEST: Final = 10.0  # the highest rate that an evolved gene can give
 
 
 @compiled
-def expressed(rate: float, gene: Any) -> np.float32:
+def express_rate(rate: float, gene: Any) -> np.float32:
     """The learning rate that a gene makes of the experiment's."""
     return np.float32(min(rate * power_of_ten(gene), FASTEST))
 

@@ -27,7 +27,7 @@ Rows = npt.NDArray[np.float32]  # [row, lane]
 
 
 @compiled
-def blind(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
+def has_zero_inputs(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
     """Whether all inputs are 0 and nothing else drives the first layer: its units are then at 1/2, and its weights do not learn.
 
     Most agents see nothing most of the time, and this saves half of their thinking and learning, to the same bits.
@@ -42,7 +42,7 @@ def blind(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
 def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
     """Fill `activations` from its first rows, the inputs, on."""
     source, weight = 0, 0  # the layer's first input unit, and its first weight
-    at_rest = blind(biases, sizes[0], activations, lane)
+    at_rest = has_zero_inputs(biases, sizes[0], activations, lane)
     for layer in range(sizes.size - 1):
         inputs, outputs = sizes[layer], sizes[layer + 1]
         target = source + inputs
@@ -89,13 +89,15 @@ def backpropagate(
     for unit in range(sizes[layers]):
         y = get(activations, target + unit, lane)
         put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
-    lowest = 1 if blind(biases, sizes[0], activations, lane) else 0
+    lowest = 1 if has_zero_inputs(biases, sizes[0], activations, lane) else 0
     for layer in range(layers - 1, lowest - 1, -1):
         inputs, outputs = sizes[layer], sizes[layer + 1]
         source = target - inputs
         weight -= (inputs + int(biases)) * outputs
         if layer > lowest:
-            _blame(inputs, outputs, source, weight, weights, activations, errors, lane)
+            _backpropagate_errors(
+                inputs, outputs, source, weight, weights, activations, errors, lane
+            )
         for i in range(inputs):
             a = get(activations, source + i, lane)
             for unit in range(outputs):
@@ -109,7 +111,7 @@ def backpropagate(
 
 
 @compiled
-def _blame(
+def _backpropagate_errors(
     inputs: int,
     outputs: int,
     source: int,
@@ -132,10 +134,10 @@ def _blame(
 
 
 @compiled
-def forward_of_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> None:
+def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> None:
     """`feed_forward` from three inputs through so many hidden units to three outputs, without biases."""
     outputs = 3 + hidden
-    if blind(False, 3, activations, lane):
+    if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
             put(activations, 3 + unit, lane, HALF)
     else:
@@ -169,22 +171,22 @@ def forward_of_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) 
 
 
 @compiled
-def _error(rate: Value, activations: Rows, output: int, target: Value, lane: Lane) -> Value:
+def _output_error(rate: Value, activations: Rows, output: int, target: Value, lane: Lane) -> Value:
     """Of an output unit, times the rate."""
     y = get(activations, output, lane)
     return rate * (y - target) * y * (ONE - y)
 
 
 @compiled
-def backward_of_three(
+def backward_three(
     hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane
 ) -> None:
     """`backpropagate` of the same network."""
     outputs = 3 + hidden
-    first = _error(rate, activations, outputs, get(targets, 0, lane), lane)
-    second = _error(rate, activations, outputs + 1, get(targets, 1, lane), lane)
-    third = _error(rate, activations, outputs + 2, get(targets, 2, lane), lane)
-    if blind(False, 3, activations, lane):
+    first = _output_error(rate, activations, outputs, get(targets, 0, lane), lane)
+    second = _output_error(rate, activations, outputs + 1, get(targets, 1, lane), lane)
+    third = _output_error(rate, activations, outputs + 2, get(targets, 2, lane), lane)
+    if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
             w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
             put(weights, w, lane, get(weights, w, lane) - first * a)
@@ -213,7 +215,7 @@ def backward_of_three(
 
 
 @compiled
-def _of_three(sizes: Sizes, biases: bool) -> bool:
+def _is_three(sizes: Sizes, biases: bool) -> bool:
     return sizes.size == 3 and sizes[0] == 3 and sizes[2] == 3 and not biases
 
 
@@ -235,8 +237,8 @@ class FeedForward(Network, name="feed-forward"):
 
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
-        if _of_three(part.sizes, part.biases):
-            forward_of_three(part.sizes[1], weights, activations, lane)
+        if _is_three(part.sizes, part.biases):
+            forward_three(part.sizes[1], weights, activations, lane)
         else:
             feed_forward(part.sizes, part.biases, weights, activations, lane)
 
@@ -250,8 +252,8 @@ class FeedForward(Network, name="feed-forward"):
         targets: Rows,
         lane: Lane,
     ) -> None:
-        if _of_three(part.sizes, part.biases):
-            backward_of_three(part.sizes[1], rate, weights, activations, targets, lane)
+        if _is_three(part.sizes, part.biases):
+            backward_three(part.sizes[1], rate, weights, activations, targets, lane)
         else:
             backpropagate(
                 part.sizes, part.biases, rate, weights, activations, errors, targets, lane

@@ -24,13 +24,13 @@ from baldwinlab.evolution.neat.genome import (
 from baldwinlab.parts import Field, Network
 
 
-def links_with_room(weights: int, hidden: int) -> int:
+def max_links(weights: int, hidden: int) -> int:
     """For how many links there is room in so many entries, with a row of units for each."""
     return max(0, min(hidden, (weights - entries(0)) // (entries(1) - entries(0))))
 
 
-def _room(experiment: Any) -> int:
-    return links_with_room(experiment.weight_count, sum(experiment.network.hidden))
+def _max_links(experiment: Any) -> int:
+    return max_links(experiment.weight_count, sum(experiment.network.hidden))
 
 
 class NeatNetwork(Network, name="neat"):
@@ -59,7 +59,7 @@ class NeatNetwork(Network, name="neat"):
     derived: ClassVar[Mapping[str, Any]] = {
         "inputs": lambda part, experiment: len(experiment.inputs),
         "outputs": lambda part, experiment: len(experiment.actions),
-        "room": lambda part, experiment: _room(experiment),
+        "room": lambda part, experiment: _max_links(experiment),
     }
 
     def check(self, experiment: Any) -> None:
@@ -74,9 +74,9 @@ class NeatNetwork(Network, name="neat"):
                 "network.kind = 'neat' has its bias as a node: network.biases must be false"
             )
         needed = (len(experiment.inputs) + 1) * len(experiment.actions)
-        if len(network.hidden) != 1 or _room(experiment) < needed:
+        if len(network.hidden) != 1 or _max_links(experiment) < needed:
             raise ValueError(
-                f"network.kind = 'neat' begins with {needed} links, and there is room for {_room(experiment)}: "
+                f"network.kind = 'neat' begins with {needed} links, and there is room for {_max_links(experiment)}: "
                 "network.hidden must be one number, the links that there shall be room for, such as [40]"
             )
 

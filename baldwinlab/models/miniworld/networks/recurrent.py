@@ -116,7 +116,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
         sources, new = part.inputs + part.hidden, ONE / part.time_constant
         old = ONE - new  # of a state, what a step leaves of it; the new is what drives it
-        _fire(
+        _update_hidden(
             part, weights, activations, lane
         )  # once more as a step before, since neither birth nor learning does it
         for unit in range(part.hidden):
@@ -133,7 +133,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
                 )
             state = part.inputs + unit
             put(activations, state, lane, old * get(activations, state, lane) + new * drive)
-        _fire(part, weights, activations, lane)
+        _update_hidden(part, weights, activations, lane)
         first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
         for unit in range(part.actions):
             total = get(weights, first + unit, lane) * get(activations, sources, lane)
@@ -179,7 +179,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         hidden, outputs = agent.action_module
         states = agent.own.get("states", [0.0] * part.hidden)
         biases = hidden[-1] if part.biases else [0.0] * part.hidden
-        sources = [*agent.inputs, *_answers(states, biases)]
+        sources = [*agent.inputs, *_oracle_logistic(states, biases)]
         drives = [
             sum(x * row[unit] for x, row in zip(sources, hidden, strict=False))
             for unit in range(part.hidden)
@@ -189,16 +189,16 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
             for state, drive in zip(states, drives, strict=True)
         ]
         agent.own["states"] = states
-        fired = _answers(states, biases) + [1.0] * part.biases
+        fired = _oracle_logistic(states, biases) + [1.0] * part.biases
         totals = [
             sum(x * row[unit] for x, row in zip(fired, outputs, strict=True))
             for unit in range(part.actions)
         ]
-        return _answers(totals, [0.0] * part.actions)
+        return _oracle_logistic(totals, [0.0] * part.actions)
 
 
 @compiled
-def _fire(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
     """How the hidden units fire, from their states and biases."""
     biases = (part.inputs + part.hidden) * part.hidden
     for unit in range(part.hidden):
@@ -208,6 +208,6 @@ def _fire(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
         put(activations, part.inputs + part.hidden + unit, lane, sigmoid(state))
 
 
-def _answers(states: Sequence[float], biases: Sequence[float]) -> list[float]:
+def _oracle_logistic(states: Sequence[float], biases: Sequence[float]) -> list[float]:
     """The oracle's logistic units."""
     return [1 / (1 + math.exp(-state - bias)) for state, bias in zip(states, biases, strict=True)]

@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.models.miniworld.allocation import kind_number
-from baldwinlab.models.miniworld.map import shortest
-from baldwinlab.models.miniworld.senses.sight import as_bits, in_sectors, see
+from baldwinlab.models.miniworld.map import shortest_difference
+from baldwinlab.models.miniworld.senses.sight import pack_sectors, sense_items, test_sectors
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.parts import Sense, per_agent, per_world
 
@@ -32,7 +32,7 @@ class PatchSight(Sense, name="patch"):
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        return see(model, state, world, agent, part.number)
+        return sense_items(model, state, world, agent, part.number)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
@@ -49,14 +49,14 @@ class Neighbours(Sense, name="neighbours"):
     inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
     sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
     arrays: ClassVar[Mapping[str, Array]] = {
-        "places": per_world(2, "agents")
+        "positions": per_world(2, "agents")
     }  # x and y of each, for all to see
 
     @staticmethod
     def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         for agent in range(model.agents):
             for axis in range(2):
-                part.places[world, axis, agent] = state.positions[
+                part.positions[world, axis, agent] = state.positions[
                     axis, world * model.agents + agent
                 ]
 
@@ -70,10 +70,10 @@ class Neighbours(Sense, name="neighbours"):
         )
         for other in range(model.agents):
             if other != agent:
-                dx = shortest(part.places[world, 0, other] - x, model.width)
-                dy = shortest(part.places[world, 1, other] - y, model.height)
-                left, front, right = in_sectors(model, state, x, y, dx, dy, heading)
-                bits |= as_bits(left, front, right)
+                dx = shortest_difference(part.positions[world, 0, other] - x, model.width)
+                dy = shortest_difference(part.positions[world, 1, other] - y, model.height)
+                left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
+                bits |= pack_sectors(left, front, right)
         return bits
 
     @staticmethod

@@ -27,26 +27,30 @@ from baldwinlab.engine.simd import (
     Lane,
     Value,
     any_of,
+    simd_block,
     get,
     lanes_in_block,
-    simd_block,
     square_root,
 )
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.models.miniworld.allocation import item_kinds, item_regions, kind_number
-from baldwinlab.models.miniworld.items import cells_within, image, slots_in_row
-from baldwinlab.models.miniworld.senses.sight import visible
+from baldwinlab.models.miniworld.items import (
+    find_cells_within,
+    find_slots_in_row,
+    position_in_image,
+)
+from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, Model, State
 from baldwinlab.parts.agent_parts import Sense
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 FAR = np.float32(np.inf)
-RAYS, BETWEEN_RAYS = 5, 3  # headings from one ray to the next, of 9 degrees each
-DEGREES = tuple((ray - RAYS // 2) * BETWEEN_RAYS * 360 // HEADING_COUNT for ray in range(RAYS))
+RAYS, HEADINGS_PER_RAY = 5, 3  # headings from one ray to the next, of 9 degrees each
+DEGREES = tuple((ray - RAYS // 2) * HEADINGS_PER_RAY * 360 // HEADING_COUNT for ray in range(RAYS))
 
 
 @hook
-def notice(
+def record_item(
     part: Any,
     model: Model,
     state: State,
@@ -66,7 +70,7 @@ def _squared_distance(state: State, world: int, slot: Lane, x: np.float32, y: np
 
 
 @compiled
-def _notice_in(
+def _record_region_items(
     part: Any,
     model: Model,
     state: State,
@@ -78,32 +82,32 @@ def _notice_in(
 ) -> None:
     """`notice` each item of a region that is near enough, one after another in the order of their slots."""
     farthest = model.visual_radius * model.visual_radius
-    columns = cells_within(model, region, 0, x, model.visual_radius)
-    first_row, last_row = cells_within(model, region, 1, y, model.visual_radius)
+    columns = find_cells_within(model, region, 0, x, model.visual_radius)
+    first_row, last_row = find_cells_within(model, region, 1, y, model.visual_radius)
     for row in range(first_row, last_row):
-        begin, end = slots_in_row(model, state, world, region, row, columns)
+        begin, end = find_slots_in_row(model, state, world, region, row, columns)
         for first in range(begin, end, lanes_in_block()):
             if any_of(_squared_distance(state, world, simd_block(first), x, y) <= farthest):
                 for slot in range(first, min(first + lanes_in_block(), end)):
                     if _squared_distance(state, world, slot, x, y) <= farthest:
                         dx, dy = state.slot_x[world, slot] - x, state.slot_y[world, slot] - y
-                        notice(part, model, state, lane, x, y, dx, dy)
+                        record_item(part, model, state, lane, x, y, dx, dy)
 
 
 @compiled
-def notice_all(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+def record_items(part: Any, model: Model, state: State, world: int, agent: int) -> None:
     """Per agent: `notice` all items of the part's kind that are near enough."""
     lane = world * model.agents + agent
     for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
         if model.region_kind[region] == part.number:
             for number in range(model.images[region]):
-                x, y = image(
+                x, y = position_in_image(
                     model, region, number, state.positions[0, lane], state.positions[1, lane]
                 )
-                _notice_in(part, model, state, world, region, lane, x, y)
+                _record_region_items(part, model, state, world, region, lane, x, y)
 
 
-class _OfItems(Sense):
+class _ItemSense(Sense):
     """What senses of items share: the kind that they tell of."""
 
     target_kind: str = Field(FOOD, description="Kind of the sensed items.")
@@ -121,7 +125,7 @@ class _OfItems(Sense):
             )
 
 
-class Nearest(_OfItems, name="nearest"):
+class Nearest(_ItemSense, name="nearest"):
     """Two real-valued inputs: angle and distance of the nearest item of a kind.
 
     The angle is clockwise from the heading, as a fraction of 360 degrees.
@@ -140,7 +144,7 @@ class Nearest(_OfItems, name="nearest"):
     }  # the way to it, squared, and in x and y
 
     @staticmethod
-    def notice(
+    def record_item(
         part: Any,
         model: Model,
         state: State,
@@ -151,7 +155,7 @@ class Nearest(_OfItems, name="nearest"):
         dy: np.float32,
     ) -> None:
         squared = dx * dx + dy * dy
-        if visible(state.features, model, x, y, dx, dy, squared < part.nearest[0, lane]):
+        if select_visible(state.features, model, x, y, dx, dy, squared < part.nearest[0, lane]):
             part.nearest[0, lane] = squared
             part.nearest[1, lane] = dx
             part.nearest[2, lane] = dy
@@ -160,7 +164,7 @@ class Nearest(_OfItems, name="nearest"):
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
         lane = world * model.agents + agent
         part.nearest[0, lane] = FAR
-        notice_all(part, model, state, world, agent)
+        record_items(part, model, state, world, agent)
         heading, angle, distance = int(state.heading[0, lane]), ZERO, ONE
         if part.nearest[0, lane] < FAR:
             dx, dy = part.nearest[1, lane], part.nearest[2, lane]
@@ -190,7 +194,7 @@ class Nearest(_OfItems, name="nearest"):
         ]
 
 
-class Smell(_OfItems, name="smell"):
+class Smell(_ItemSense, name="smell"):
     """Two real-valued inputs: the smell of all items of a kind at a left and a right nostril.
 
     An input is s / (1 + s).
@@ -213,7 +217,7 @@ class Smell(_OfItems, name="smell"):
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
     arrays: ClassVar[Mapping[str, Array]] = {"strength": per_agent(2)}
     derived: ClassVar[Mapping[str, Any]] = {
-        **_OfItems.derived,
+        **_ItemSense.derived,
         "reach": lambda part, experiment: np.float32(
             experiment.senses.visual_radius - part.nostril_distance
         ),
@@ -228,7 +232,7 @@ class Smell(_OfItems, name="smell"):
             )
 
     @staticmethod
-    def notice(
+    def record_item(
         part: Any,
         model: Model,
         state: State,
@@ -252,7 +256,7 @@ class Smell(_OfItems, name="smell"):
         lane = world * model.agents + agent
         part.strength[0, lane] = ZERO
         part.strength[1, lane] = ZERO
-        notice_all(part, model, state, world, agent)
+        record_items(part, model, state, world, agent)
         for side in range(2):
             strength = part.strength[side, lane]
             state.activations[first + side, lane] = strength / (ONE + strength)
@@ -312,7 +316,7 @@ class Energy(Sense, name="energy"):
         return [gained / (gained + float(part.half_saturation))]
 
 
-class Rays(_OfItems, name="rays"):
+class Rays(_ItemSense, name="rays"):
     """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
 
     An input is 1 - distance / `senses.visual_radius`, and 0 if the ray meets no item.
@@ -336,7 +340,7 @@ class Rays(_OfItems, name="rays"):
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(RAYS)}  # squared distances
 
     @staticmethod
-    def notice(
+    def record_item(
         part: Any,
         model: Model,
         state: State,
@@ -348,10 +352,10 @@ class Rays(_OfItems, name="rays"):
     ) -> None:
         squared, wide = dx * dx + dy * dy, part.item_radius * part.item_radius
         for ray in range(
-            RAYS if visible(state.features, model, x, y, dx, dy, squared < FAR) else 0
+            RAYS if select_visible(state.features, model, x, y, dx, dy, squared < FAR) else 0
         ):
             towards = (
-                int(state.heading[0, lane]) + HEADING_COUNT + (ray - RAYS // 2) * BETWEEN_RAYS
+                int(state.heading[0, lane]) + HEADING_COUNT + (ray - RAYS // 2) * HEADINGS_PER_RAY
             ) % HEADING_COUNT
             u = dx * model.cosine[towards] + dy * model.sine[towards]
             v = dy * model.cosine[towards] - dx * model.sine[towards]
@@ -367,7 +371,7 @@ class Rays(_OfItems, name="rays"):
         lane, farthest = world * model.agents + agent, model.visual_radius * model.visual_radius
         for ray in range(RAYS):
             part.nearest[ray, lane] = farthest
-        notice_all(part, model, state, world, agent)
+        record_items(part, model, state, world, agent)
         for ray in range(RAYS):
             distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
             state.activations[first + ray, lane] = max(ONE - distance, ZERO)

@@ -19,11 +19,11 @@ import pytest
 import baldwinlab
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.engine.gpu import without_contraction
-from baldwinlab.engine.simd import lanes_in_block, simd_block
+from baldwinlab.engine.simd import simd_block, lanes_in_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
-from baldwinlab.models.miniworld.backends.choice import GPU_PAYS, Batch, choose
+from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
 from tests.worlds import small
@@ -225,10 +225,12 @@ def machine_code(experiment: Experiment) -> str:
     from numba.cuda.typing.typeof import typeof
 
     model, state = make_model(experiment, 2), make_state(experiment, 2)
-    source = cuda_kernels.source_of_life(model, state, experiment.lifetime.update == "sequential")
+    source = cuda_kernels.make_kernel_source(
+        model, state, experiment.lifetime.update == "sequential"
+    )
     begin, live = (
-        cuda_kernels.begin_kernel(512),
-        cuda_kernels.live_kernel(512, source, type(state.network).part),
+        cuda_kernels.make_birth_kernel(512),
+        cuda_kernels.make_simulation_kernel(512, source, type(state.network).part),
     )
     arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
@@ -293,26 +295,26 @@ def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
 def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     extra = str(missing_extra("cuda", "backend cuda"))
-    assert cuda.available() == extra
+    assert cuda.unavailable_reason() == extra
     with pytest.raises(ValueError, match=re.escape(extra)):
-        choose("cuda")
+        choose_backend("cuda")
     with pytest.raises(ValueError, match=re.escape(extra)):
         cuda.Batch(small("evo"), 0, [0])
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
     monkeypatch.setattr("numba.cuda.is_available", lambda: False)
-    assert cuda.available() == "backend cuda needs an NVIDIA GPU, and none was found"
-    assert choose("auto", GPU_PAYS).name == "cpu"
+    assert cuda.unavailable_reason() == "backend cuda needs an NVIDIA GPU, and none was found"
+    assert choose_backend("auto", MIN_GPU_WORLDS).name == "cpu"
 
 
 def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cuda, "available", lambda: None)
-    assert choose("cpu", 10**6).name == "cpu"
-    assert choose("auto", 1).name == "cpu"
-    assert choose("auto", GPU_PAYS).name == "cuda"
-    assert choose("auto", GPU_PAYS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
-    assert choose("cuda").batch is cuda.Batch
+    monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
+    assert choose_backend("cpu", 10**6).name == "cpu"
+    assert choose_backend("auto", 1).name == "cpu"
+    assert choose_backend("auto", MIN_GPU_WORLDS).name == "cuda"
+    assert choose_backend("auto", MIN_GPU_WORLDS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
+    assert choose_backend("cuda").batch is cuda.Batch
     with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
-        choose("gpu")
+        choose_backend("gpu")
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
         cuda.Batch(small("evo", population={"size": 1025}), 0, [0])
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from tests.models.miniworld.plain import traced
 from tests.worlds import small
 
@@ -91,6 +91,9 @@ def test_wheels_refuse_noise_that_would_draw_another_action() -> None:
 
 
 def test_actions_are_named_in_the_look() -> None:
-    assert look(who_is("stay")).actions == ("left", "forward", "right", "stay")
-    assert look(who_is("grid")).actions == ("right", "down", "left", "up")
-    assert look(who_is("continuous", noise=0)).actions == ("left wheel", "right wheel")
+    assert describe_appearance(who_is("stay")).actions == ("left", "forward", "right", "stay")
+    assert describe_appearance(who_is("grid")).actions == ("right", "down", "left", "up")
+    assert describe_appearance(who_is("continuous", noise=0)).actions == (
+        "left wheel",
+        "right wheel",
+    )

@@ -15,7 +15,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.allocation import make_model
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import ItemMoves, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from tests.models.miniworld.plain import simulated, traced
@@ -149,7 +149,7 @@ def test_the_books_balance_where_some_items_cost_energy_and_others_give_more_tha
     assert (energy < 0).any() and (richer > 0).any()
     assert ((richer >= 0) & (richer <= eaten) & (richer == richer.round())).all()
     np.testing.assert_array_equal(simulated(experiment).energy.values[0], np.maximum(energy, 0))
-    assert [(kind.name, kind.colour) for kind in look(experiment).item_kinds] == [
+    assert [(kind.name, kind.colour) for kind in describe_appearance(experiment).item_kinds] == [
         ("food", "green"), ("patch", "vermilion"), ("patch", "sky"),
     ]  # fmt: skip
 

@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.learning.hebbian import (
     HEBB,
     POSTSYNAPTIC,
     PRESYNAPTIC,
-    change,
+    strength_change,
 )
 from baldwinlab.simulation.simulate import simulate
 from tests.models.miniworld.plain import founders, lived
@@ -28,7 +28,7 @@ SHARES = st.floats(0, 1)
 def at_rest(rule: int, x: float, y: float, w: float, rate: float = 0.3) -> float:
     """Where a strength is after many steps, in float64."""
     for _ in range(3000):
-        w += rate * float(change(rule, np.float64(w), np.float64(x), np.float64(y)))
+        w += rate * float(strength_change(rule, np.float64(w), np.float64(x), np.float64(y)))
     return w
 
 
@@ -62,7 +62,7 @@ def test_where_the_units_are_silent_nothing_changes(rule: int) -> None:
 def test_no_step_leads_out_of_what_a_strength_may_be(
     rule: int, w: float, x: float, y: float, rate: float
 ) -> None:
-    after = w + rate * float(change(rule, np.float64(w), np.float64(x), np.float64(y)))
+    after = w + rate * float(strength_change(rule, np.float64(w), np.float64(x), np.float64(y)))
     assert -1e-12 <= after <= 1 + 1e-12
 
 

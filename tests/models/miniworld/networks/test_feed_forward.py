@@ -14,9 +14,9 @@ from baldwinlab.engine.simd import get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.networks.feed_forward import (
     Rows,
     backpropagate,
-    backward_of_three,
+    backward_three,
     feed_forward,
-    forward_of_three,
+    forward_three,
 )
 from tests import naive
 
@@ -62,8 +62,8 @@ def written_out(
     sizes: Any, rates: Rows, weights: Rows, activations: Rows, errors: Rows, targets: Rows
 ) -> None:
     for first in range(0, weights.shape[1], lanes_in_block()):
-        forward_of_three(sizes[1], weights, activations, simd_block(first))
-        backward_of_three(
+        forward_three(sizes[1], weights, activations, simd_block(first))
+        backward_three(
             sizes[1],
             get(rates, 0, simd_block(first)),
             weights,

@@ -11,7 +11,7 @@ import xarray as xr
 
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.appearance import look
+from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.parts import Body
 from tests.models.miniworld.plain import traced
@@ -158,6 +158,6 @@ def test_without_patches_the_sense_of_them_is_silent() -> None:
 
 
 def test_what_senses_look_nowhere_have_no_sector() -> None:
-    seen = look(who_senses("patch", "last-action", "touch", "compass"))
+    seen = describe_appearance(who_senses("patch", "last-action", "touch", "compass"))
     assert len(seen.inputs) == len(seen.sectors) == 14
     assert [sector is not None for sector in seen.sectors] == [True] * 6 + [False] * 8

@@ -11,8 +11,13 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.appearance import look
-from baldwinlab.models.miniworld.lookup import Ask, AskTeacher, Reflex, kind_of_recall
+from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.models.miniworld.lookup import (
+    ActionTable,
+    DirectEvaluation,
+    DirectTeacher,
+    choose_lookup,
+)
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Sense
 from tests.models.miniworld.plain import traced
@@ -230,13 +235,13 @@ def test_the_network_hears_the_numbers_themselves(condition: str) -> None:
 
 
 def test_answers_to_numbers_are_not_looked_up() -> None:
-    assert kind_of_recall(who_senses("food", "touch")) is Reflex
-    assert kind_of_recall(who_senses("nearest")) is Ask
-    assert kind_of_recall(who_senses("food", "energy", condition="evo+self-taught")) is AskTeacher
+    assert choose_lookup(who_senses("food", "touch")) is ActionTable
+    assert choose_lookup(who_senses("nearest")) is DirectEvaluation
+    assert choose_lookup(who_senses("food", "energy", condition="evo+self-taught")) is DirectTeacher
 
 
 def test_the_look_says_which_inputs_are_numbers_and_where_they_are_felt() -> None:
-    seen = look(who_senses("food", "nearest", "smell", "energy"))
+    seen = describe_appearance(who_senses("food", "nearest", "smell", "energy"))
     assert seen.inputs[3:] == ("angle", "distance", "smell left", "smell right", "own energy")
     assert seen.real == (False,) * 3 + (True,) * 5
     assert [sector is not None for sector in seen.sectors] == [True] * 3 + [
