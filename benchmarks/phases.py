@@ -17,7 +17,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import WIDTH, simd_block, get, put
+from baldwinlab.engine.simd import WIDTH, get, put, simd_block
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import list_hooks

@@ -6,7 +6,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part
-from baldwinlab.engine.simd import simd_block, lanes_in_block
+from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.learning.self_taught import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import simd_block, get, lanes_in_block, put
+from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
     item_regions,

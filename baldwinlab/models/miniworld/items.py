@@ -20,11 +20,11 @@ from baldwinlab.engine.simd import (
     Mask,
     Value,
     any_of,
-    simd_block,
     choose,
     get,
     lanes_in_block,
     put,
+    simd_block,
 )
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.models.miniworld.state import Model, State

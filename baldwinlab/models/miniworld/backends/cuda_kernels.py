@@ -300,7 +300,11 @@ def make_kernel_source(model: Model, state: State, sequential: bool) -> str:
         state=_arguments(mine),
         copies_in=_lines(f"_copy(state.{name}, mine.{name}, lane)" for name in own),
         copies_out=_lines(f"_copy(mine.{name}, state.{name}, lane)" for name in own),
-        live="_simulate_sequential" if sequential else "_simulate_in_block" if together else "_simulate_independent",
+        live="_simulate_sequential"
+        if sequential
+        else "_simulate_in_block"
+        if together
+        else "_simulate_independent",
     )
 
 

@@ -27,9 +27,9 @@ from baldwinlab.engine.simd import (
     Lane,
     Value,
     any_of,
-    simd_block,
     get,
     lanes_in_block,
+    simd_block,
     square_root,
 )
 from baldwinlab.experiment.registry import key_of

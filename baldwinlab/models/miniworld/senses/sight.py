@@ -20,12 +20,12 @@ from baldwinlab.engine.simd import (
     Mask,
     Value,
     any_of,
-    simd_block,
     choose,
     get,
     lanes_in_block,
     negated,
     put,
+    simd_block,
 )
 from baldwinlab.models.miniworld.items import (
     find_cells_within,

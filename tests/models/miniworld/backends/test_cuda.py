@@ -19,7 +19,7 @@ import pytest
 import baldwinlab
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.engine.gpu import without_contraction
-from baldwinlab.engine.simd import simd_block, lanes_in_block
+from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
