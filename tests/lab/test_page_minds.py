@@ -125,8 +125,8 @@ def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
     fitter, other = StudyStore(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
     assert fitter != other
     expect(guest.get_by_test_id("elders")).to_have_text(
-        f"Taught by agents {fitter} and {other} of generation 1, who are no longer in the world: "
-        "its reinforcement module was passed on from what they had learned until death."
+        f"Taught by agents {fitter} and {other} of generation 1. "
+        "Its reinforcement module contains the weights that they had learned by their death."
     )
     assert guest.evaluate("document.documentElement.scrollWidth <= innerWidth")
     expect(guest.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()

@@ -1,12 +1,15 @@
-/** The address of the page, `#/view?key=value`: it holds all that is shown, and follows what the reader does. */
+/** The state of the page in its address, `#/view?key=value`. */
 
-const EVERY = 400; // ms; browsers refuse more than some hundred changes of the address in half a minute
+// Milliseconds. Browsers refuse more than a few hundred changes of the address in 30 seconds.
+const EVERY = 400;
 
-let current = null; // {name, state} of the view on the page; null while one is on its way
+// {name, state} of the current view, or null while a view loads.
+let current = null;
 let flushTimer = 0;
-let lastHash = ""; // the last address that the page has heard of: with another one, the reader is already on the way elsewhere
+// The last address that the page handled. A different address means that the user navigates.
+let lastHash = "";
 
-/** What the address asks for: `#/world?study=a&step=3` as {name, state}. */
+/** Return the address as {name, state}: `#/world?study=a&step=3`. */
 export function readAddress(views, defaultView) {
   const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
   return {
@@ -15,21 +18,24 @@ export function readAddress(views, defaultView) {
   };
 }
 
-/** From now on, this is what the page shows, and what the address follows. */
+/** Set the current view, whose state the address follows. */
 export function setCurrentView(view) {
   cancelFlush();
   current = view;
   lastHash = location.hash;
 }
 
-/** What the page shows now, as `follow` was told and `navigate` has changed it; null while a view is on its way. */
+/** Return the current view with the changes of `navigate`, or null while a view loads. */
 export function currentView() {
   return current && { ...current };
 }
 
 /**
- * Change the address. With `replace`, the address follows what the view shows already, and the view hears nothing; without,
- * it is a new place in the history and the view is updated. `patch.view` goes to another view, with the rest as its state.
+ * Change the address.
+ *
+ * With `replace`, the view already shows the change and is not updated. Without it, the browser
+ * history gets a new entry and the view is updated. `patch.view` opens another view with the rest
+ * of the patch as its state.
  */
 export function navigate(patch, replace = true) {
   if (!current) return;
@@ -51,7 +57,7 @@ export function navigate(patch, replace = true) {
   }
 }
 
-/** The address of exactly what is shown now. */
+/** Return the address of the current state. */
 export function address() {
   flush();
   return location.href;

@@ -1,4 +1,6 @@
-/** Agents: a dart that points where each heads, filled once it has eaten; a meal flashes; the chosen one has a ring. */
+/**
+ * Draw agents as darts: filled after the first meal, with a flash for a meal, and a ring if chosen.
+ */
 
 import { FONT, palette } from "./palette.js";
 
@@ -7,20 +9,28 @@ const DART = [
   [-4.6, 4.4],
   [-2.4, 0],
   [-4.6, -4.4],
-]; // about the ten units of a body
+  // In map units. A body has a length of about ten units.
+];
 const HOLLOW = [
   [3.1, 0],
   [-2.9, 2.8],
   [-1.1, 0],
   [-2.9, -2.8],
-]; // what is left of one inside its outline
-const FLASH = 24; // steps for which a meal is seen
-const MANY = 60; // agents beyond which outlines are not stroked, and numbers not shown unless they are far apart
+  // The part inside the outline of an agent that has not eaten.
+];
+// Number of steps that a flash lasts.
+const FLASH = 24;
+// With more agents, outlines are not stroked, and counts are drawn only at a large scale.
+const MANY = 60;
 
-/** Each agent is a path of its own: one path of a thousand takes several times as long. @param {import("./world.js").WorldView} view */
+/**
+ * Draw all agents. One path per agent is several times faster than one path for a thousand agents.
+ * @param {import("./world.js").WorldView} view
+ */
 export function drawAgents(view, recording, step, chosen) {
   const { scale, count } = view;
-  const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
+  // A dart is thinner than a body, so it has a minimum size.
+  const size = Math.max(1.15, 1.15 / scale);
   drawFlashes(view, recording, step, size);
   for (const hasEaten of [false, true])
     drawGroup(
@@ -73,7 +83,10 @@ function drawFlashes({ pen, x, y, count }, recording, step, size) {
   pen.globalAlpha = 1;
 }
 
-/** A dotted line from each pupil to its teacher, or from and to the chosen agent alone; the shorter way round the world. */
+/**
+ * Draw dotted lines from learners to teachers along the shorter way, or only those of the chosen
+ * agent.
+ */
 function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, chosen) {
   pen.strokeStyle = palette.lesson;
   pen.lineWidth = 1.4 / scale;
@@ -88,14 +101,15 @@ function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, c
     pen.beginPath();
     pen.moveTo(x[learner], y[learner]);
     pen.lineTo(x[learner] + across, y[learner] + down);
-    pen.moveTo(x[teacher] - across, y[teacher] - down); // where the way leaves the map, its other end
+    // The other end of a line that leaves the map.
+    pen.moveTo(x[teacher] - across, y[teacher] - down);
     pen.lineTo(x[teacher], y[teacher]);
     pen.stroke();
   }
   pen.setLineDash([]);
 }
 
-/** Of two ways round a circle of that size, of which one is given, the shorter. */
+/** Return the shorter of the two distances on a circle of this size. */
 export function shortestDistance(distance, size) {
   if (distance > size / 2) return distance - size;
   return distance < -size / 2 ? distance + size : distance;

@@ -1,11 +1,17 @@
-/** A bar for each locus, whose parts are the shares of its alleles; the same as a table for those who do not see it. */
+/**
+ * Bars that show the allele frequencies of each locus, and the same data as a table for screen
+ * readers.
+ */
 
 import { el, format } from "./common.js";
 import { Tooltip } from "./tooltip.js";
 
-const COLOURS = ["blue", "orange", "green", "purple", "sky", "vermilion"]; // of the alleles, in their order
-const FEW = 12; // loci that are numbered, at most
-const EVERY = [1, 5, 10, 50, 100, 500, 1000, 5000]; // how many there may be to a number
+// The colors of the alleles, in their order.
+const COLOURS = ["blue", "orange", "green", "purple", "sky", "vermilion"];
+// Maximum number of labeled loci.
+const FEW = 12;
+// Possible distances between labeled loci.
+const EVERY = [1, 5, 10, 50, 100, 500, 1000, 5000];
 
 export class AlleleBars {
   constructor() {
@@ -43,7 +49,7 @@ export class AlleleBars {
     this.clear();
   }
 
-  /** Nothing is shown. */
+  /** Remove the bars. */
   clear() {
     this.loci = [];
     this.heading.textContent = "";
@@ -53,8 +59,9 @@ export class AlleleBars {
   }
 
   /**
-   * Other genomes come.
-   * @param {{alleles: string[], first: number}} header the alleles' names, in the order in which they are stacked, and the first generation
+   * Set the data.
+   * @param {{alleles: string[], first: number}} header alleles in stacking order, and the first
+   *   generation
    * @param {{share: Float32Array}} arrays [generation, locus, allele]
    */
   setData({ alleles, first, arrays: [{ shape }] }, { share }) {
@@ -105,7 +112,10 @@ export class AlleleBars {
     };
   }
 
-  /** @param {number} generation */
+  /**
+   * Show a generation.
+   * @param {number} generation
+   */
   show(generation) {
     const { shares } = this;
     this.heading.textContent =
@@ -120,7 +130,7 @@ export class AlleleBars {
     });
   }
 
-  /** Tell what lies under the pointer. */
+  /** Show the tooltip of the locus under the pointer. */
   showTooltip({ target, clientX, clientY }) {
     const bar = target.closest("[data-locus]");
     const { left, top } = this.plot.getBoundingClientRect();
@@ -128,12 +138,17 @@ export class AlleleBars {
   }
 
   describe(locus) {
-    return `locus ${locus}: ${this.alleles.map((name, kind) => `${name} in ${this.loci[locus].cells[kind].textContent}`).join(", ")}`;
+    const { cells } = this.loci[locus];
+    const shares = this.alleles.map((name, kind) => `${name} in ${cells[kind].textContent}`);
+    return `locus ${locus}: ${shares.join(", ")}`;
   }
 }
 
-/** Those of the allele of this number, and of its name on it. */
+/** Return the background and text color of an allele. */
 function colorStyle(number) {
   const colour = COLOURS[number % COLOURS.length];
-  return `background: var(--${colour}); color: var(--${colour === "blue" ? "accent-text" : "on-orange"})`;
+  return (
+    `background: var(--${colour}); color: ` +
+    `var(--${colour === "blue" ? "accent-text" : "on-orange"})`
+  );
 }

@@ -1,10 +1,13 @@
-/** From whom an agent descends, back to the first generation: a line of ancestors, drawn and listed, each a link to its life. */
+/** The ancestors of an agent as a chart and a table, back to the first generation. */
 
 import { el, format, getJSON, message } from "./common.js";
 import { query } from "./sources.js";
 import { LifetimeChart, colorKey } from "./lifetime_chart.js";
 
-/** @typedef {{first: number, agents: number[], eaten: number[], others: number[], eaten_of_others: number[], ancestors: number[], mean: number[]}} Line */
+/**
+ * @typedef {{first: number, agents: number[], eaten: number[], others: number[],
+ *   eaten_of_others: number[], ancestors: number[], mean: number[]}} Line
+ */
 
 const COLUMNS = ["generation", "fitter parent", "other parent", "ancestors"];
 
@@ -56,7 +59,7 @@ export class Ancestors {
     this.root.classList.remove("waiting");
   }
 
-  /** Nobody looks at it any longer. */
+  /** Cancel the pending request. */
   cancel() {
     this.stop?.abort();
     this.asked = null;
@@ -70,7 +73,9 @@ export class Ancestors {
     const hasNoParents = agents.length === 1;
     this.words.textContent = hasNoParents
       ? "This agent has no parents: its weights are random."
-      : `The table follows the fitter parent back to generation ${first} and shows how many items each agent ate. The last column is the number of ancestors in that generation.`;
+      : `The table follows the fitter parent back to generation ${first} and shows how ` +
+        "many items each agent ate. The last column is the number of ancestors in that " +
+        "generation.";
     for (const part of [this.trace.root, this.table]) part.hidden = hasNoParents;
     const maximum = Math.max(1, ...eaten, ...mean);
     this.trace.set(
@@ -119,7 +124,7 @@ export class Ancestors {
     return el("button", { type: "button", class: "chip", ...act }, name);
   }
 
-  /** The life of the line's agent in a generation. */
+  /** Open the lifetime of the ancestor in a generation. */
   openGeneration(generation) {
     const { first, agents } = this.line;
     if (generation < first + agents.length - 1)

@@ -1,7 +1,8 @@
-/** From whom an agent descends, from what a page without a server has seen of its run: as lab/history.py tells it. */
+/** Find the ancestors of an agent in a run of the browser engine, as lab/history.py. */
 
 /**
- * @param {{parents: Int32Array, food_eaten: Int32Array}[]} generations each generation up to the agent's; parents are [agent, (fitter, other)]
+ * @param {{parents: Int32Array, food_eaten: Int32Array}[]} generations all generations up to that
+ *   of the agent; parents are [agent, (fitter, other)]
  * @param {number} agent
  * @returns {import("./ancestors.js").Line}
  */

@@ -1,4 +1,4 @@
-// Box plots with every value as a point; a point can be a link. Drawn as SVG, so that points can be reached with the keyboard.
+// Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches.
 
 import { el } from "./common.js";
 import { gridLine, niceTicks, textLabel, svgFile, svg } from "./drawing.js";
@@ -6,24 +6,29 @@ import { gridLine, niceTicks, textLabel, svgFile, svg } from "./drawing.js";
 const TOP = 10,
   BOTTOM = 8,
   LEFT = 46,
-  SLOT = 0.34; // CSS pixels; half of a box's width as a share of its place
+  // In CSS pixels. BOX_SHARE is half of the width of a box, relative to its slot.
+  SLOT = 0.34;
 const FILE = { width: 760, height: 400 };
 
 /**
  * @typedef {object} Group
  * @property {string} label
- * @property {number[]} values one a run
+ * @property {number[]} values one per run
  * @property {string} color
- * @property {(index: number) => string} [describe] what a point is, for its tooltip and for screen readers
- * @property {(index: number) => string} [href] where a point leads
- * @property {string} [leads] what is there, as a sentence
+ * @property {(index: number) => string} [describe] the text of a point, for tooltips and screen
+ *   readers
+ * @property {(index: number) => string} [href] the target of a point
+ * @property {string} [leads] the description of the target
  */
 
 /**
- * One box (median, quartiles, whiskers to the farthest value within 1.5 times the box) and all values of each group.
- * @param {HTMLElement} root is emptied and filled; its width is followed
+ * Draw a box and all values of each group.
+ *
+ * The box shows the median and the quartiles, and the whiskers end at the farthest value within 1.5
+ * times the height of the box.
+ * @param {HTMLElement} root is emptied and filled; the chart follows its width
  * @param {{title: string, groups: Group[], height?: number}} options
- * @returns {{svg: () => string, destroy: () => void}} `svg` gives the text of a file
+ * @returns {{svg: () => string, destroy: () => void}} `svg` returns the text of a file
  */
 export function boxChart(root, options) {
   const { title, groups } = options;
@@ -36,7 +41,8 @@ export function boxChart(root, options) {
   draw();
   const resized = new ResizeObserver(draw);
   resized.observe(root);
-  const unlinkedGroups = groups.map(({ href, ...group }) => group); // a file leads nowhere
+  // A file contains no links.
+  const unlinkedGroups = groups.map(({ href, ...group }) => group);
   return {
     svg: () =>
       svgFile(
@@ -52,7 +58,8 @@ export function boxChart(root, options) {
 function picture(title, groups, width, height) {
   const slanted = (width - LEFT) / groups.length < 110;
   const longest = Math.max(...groups.map((group) => group.label.length));
-  const bottom = BOTTOM + (slanted ? 14 + 4 * longest : 18); // about as high as the labels are
+  // Approximate height of the labels.
+  const bottom = BOTTOM + (slanted ? 14 + 4 * longest : 18);
   const highest = Math.max(1e-9, ...groups.flatMap((group) => group.values));
   const ticks = niceTicks(highest);
   const top = Math.max(highest, ticks.at(-1));
@@ -108,7 +115,8 @@ function box(group, middle, slot, y) {
 function points(group, middle, slot, y) {
   const half = Math.min(slot * SLOT, 36) * 0.8;
   return group.values.map((value, index) => {
-    const x = middle + half * (2 * ((index * 0.618034) % 1) - 1); // spread evenly, the same each time
+    // Deterministic, evenly spread positions.
+    const x = middle + half * (2 * ((index * 0.618034) % 1) - 1);
     const described = group.describe?.(index) ?? String(value);
     const name = group.href ? `${described}. ${group.leads}` : described;
     const dot = svg(
@@ -129,7 +137,7 @@ function label(text, x, y, slanted) {
   return textLabel(text, position);
 }
 
-/** Median, quartiles (interpolated linearly) and the farthest values within 1.5 times their distance. */
+/** Return the median, the quartiles and the farthest values within 1.5 times their distance. */
 export function fiveNumbers(values) {
   const sorted = [...values].sort((a, b) => a - b);
   const quantile = (share) => {

@@ -1,4 +1,6 @@
-/** What the lab's server answers, in a page that has none: experiments, their faults, and live runs on workers of the page. */
+/**
+ * Replace the lab's server on an exported page: experiments, validation and live runs on workers.
+ */
 
 import { validateTree } from "./validation.js";
 import { lookUp } from "./engine.js";
@@ -6,21 +8,26 @@ import { BrowserFeed, WorkerPool } from "./browser_runs.js";
 import { changesOf, applyChanges } from "./live_setup.js";
 
 /**
- * @typedef {object} Laboratory what Python writes into the page
- * @property {{name: string, description: string, experiment: object, schema: number, look: object, elders: boolean, about: import("./guide.js").Topic[]}[]} presets
+ * @typedef {object} Laboratory the data that Python writes into the page
+ * @property {{name: string, description: string, experiment: object, schema: number, look: object,
+ *   elders: boolean, about: import("./guide.js").Topic[]}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules
- * @property {number[]} quantiles of Student's t, for so many runs
+ * @property {number[]} quantiles of Student's t, by the number of runs
  */
 export class BrowserLab {
-  /** @param {Laboratory} laboratory @param {string} code of a worker */
+  /**
+   * @param {Laboratory} laboratory
+   * @param {string} code of a worker
+   */
   constructor(laboratory, code) {
     this.laboratory = laboratory;
     this.workers = new WorkerPool(code, laboratory.programs);
     this.feeds = new Map();
     const { experiment } = laboratory.presets[0];
-    this.workers.warm(this.program(experiment), experiment).catch(() => {}); // whoever starts a run hears of it
+    // The start of a run reports the error.
+    this.workers.warm(this.program(experiment), experiment).catch(() => {});
   }
 
   async get(path) {
@@ -59,7 +66,8 @@ export class BrowserLab {
     if (path === "/api/look")
       return { world: experiment.world, look: this.look(experiment), about: [] };
     const preset = this.preset(experiment.name);
-    const suffix = Math.random().toString(36).slice(2, 6); // the same can be started again
+    // Makes the ids of equal runs different.
+    const suffix = Math.random().toString(36).slice(2, 6);
     return {
       id: encodeId({
         preset: preset.name,
@@ -70,14 +78,14 @@ export class BrowserLab {
     };
   }
 
-  /** The feed of a live run, whose id says what it is. */
+  /** Open the feed of a live run from its id. */
   openFeed(id) {
     const openFeed = new BrowserFeed(id, this, this.request(decodeId(id)));
     this.feeds.set(id, openFeed);
     return openFeed;
   }
 
-  /** What an id orders; null where it is damaged. */
+  /** Return the order in an id, or null if the id is damaged. */
   request(parameters) {
     const preset = this.laboratory.presets.find(({ name }) => name === parameters?.preset);
     if (
@@ -105,29 +113,32 @@ export class BrowserLab {
     return validateTree(this.schema(experiment), experiment, this.laboratory.rules);
   }
 
-  /** The program that lives an experiment. Raises an Error with a sentence where the page has none. */
+  /**
+   * Return the compiled module for an experiment. Throw an Error if the page does not contain it.
+   */
   program(experiment) {
     const program = this.laboratory.programs.find(({ when }) =>
       Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
     );
     if (!program)
       throw new Error(
-        "This page has no compiled module for the parts of this experiment. Export the page again with these parts.",
+        "This page has no compiled module for the parts of this experiment. Export the " +
+          "page again with these parts.",
       );
     return program;
   }
 
-  /** Whether what agents have learned teaches their own children. */
+  /** Return whether the parents teach their children. */
   eldersTeach(experiment) {
     return this.preset(experiment.name).elders;
   }
 
-  /** How the world of an experiment looks. */
+  /** Return the appearance of the world of an experiment. */
   look(experiment) {
     return fillTemplate(this.preset(experiment.name).look, experiment);
   }
 
-  /** For scripts: a whole run, to the bits of `bl.simulate`. Rejects with a sentence. */
+  /** For scripts: simulate a run, bit-identical to `bl.simulate`. Rejects with a message. */
   async simulate({ seed, run = 0, generations, experiment = {} }) {
     const base = this.preset(experiment.name).experiment;
     const length = generations === undefined ? {} : { evolution: { generations } };
@@ -148,7 +159,7 @@ const ORDER = {
   },
 };
 
-/** A tree laid over another, table by table; lists are replaced whole. */
+/** Merge a tree into another, table by table. Lists are replaced. */
 function merge(base, changes) {
   if (!isTable(base) || !isTable(changes)) return structuredClone(changes);
   const names = new Set([...Object.keys(base), ...Object.keys(changes)]);
@@ -168,7 +179,7 @@ function isEqual(first, second) {
   return JSON.stringify(first) === JSON.stringify(second);
 }
 
-/** A template with what an experiment says in the place of each {"path"}, and a row for each entry of a "table". */
+/** Fill a template: replace each {"path"} by its value, and each "table" by one row per entry. */
 function fillTemplate(template, experiment) {
   if (Array.isArray(template)) {
     return template.flatMap((item) =>
@@ -189,7 +200,7 @@ function fillTemplate(template, experiment) {
   );
 }
 
-/** An order as an id that can stand in an address. */
+/** Return an order as an id for the address. */
 function encodeId(request) {
   const bytes = new TextEncoder().encode(JSON.stringify(request));
   return btoa(String.fromCharCode(...bytes)).replace(
@@ -198,7 +209,7 @@ function encodeId(request) {
   );
 }
 
-/** What was written in an id; null where it is damaged. */
+/** Return the order in an id, or null if the id is damaged. */
 function decodeId(id) {
   try {
     const text = atob(id.replace(/[-_]/g, (letter) => ({ "-": "+", _: "/" })[letter]));

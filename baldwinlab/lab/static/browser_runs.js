@@ -1,4 +1,4 @@
-/** Live runs of a page without a server: a pool of workers, and a feed of what lives on them. */
+/** Live runs on an exported page: a pool of workers, and a feed of their results. */
 
 import { inflate } from "./common.js";
 import { ancestorLine } from "./ancestry.js";
@@ -6,21 +6,22 @@ import { Feed } from "./live_feed.js";
 
 const MOST_WORKERS = 16;
 
-/** Workers of the page, as many as there are cores, each with the programs that it has been asked for. */
+/** The workers of the page, one per core, with the compiled modules that they have loaded. */
 export class WorkerPool {
   constructor(code, programs) {
     this.address = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
     this.programs = programs;
-    this.pool = {}; // by number; and one that only looks, so that nobody who lives waits for it
+    // By number. One extra worker replays lifetimes, so that live runs do not wait.
+    this.pool = {};
     this.nextWorker = 0;
   }
 
-  /** How many there may be. */
+  /** Maximum number of workers. */
   get maxWorkers() {
     return Math.min(navigator.hardwareConcurrency || 2, MOST_WORKERS);
   }
 
-  /** One of them, by its number or name, that knows a program. */
+  /** Return a worker, by its number or name, that has loaded a compiled module. */
   async ready(name, program) {
     const worker = (this.pool[name] ??= new WorkerClient(new Worker(this.address)));
     await (worker.programs[program.name] ??= (async () => {
@@ -34,20 +35,20 @@ export class WorkerPool {
     return worker;
   }
 
-  /** Have the first one ready before it is wanted. */
+  /** Prepare the first worker in advance. */
   async warm(program, experiment) {
     const worker = await this.ready(0, program);
     await worker.request("warm", { program: program.name, experiment });
   }
 
-  /** A whole run, on whichever worker has its turn. */
+  /** Simulate a run on the next worker. */
   async simulate(program, experiment, seed, run) {
     const worker = await this.ready(this.nextWorker++ % this.maxWorkers, program);
     return worker.request("simulate", { program: program.name, experiment, seed, run });
   }
 }
 
-/** A worker that is asked things. */
+/** The page's side of a worker: requests and their responses. */
 class WorkerClient {
   constructor(worker) {
     Object.assign(this, { worker, waiting: new Map(), programs: {}, ticket: 0 });
@@ -72,9 +73,14 @@ class WorkerClient {
   }
 }
 
-/** As the feed of a server's run; what is asked of it is `recording` and `inside`. */
+/**
+ * The feed of a run of the browser engine, with the data of `recording`, `inside` and `ancestors`.
+ */
 export class BrowserFeed extends Feed {
-  /** @param {import("./browser_lab.js").BrowserLab} here @param {Object<string, any>|null} order what is to run; null where its link is damaged */
+  /**
+   * @param {import("./browser_lab.js").BrowserLab} here
+   * @param {Object<string, any>|null} order null if the link is damaged
+   */
   constructor(id, here, order) {
     super(id);
     Object.assign(this, { lab: here, order, steps: 0, history: [], wakeUp: () => {} });
@@ -106,7 +112,7 @@ export class BrowserFeed extends Feed {
     }
   }
 
-  /** Deal the runs out among the workers. */
+  /** Distribute the runs over the workers. */
   async prepare(experiment, runs, seed) {
     const { workers } = this.lab;
     const program = this.lab.program(experiment);
@@ -131,7 +137,8 @@ export class BrowserFeed extends Feed {
     const results = (await this.requestAll(() => ["next", { group: this.id }]))
       .flat()
       .sort((value, other) => value.run - other.run);
-    if (this.ended) return; // stopped in mid-life
+    // The run was stopped within a lifetime.
+    if (this.ended) return;
     this.history.push(results);
     this.add(bandsOf(results, this.lab.laboratory.quantiles));
     this.onUpdate();
@@ -159,7 +166,7 @@ export class BrowserFeed extends Feed {
     this.onUpdate();
   }
 
-  /** The container of a generation's recording. */
+  /** Return the container of a recording. */
   async recording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.about;
     const look = this.lab.look(experiment);
@@ -203,7 +210,7 @@ export class BrowserFeed extends Feed {
     };
   }
 
-  /** The container about one agent. */
+  /** Return the container about one agent. */
   async inside({ run, generation, agent, first, last }) {
     const { experiment } = this.about;
     const look = this.lab.look(experiment);
@@ -243,7 +250,7 @@ export class BrowserFeed extends Feed {
     return { header: { ...header, ...kin }, arrays };
   }
 
-  /** From whom an agent descends. */
+  /** Return the ancestors of an agent. */
   ancestors({ run, generation, agent }) {
     return ancestorLine(
       this.history.slice(0, generation + 1).map((results) => results[run]),
@@ -251,7 +258,7 @@ export class BrowserFeed extends Feed {
     );
   }
 
-  /** What a worker finds that lives a generation again. */
+  /** Replay a lifetime on a worker. */
   async replay(order, wanted) {
     const { run, generation } = wanted;
     const { workers } = this.lab;
@@ -279,7 +286,7 @@ export class BrowserFeed extends Feed {
   }
 }
 
-/** Best and mean fitness and the share that eats: of each the mean over runs and, of several, its 95 % interval, and each run's. */
+/** Return best fitness, mean fitness and the share of agents that eat, as bands over runs. */
 function bandsOf(results, quantiles) {
   const measures = {
     best: results.map(({ energy }) => Math.max(...energy)),
@@ -296,7 +303,11 @@ function bandsOf(results, quantiles) {
   );
 }
 
-/** Mean and, of several values, the 95 % interval: it goes below 0 only where one of them does, and never above `most`. */
+/**
+ * Return the mean of several values with its 95 % interval, which stays within 0 and `most`.
+ *
+ * The interval can be negative if a value is negative.
+ */
 function band(values, quantiles, maxWorkers) {
   const mean = meanOf(values);
   if (values.length === 1) return { mean: [mean] };

@@ -1,13 +1,17 @@
-/** A slider that lies over a small chart, so that what is seen at a place is what the slider goes to. */
+/** A slider on top of a small chart. The position of the slider is a position in the chart. */
 
 import { el } from "./common.js";
 import { palette } from "./palette.js";
 import { Tooltip } from "./tooltip.js";
 
-const THUMB = 16; // CSS pixels; the slider is wider than its canvas by half of them at each end
+// CSS pixels. The slider is half a thumb wider than its canvas at each end.
+const THUMB = 16;
 
 export class ChartSlider {
-  /** @param {string} kind a class of it @param {Object<string, any>} attributes of the slider */
+  /**
+   * @param {string} kind a CSS class
+   * @param {Object<string, any>} attributes of the slider
+   */
   constructor(kind, attributes) {
     this.canvas = el("canvas", { "aria-hidden": "true" });
     this.slider = el("input", { type: "range", min: 0, step: 1, value: 0, ...attributes });
@@ -24,7 +28,10 @@ export class ChartSlider {
     this.key = [];
   }
 
-  /** What lies at a share of the canvas's width, in words; below 0 and above 1 in the halves of the thumb. @returns {string|null} */
+  /**
+   * Return the text for a position, as a share of the width. It can be below 0 or above 1.
+   * @returns {string|null}
+   */
   describeAt() {
     return null;
   }
@@ -38,7 +45,10 @@ export class ChartSlider {
     if (this.slider.valueAsNumber !== value) this.slider.value = value;
   }
 
-  /** The empty canvas in device pixels, where it must be drawn anew: its size, the colours or what it shows (`what`) have changed. */
+  /**
+   * Return the empty canvas in device pixels if its size, the colors or the data (`what`) have
+   * changed.
+   */
   redrawIfChanged(...what) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];

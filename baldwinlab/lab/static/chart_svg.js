@@ -1,24 +1,29 @@
-/** A chart of curves as a file: the same curves, bands, axes and legend as on the page, drawn from the same numbers. */
+/**
+ * A chart of curves as an SVG file, with the same curves, bands, axes and legend as on the page.
+ */
 
 import { gridLine, textLabel, svgFile, svg, ticksBetween } from "./drawing.js";
 
-const [WIDTH, PLOT] = [760, 340]; // units; the height is that of the plot alone
+// SVG units. PLOT is the height of the plot without margins.
+const [WIDTH, PLOT] = [760, 340];
 const [LEFT, RIGHT, TOP, BELOW] = [64, 20, 8, 52];
-const [ROW, LETTER] = [22, 6.8]; // of the legend: a row's height, and about how wide a letter is
+// The height of a legend row, and the approximate width of a letter.
+const [ROW, LETTER] = [22, 6.8];
 
-/** The y axis: fitness and shares begin at nought. */
+/** Return the range of the y axis. It includes 0. */
 export function axisRange(low, high) {
   if (low == null) return [0, 1];
   return [Math.min(low, 0), high > Math.max(low, 0) ? high * 1.05 : Math.max(low, 0) + 1];
 }
 
 /**
- * The text of an SVG file.
+ * Return the text of an SVG file.
  * @param {object} chart
  * @param {string} chart.title
- * @param {ArrayLike<number>} chart.x rising
- * @param {string[]} [chart.names] of the places on the x axis, in the place of numbers
- * @param {(import("./charts.js").Series & {color: string, dash?: number[]})[]} chart.series those that are shown
+ * @param {ArrayLike<number>} chart.x in ascending order
+ * @param {string[]} [chart.names] of the positions on the x axis, instead of numbers
+ * @param {(import("./charts.js").Series & {color: string, dash?: number[]})[]} chart.series the
+ *   visible series
  * @param {string} [chart.xLabel]
  * @param {string} [chart.yLabel]
  */
@@ -49,7 +54,8 @@ function scaleOf(x, names, series) {
   const all = series.flatMap(({ values, low, high, runs = [] }) =>
     [values, low, high, ...runs.map((run) => run.values)].filter(Boolean),
   );
-  let [minimum, maximum] = [Infinity, -Infinity]; // there may be too many to be arguments
+  // Math.min(...values) fails for very many values.
+  let [minimum, maximum] = [Infinity, -Infinity];
   for (const values of all)
     for (const value of values)
       if (value !== null) [minimum, maximum] = [Math.min(minimum, value), Math.max(maximum, value)];
@@ -74,7 +80,8 @@ function axes(scale, x, names, xLabel, yLabel) {
     gridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
     textLabel(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" }),
   ]);
-  const ticks = names ? Array.from(x) : ticksBetween(scale.first, scale.last, 1); // generations are whole
+  // Generations are whole numbers.
+  const ticks = names ? Array.from(x) : ticksBetween(scale.first, scale.last, 1);
   const columns = ticks.map((tick) => [
     gridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT),
     textLabel(names ? names[tick] : String(tick), {
@@ -97,7 +104,7 @@ function axes(scale, x, names, xLabel, yLabel) {
   );
 }
 
-/** Stretches of places at which there is a number. */
+/** Return the runs of consecutive indices at which all edges have a value. */
 function definedStretches(x, ...edges) {
   const runs = [[]];
   for (let index = 0; index < x.length; index++) {
@@ -122,14 +129,12 @@ function band(scale, x, { low, high, color }) {
 }
 
 function curve(scale, x, values, drawn) {
-  const lines = definedStretches(x, values).map(
-    (stretch) =>
-      `M${stretch.map((index) => `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`).join("L")}`,
-  );
+  const point = (index) => `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`;
+  const lines = definedStretches(x, values).map((stretch) => `M${stretch.map(point).join("L")}`);
   return svg("path", { d: lines.join(""), fill: "none", "stroke-linejoin": "round", ...drawn });
 }
 
-/** A mean's curve; where it has few places, each of them a point, too. */
+/** Draw the curve of a mean. A curve with few values also has points. */
 function mean(scale, x, { values, color, dash = [], label }) {
   const points = x.length > 12 ? [] : definedStretches(x, values).flat();
   return svg(

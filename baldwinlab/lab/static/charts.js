@@ -1,4 +1,4 @@
-// Charts: curves with bands (uPlot), and box plots whose points are links (box_chart.js). Both follow the page's colours.
+// Charts with curves and bands (uPlot). See box_chart.js for box plots.
 
 import uPlot from "./vendor/uPlot.esm.js";
 import { curvesSvg, axisRange } from "./chart_svg.js";
@@ -9,13 +9,18 @@ import { palette } from "./palette.js";
 export { boxChart } from "./box_chart.js";
 
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
-const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
+// With more curves, bands are paler, and a button hides all curves.
+const MANY = 8;
 const WHOLE = [1, 2, 5]
   .flatMap((step) => [step, 10 * step, 100 * step, 1000 * step])
-  .sort((line, other) => line - other); // between ticks of generations
-const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
+  // Possible distances between generation ticks.
+  .sort((line, other) => line - other);
+// Visible on light and dark backgrounds.
+const GRID = "rgba(128, 128, 128, 0.22)";
 
-/** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
+/**
+ * Return the color and dash of a condition, as in the figures of the report. The first 28 differ.
+ */
 export function seriesStyle(number) {
   return {
     color: palette[`series-${number % 7}`],
@@ -26,21 +31,27 @@ export function seriesStyle(number) {
 /**
  * @typedef {object} Series
  * @property {string} label
- * @property {ArrayLike<number|null>} values one a place on the x axis
- * @property {ArrayLike<number>} [low] lower edge of its band
- * @property {ArrayLike<number>} [high] upper edge of its band
- * @property {string} [color] "#rrggbb"; that of `look` where it is not given
- * @property {number[]} [dash] pixels drawn and left out
- * @property {{run: number, values: ArrayLike<number|null>}[]} [runs] that it is the mean of, each a thin line
+ * @property {ArrayLike<number|null>} values one per position on the x axis
+ * @property {ArrayLike<number>} [low] lower edge of the band
+ * @property {ArrayLike<number>} [high] upper edge of the band
+ * @property {string} [color] "#rrggbb", by default that of `seriesStyle`
+ * @property {number[]} [dash] lengths of dashes and gaps, in pixels
+ * @property {{run: number, values: ArrayLike<number|null>}[]} [runs] the runs of a mean, drawn as
+ *   thin lines
  *
  * @typedef {object} LineChart
- * @property {(x: ArrayLike<number>, series: Series[]) => void} update shows other data; what is hidden stays hidden by its label
- * @property {(index: number|null) => void} mark puts the cursor on a place of the x axis, or takes it away
- * @property {() => string} svg what is shown now, as the text of a file
- * @property {() => void} destroy frees what it used
+ * @property {(x: ArrayLike<number>, series: Series[]) => void} update shows other data; hidden
+ *   labels stay hidden
+ * @property {(index: number|null) => void} mark moves the cursor to a position of the x axis, or
+ *   removes it
+ * @property {() => string} svg returns the visible chart as the text of a file
+ * @property {() => void} destroy
  */
 
-/** A box to tick, so that each run is a thin line beside the mean. @param {(each: boolean) => void} changed */
+/**
+ * Return a checkbox that shows each run as a thin line.
+ * @param {(isChecked: boolean) => void} changed
+ */
 export function runSwitch(checked, changed) {
   const input = el("input", {
     type: "checkbox",
@@ -52,19 +63,21 @@ export function runSwitch(checked, changed) {
 }
 
 /**
- * Curves over a shared x axis, with a legend whose entries hide and show them.
- * @param {HTMLElement} root is emptied and filled; its width is followed
+ * Draw curves over a shared x axis, with a legend that hides and shows them.
+ * @param {HTMLElement} root is emptied and filled; the chart follows its width
  * @param {object} options
- * @param {string} options.title what is shown, for screen readers and above the chart
- * @param {ArrayLike<number>} options.x rising
- * @param {string[]} [options.names] of the places on the x axis, which then are 0, 1, 2 and so on
+ * @param {string} options.title above the chart, and for screen readers
+ * @param {ArrayLike<number>} options.x in ascending order
+ * @param {string[]} [options.names] of the positions on the x axis, which are then 0, 1, 2, ...
  * @param {Series[]} options.series
  * @param {string} [options.xLabel]
  * @param {string} [options.yLabel]
- * @param {number} [options.height] CSS pixels of the plot
- * @param {string[]} [options.hidden] labels of series not shown at first
- * @param {(hidden: string[]) => void} [options.onHidden] told when the reader hides or shows one
- * @param {(pick: {index: number, x: number, label: string, run?: number}) => void} [options.onPick] a click, a tap or Enter on a curve
+ * @param {number} [options.height] of the plot, in CSS pixels
+ * @param {string[]} [options.hidden] labels of series that are hidden at first
+ * @param {(hidden: string[]) => void} [options.onHidden] called when the user hides or shows a
+ *   series
+ * @param {(pick: {index: number, x: number, label: string, run?: number}) => void} [options.onPick]
+ *   called for a click, a tap or Enter on a curve
  * @returns {LineChart}
  */
 export function lineChart(root, options) {
@@ -75,8 +88,10 @@ export function lineChart(root, options) {
     role: "group",
     "aria-label": options.title,
   });
-  const pointedRun = el("span", { class: "chart-run soft" }); // the run whose line is pointed at
-  const announcement = el("span", { class: "visually-hidden", role: "status" }); // what the keys have led to
+  // The run under the pointer.
+  const pointedRun = el("span", { class: "chart-run soft" });
+  // Announces the keyboard target to screen readers.
+  const announcement = el("span", { class: "visually-hidden", role: "status" });
   root.replaceChildren(
     el("div", { class: "chart-title" }, options.title),
     plot,
@@ -150,7 +165,8 @@ export function lineChart(root, options) {
   const scheme = matchMedia("(prefers-color-scheme: dark)");
   const recolor = () => chart.redraw();
   scheme.addEventListener("change", recolor);
-  let chosen = null; // the column that the keys have led to
+  // The column of the keyboard target.
+  let chosen = null;
   plot.addEventListener("keydown", (event) => {
     const target = readKey(event, chart, series, chosen);
     if (!target) return;
@@ -160,7 +176,8 @@ export function lineChart(root, options) {
       return void (target.curve && options.onPick?.(pickOf(chart, target.index, target.curve)));
     setCursor(chart, target.index, target.curve?.top);
     chosen = target.curve?.columns[0] ?? null;
-    chart.setSeries(chosen, { focus: true }); // of several that meet there, this one
+    // Selects one of several curves at the same position.
+    chart.setSeries(chosen, { focus: true });
     announcement.textContent = describeTarget(target, chart, options);
   });
 
@@ -195,8 +212,10 @@ export function lineChart(root, options) {
 }
 
 /**
- * First every run's line, which so lies below; then three columns a series: its mean, and the edges of its band, empty where it
- * has none.
+ * Return the columns of uPlot.
+ *
+ * The lines of runs come first, so they are drawn below. Each series has three columns: its mean,
+ * and the edges of its band, which are empty without a band.
  */
 function columns(x, series) {
   const empty = new Array(x.length).fill(null);
@@ -213,7 +232,9 @@ function runsOf(series) {
   );
 }
 
-/** What can be pointed at, each with the columns that it has, its own first: the lines of runs, and the means. */
+/**
+ * Return the lines of runs and the means with their columns. The first column is the line itself.
+ */
 function curvesOf(series) {
   const runs = runsOf(series).map((line, element) => ({ ...line, columns: [element + 1] }));
   return [
@@ -285,8 +306,10 @@ function settings(plot, series, hidden, options, showValues) {
       focus: {
         prox: 24,
         dist: (_, column, index, value, cursor) => (isCurve(column) ? value - cursor : Infinity),
-      }, // not edges
-      drag: { x: false, y: false, click() {} }, // uPlot would take a click near an edge, where its cursor snaps, for a drag
+        // Ignore the edges of bands.
+      },
+      // uPlot would treat a click near an edge as a drag, because its cursor snaps to the edge.
+      drag: { x: false, y: false, click() {} },
       y: false,
       points: { show: (chart, column) => means.has(column) && cursorPoint(chart, column) },
     },
@@ -300,7 +323,7 @@ function settings(plot, series, hidden, options, showValues) {
   };
 }
 
-/** An axis whose places have names. */
+/** Return the ticks of an axis with named positions. */
 function namedTicks(names) {
   return (
     names && {
@@ -354,7 +377,7 @@ function distance({ top }, event, element) {
   return Math.abs(top - (event.clientY - element.top));
 }
 
-/** The curves that are shown and have a value at an index of the x axis, with their height there. */
+/** Return the visible curves with a value at an index of the x axis, and their heights. */
 function visibleCurvesAt(chart, series, index) {
   return curvesOf(series)
     .map((curve) => ({ ...curve, value: curve.values[index] }))
@@ -371,7 +394,10 @@ function setCursor(chart, index, top = 0) {
   chart.setCursor({ left, top: index == null ? -10 : top });
 }
 
-/** Where a key leads: left and right along the x axis, up and down from curve to curve, Enter nowhere; null for other keys. */
+/**
+ * Return the target of a key, or null: left and right move along the x axis, up and down between
+ * curves.
+ */
 function readKey({ key }, chart, series, chosen) {
   const last = chart.data[0].length - 1;
   const now = chart.cursor.idx ?? last;
@@ -393,16 +419,16 @@ function readKey({ key }, chart, series, chosen) {
     curves.find(({ columns: [column] }) => column === chosen) ??
     curves.find(({ run }) => run === undefined);
   const ordered = curves.toSorted((line, other) => other.top - line.top);
-  const element = ordered.indexOf(previous) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
-  return { index, curve: ordered[Math.min(Math.max(element, 0), ordered.length - 1)] };
+  const rank = ordered.indexOf(previous) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
+  return { index, curve: ordered[Math.min(Math.max(rank, 0), ordered.length - 1)] };
 }
 
-/** What the keys have led to, for screen readers. */
+/** Return the text of a keyboard target for screen readers. */
 function describeTarget({ index, curve }, chart, { names, xLabel = "" }) {
-  const element = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
-  return curve
-    ? `${curve.label}${curve.run === undefined ? "" : `, run ${curve.run}`}, ${element}: ${formatShort(curve.value)}`
-    : element;
+  const position = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
+  if (!curve) return position;
+  const run = curve.run === undefined ? "" : `, run ${curve.run}`;
+  return `${curve.label}${run}, ${position}: ${formatShort(curve.value)}`;
 }
 
 function formatShort(value) {

@@ -1,9 +1,9 @@
-/** The claims: the verdict, the measured effect beside the paper's figure where there is one, and the lifetimes to look at. */
+/** The claims: verdict, measured effect, the value in the paper, and links to lifetimes. */
 
 import { el, format } from "./common.js";
 
 export const VERDICTS = {
-  // its tone, and how one and several are counted
+  // The tone, and the singular and plural forms of the count.
   holds: ["good", "holds", "hold"],
   undecided: ["", "is undecided", "are undecided"],
   "does not hold": ["warm", "does not hold", "do not hold"],
@@ -21,7 +21,7 @@ const MEASURES = {
  * @param {{id: string, paper: string}} study
  * @param {(condition: string) => number} typicalRun
  * @param {(condition: string) => number} lastGeneration
- * @param {string | null} problem why the claims are not valid
+ * @param {string | null} problem the error if the claims are not valid
  */
 export function claimList(claims, study, typicalRun, lastGeneration, problem) {
   const section = el(
@@ -72,7 +72,7 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
   return section;
 }
 
-/** Whether any says what a paper found; questions of a study's own do not. */
+/** Return whether any claim is from a paper. Custom claims are not. */
 function hasPaperClaims(claims) {
   return !claims.length || claims.some((claim) => claim.paper || (claim.figure ?? null) !== null);
 }
@@ -131,10 +131,13 @@ function describeEffect(claim) {
       : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
   const weakest =
     claim.comparisons.length > 1 ? `; the weakest of ${claim.comparisons.length} comparisons` : "";
-  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}`;
+  return (
+    `${sign}${format(claim.effect)}${interval}${p}; ` +
+    `${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}`
+  );
 }
 
-/** One life, or two side by side. */
+/** Return the link to one lifetime, or to two lifetimes for comparison. */
 function watchLink([life, reference]) {
   const second = reference
     ? Object.entries(reference).map(([key, value]) => [`b.${key}`, value])

@@ -1,7 +1,7 @@
-/** What every view uses: elements, requests, messages, numbers. */
+/** Elements, requests, messages and number formats for all views. */
 
 /**
- * An element. Attributes that begin with "on" are listeners; `null` and `false` leave an attribute out.
+ * Create an element. Attributes that start with "on" are listeners. `null` and `false` are omitted.
  * @param {string} tag
  * @param {Object<string, any>} [attributes]
  * @param {...(Node|string|number|null)} children
@@ -21,7 +21,7 @@ export function el(tag, attributes = {}, ...children) {
   return element;
 }
 
-/** An icon of 20 by 20 units, drawn with the colour of the text. `path` is the data of an SVG path. */
+/** Create an icon of 20 x 20 units in the text color. `path` is the data of an SVG path. */
 export function icon(path) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("viewBox", "0 0 20 20");
@@ -33,7 +33,7 @@ export function icon(path) {
   return svg;
 }
 
-/** What the server refused, in its own sentence. */
+/** An error message of the server. */
 export class Refusal extends Error {
   constructor(readError, status) {
     super(readError);
@@ -41,14 +41,18 @@ export class Refusal extends Error {
   }
 }
 
-let localServer = null; // answers in the place of a server, in a page that has none
+// Replaces the server on exported pages.
+let localServer = null;
 
-/** @param {{get: (path: string, signal?: AbortSignal) => Promise<any>, post: (path: string, body: any) => Promise<any>}} answerer */
+/**
+ * @param {{get: (path: string, signal?: AbortSignal) => Promise<any>, post: (path: string, body:
+ *   any) => Promise<any>}} answerer
+ */
 export function useLocalServer(answerer) {
   localServer = answerer;
 }
 
-/** Whether there is no server, and what needs one is not to be offered. */
+/** Return whether there is no server. Features that need a server are then hidden. */
 export function isServerless() {
   return localServer !== null;
 }
@@ -69,7 +73,7 @@ export async function postJSON(path, body, signal) {
 }
 
 /**
- * A binary container (frames.py).
+ * Request a binary container (binary_frames.py).
  * @returns {Promise<{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}>}
  */
 export async function getBinary(path, signal) {
@@ -87,7 +91,10 @@ const TYPES = {
   float32: Float32Array,
 };
 
-/** The header and arrays of a container; the arrays look into `buffer`, nothing is copied but what is kept as differences. */
+/**
+ * Return the header and the arrays of a container. Arrays are views of `buffer`, except
+ * differences.
+ */
 export function unpack(buffer) {
   const bytes = new Uint8Array(buffer, 0, 8);
   if (String.fromCharCode(...bytes.subarray(0, 4)) !== "BALD")
@@ -103,7 +110,7 @@ export function unpack(buffer) {
   return { header, arrays };
 }
 
-/** An array [row, column] of which the differences from row to row are kept, column by column: sums of bits. */
+/** Decode an array [row, column] that is stored as bit differences, column by column. */
 function summed(encoded, [rows, columns]) {
   const bits = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[encoded.BYTES_PER_ELEMENT];
   const differences = new bits(encoded.buffer, encoded.byteOffset, encoded.length);
@@ -117,7 +124,10 @@ function summed(encoded, [rows, columns]) {
   return new encoded.constructor(sums.buffer);
 }
 
-/** Base64 of deflated bytes, unpacked. @returns {Promise<ArrayBuffer>} */
+/**
+ * Decode base64 of deflated bytes.
+ * @returns {Promise<ArrayBuffer>}
+ */
 export async function inflate(text) {
   const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   return new Response(
@@ -125,7 +135,9 @@ export async function inflate(text) {
   ).arrayBuffer();
 }
 
-/** A request that waits, with a banner, while there is no connection, and then goes on. Raises Refusal. */
+/**
+ * Send a request. Without a connection, show a banner and retry. Throw Refusal for an error status.
+ */
 export async function request(path, options) {
   for (;;) {
     let answer;
@@ -141,7 +153,8 @@ export async function request(path, options) {
     connection(true);
     if (answer.ok) return answer;
     const refusal = new Refusal(await readError(answer), answer.status);
-    if (answer.status === 401) connection(false, refusal.message); // stays in sight, as nothing else will be answered
+    // The banner stays, because the server rejects all further requests.
+    if (answer.status === 401) connection(false, refusal.message);
     throw refusal;
   }
 }
@@ -156,7 +169,11 @@ async function readError(answer) {
 
 const LOST = "There is no connection to baldwinlab. Trying again …";
 
-/** Show or hide the banner of a lost connection. @param {boolean} isConnected @param {string} [reason] */
+/**
+ * Show or hide the banner about the connection.
+ * @param {boolean} isConnected
+ * @param {string} [reason]
+ */
 export function connection(isConnected, reason = LOST) {
   const banner = document.getElementById("connection");
   if (!banner) return;
@@ -165,7 +182,7 @@ export function connection(isConnected, reason = LOST) {
 }
 
 /**
- * A sentence for the reader, also read aloud by screen readers; goes by itself, or at a click.
+ * Show a message, also to screen readers. It disappears after some seconds or at a click.
  * @param {string} text
  * @param {"error"|"done"|"info"} [kind]
  */
@@ -192,7 +209,7 @@ const formats = [0, 1, 2, 3].map(
   (digits) => new Intl.NumberFormat("en", { maximumFractionDigits: digits }),
 );
 
-/** A number for people: 12,345; 12.3; 0.012. */
+/** Format a number for reading: 12,345 or 12.3 or 0.012. */
 export function format(number) {
   if (number === null || number === undefined || Number.isNaN(number)) return "–";
   const size = Math.abs(number);

@@ -1,13 +1,17 @@
-/** The comparison of a study's conditions: verdict, effect, p-values and runs, as the report has it. */
+/** The comparison of conditions: verdict, effect, p-value and number of runs, as in the report. */
 
 import { el, format } from "./common.js";
 
 const MEASURES = { mean: "average agent", best: "best agent" };
 const TONES = { higher: "good", lower: "warm" };
 const HEADINGS = ["Condition", "Verdict", "Effect [95 % interval]", "Corrected p", "A12", "Runs"];
-const MOST_OPEN = 4; // rows; a longer table is folded
+// A longer table is folded.
+const MOST_OPEN = 4;
 
-/** @param {{pairing: string, too_few: string, rows: object[]}|undefined} comparison of the study's results */
+/**
+ * Return the table of a comparison.
+ * @param {{pairing: string, too_few: string, rows: object[]}|undefined} comparison
+ */
 export function comparisonTable(comparison) {
   if (!comparison?.rows.length) return "";
   const { pairing, too_few: tooFew, rows } = comparison;
@@ -31,7 +35,8 @@ export function comparisonTable(comparison) {
     ),
   );
   const explanation =
-    "The effect is the difference between the medians of the runs. The p-value is from the Mann-Whitney test with Holm's correction.";
+    "The effect is the difference between the medians of the runs. The p-value is from " +
+    "the Mann-Whitney test with Holm's correction.";
   return el(
     "details",
     { class: "card", open: rows.length <= MOST_OPEN, "data-testid": "comparison" },

@@ -1,15 +1,15 @@
-/** What is shown, to take along: tables as CSV, pictures as SVG. */
+/** Downloads of the visible data: tables as CSV, charts as SVG. */
 
 import { el } from "./common.js";
 
 const TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" };
 
 /**
- * Two buttons that take a chart along: what it is drawn from, and how it is drawn.
- * @param {string} name of the files, without their endings
+ * Return two buttons that download the data and the drawing of a chart.
+ * @param {string} name of the files, without suffix
  * @param {string[]} columns
  * @param {() => Object<string, any>[]} rows
- * @param {() => string} picture the text of an SVG file
+ * @param {() => string} picture returns the text of an SVG file
  */
 export function chartDownloads(name, columns, rows, picture) {
   return el(
@@ -20,7 +20,7 @@ export function chartDownloads(name, columns, rows, picture) {
   );
 }
 
-/** A button that takes a text along as a file of that name; the text is asked for when it is pressed. */
+/** Return a button that downloads a text. `text` is called when the button is pressed. */
 export function downloadButton(name, text, label = `Save as ${name}`) {
   const save = () => {
     const url = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
@@ -40,7 +40,7 @@ export function downloadButton(name, text, label = `Save as ${name}`) {
   );
 }
 
-/** Rows as a table that other programs read; a number that does not exist is an empty cell. */
+/** Return rows as CSV. A missing number is an empty cell. */
 export function csv(columns, rows) {
   const cell = (value) =>
     value === null || value === undefined
@@ -48,5 +48,6 @@ export function csv(columns, rows) {
       : /[",\n]/.test(value)
         ? `"${String(value).replaceAll('"', '""')}"`
         : value;
-  return `${[columns, ...rows.map((row) => columns.map((column) => row[column]))].map((cells) => cells.map(cell).join(",")).join("\n")}\n`;
+  const table = [columns, ...rows.map((row) => columns.map((column) => row[column]))];
+  return `${table.map((cells) => cells.map(cell).join(",")).join("\n")}\n`;
 }

@@ -1,9 +1,10 @@
-/** Drawings as SVG: elements, ticks of axes, and a whole picture as a file that needs nothing else. */
+/** SVG drawings: elements, axis ticks, and complete files. */
 
 import { FONT } from "./palette.js";
 
 const SVG = "http://www.w3.org/2000/svg";
-const HEAD = 40; // units above a picture, for its title
+// SVG units above a drawing, for its title.
+const HEAD = 40;
 
 export function svg(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
@@ -12,17 +13,17 @@ export function svg(tag, attributes, ...children) {
   return element;
 }
 
-/** A line across the plot, which shows on light and on dark. */
+/** Return a line across the plot that is visible on light and dark backgrounds. */
 export function gridLine(x1, y1, x2, y2) {
   return svg("line", { x1, y1, x2, y2, stroke: "currentColor", "stroke-opacity": 0.18 });
 }
 
-/** A word or a number beside a plot. */
+/** Return a text label next to a plot. */
 export function textLabel(text, attributes) {
   return svg("text", { fill: "currentColor", "font-size": 12, opacity: 0.85, ...attributes }, text);
 }
 
-/** The text of a file with a drawing under its title, black on white, whatever the page's ground is. */
+/** Return the text of a file with a title and a drawing, black on white. */
 export function svgFile(title, width, height, drawing) {
   const root = svg(
     "svg",
@@ -41,13 +42,16 @@ export function svgFile(title, width, height, drawing) {
   return `${new XMLSerializer().serializeToString(root)}\n`;
 }
 
-/** From nought in steps of 1, 2 or 5 times a power of ten, about five of them, ending at or above `highest`. */
+/**
+ * Return about five ticks from 0 in steps of 1, 2 or 5 x 10^n. The last tick is at or above
+ * `highest`.
+ */
 export function niceTicks(highest) {
   const step = niceStep(highest);
   return multiples(step, 0, Math.ceil(highest / step - 1e-9));
 }
 
-/** Such steps between two values; none is smaller than `least`. */
+/** Return such ticks between two values. No step is smaller than `minStep`. */
 export function ticksBetween(low, high, minStep = 0) {
   const step = Math.max(niceStep(high - low || 1), minStep);
   return multiples(step, Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9));

@@ -1,10 +1,13 @@
 /**
- * The engine in a browser: a module of the functions that Python compiles, laid out in memory as its plan says (plan.py). It knows
- * no model, and computes nothing but where things lie. Needs no page: a worker, Node and tests use it alike.
+ * The engine in a browser: compiled functions, and their memory layout from browser_layout.py.
+ *
+ * This file contains no model. It needs no page, so workers, Node and tests can use it.
  */
 
-const PAGE = 65536; // bytes, in which memory grows
-const ALIGNED = 64; // bytes, to which arrays begin
+// Bytes. Memory grows in pages.
+const PAGE = 65536;
+// Bytes. Arrays are aligned to a multiple of this number.
+const ALIGNED = 64;
 const ARRAYS = {
   f4: Float32Array,
   f8: Float64Array,
@@ -19,15 +22,17 @@ const NUMBERS = {
   i8: (view, at, value) => view.setBigInt64(at, BigInt(Math.trunc(value)), true),
   bool: (view, at, value) => view.setUint8(at, value ? 1 : 0),
 };
-const HEAD = 32; // bytes of an array's description before its shape
+// Bytes of an array descriptor before its shape.
+const HEAD = 32;
 
 export const REFUSED =
-  "The browser did not provide enough memory for this experiment. Use fewer agents, items or units.";
+  "The browser did not provide enough memory for this experiment. Use fewer agents, " +
+  "items or units.";
 
 /** @typedef {{plan: Object<string, any>, code: WebAssembly.Module}} Program */
 
 export class Engine {
-  /** @param {Program} program one that `load` gave */
+  /** @param {Program} program as returned by `load` */
   constructor({ plan, code }) {
     this.plan = plan;
     this.memory = orRefuse(() => new WebAssembly.Memory({ initial: 16 }));
@@ -35,7 +40,7 @@ export class Engine {
     this.first = this.made.__heap_base.value;
   }
 
-  /** Make room for a run of an experiment, and fill in what never changes in it. */
+  /** Allocate the memory of a run, and write its constants. */
   prepare(experiment, { seed, run }) {
     Object.assign(this, {
       experiment,
@@ -53,30 +58,33 @@ export class Engine {
     this.call("furnish");
   }
 
-  /** Call an entry point with the addresses of the tuples that it takes. */
+  /** Call an entry point with the addresses of its tuples. */
   call(name) {
     this.made[name](...this.plan.takes[name].map((tuple) => this.tuples[tuple]));
   }
 
-  /** The array of a name such as "state.weights"; it looks into the memory, and the next `prepare` makes it void. */
+  /** Return the array of a name such as "state.weights". `prepare` invalidates it. */
   array(name) {
     const { type, data, size } = this.arrays[name];
     return new ARRAYS[type](this.memory.buffer, data, size);
   }
 
-  /** @returns {number[]} how long an array is in each of its dimensions */
+  /**
+   * Return the shape of an array.
+   * @returns {number[]}
+   */
   shape(name) {
     return this.arrays[name].shape;
   }
 
-  /** Write a number of a name such as "population.generation". */
+  /** Write the number of a name such as "population.generation". */
   set(name, value) {
     const [tuple, leaf] = split(name);
     const { at, type } = this.plan.tuples[tuple].leaves[leaf];
     NUMBERS[type](new DataView(this.memory.buffer), this.tuples[tuple] + at, value);
   }
 
-  /** Lay out a tuple and all that is in it. */
+  /** Allocate a tuple and its arrays. */
   allocateTuple(tuple) {
     const { bytes, leaves } = this.plan.tuples[tuple];
     this.tuples[tuple] = this.allocate(bytes);
@@ -86,7 +94,7 @@ export class Engine {
     }
   }
 
-  /** Make room for an array, fill it, and write its description as compiled code reads it. */
+  /** Allocate and fill an array, and write its descriptor. */
   allocateArray(name, at, { type, fill = 0, ...spec }) {
     const content = this.content(spec);
     const shape = spec.table
@@ -114,7 +122,7 @@ export class Engine {
     });
   }
 
-  /** What an array begins with, where the plan says so one by one. */
+  /** Return the initial values of an array that the layout lists. */
   content({ values, table, columns, then }) {
     if (values) return values.flatMap((value) => this.value(value));
     if (!table) return null;
@@ -130,7 +138,7 @@ export class Engine {
     );
   }
 
-  /** What a value of the plan is in this run. */
+  /** Return a value of the layout for this run. */
   value(value) {
     if (value === null || typeof value !== "object")
       return typeof value === "string" ? Number(value) : value;
@@ -143,7 +151,7 @@ export class Engine {
     return current;
   }
 
-  /** The address of so many bytes, zeros or whatever was there. Raises an Error with a sentence where there is no memory. */
+  /** Return the address of new memory. It may contain old values. Throw an Error without memory. */
   allocate(bytes) {
     const at = Math.ceil(this.free / ALIGNED) * ALIGNED;
     this.free = at + bytes;
@@ -153,11 +161,12 @@ export class Engine {
   }
 }
 
-/** Compile a module. Raises an Error with a sentence where the browser cannot. */
+/** Compile a module. Throw an Error if the browser does not support it. */
 export async function load(bytes, plan) {
   if (typeof WebAssembly === "undefined" || !WebAssembly.validate(bytes)) {
     throw new Error(
-      "This browser does not support WebAssembly with SIMD. Use a browser released in 2021 or later.",
+      "This browser does not support WebAssembly with SIMD. Use a browser released in " +
+        "2021 or later.",
     );
   }
   return { plan, code: await WebAssembly.compile(bytes) };
@@ -171,7 +180,7 @@ function orRefuse(make) {
   }
 }
 
-/** What stands at a dotted path; undefined where nothing does. */
+/** Return the value at a dotted path, or undefined. */
 export function lookUp(tree, path) {
   return path.split(".").reduce((below, step) => below?.[step] ?? undefined, tree);
 }

@@ -1,23 +1,32 @@
-/** What a worker of a page without a server does: some runs of an experiment, and any life of them again. */
+/** The worker of an exported page: simulate runs, and replay lifetimes. */
 
 import { REFUSED, load } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
 import { inspectAgent, spanOf, record } from "./lifetime_recorder.js";
 
-const WARM_UP_TIME = 150; // ms
-const CHUNK_STEPS = 100; // steps
-const CHUNK_AGENT_STEPS = 200_000; // at a time
-const YIELD_INTERVAL = 50; // ms, after which a worker hears what is asked of it
-const MAX_GENOME_BYTES = 256_000_000; // bytes of genomes, in each worker
+// Milliseconds.
+const WARM_UP_TIME = 150;
+// Steps.
+const CHUNK_STEPS = 100;
+// Agent-steps between two checks.
+const CHUNK_AGENT_STEPS = 200_000;
+// Milliseconds, after which a worker handles messages.
+const YIELD_INTERVAL = 50;
+// Bytes of genomes in each worker.
+const MAX_GENOME_BYTES = 256_000_000;
 
-const loaded = new Map(); // programs, by the name of their module
-const groups = new Map(); // runs that live side by side, by the page's name for them
+// Compiled modules, by name.
+const loaded = new Map();
+// Runs that are simulated together, by the name that the page gives them.
+const groups = new Map();
 
 const COMMANDS = {
   async program({ name, bytes, plan }) {
     loaded.set(name, await load(bytes, plan));
   },
-  /** Live for a moment and forget it: browsers make what runs fast only when it has run for a while. */
+  /**
+   * Simulate for a moment and discard the result, because browsers optimize code that runs often.
+   */
   warm({ program, experiment }) {
     const run = new Run(loaded.get(program), experiment, 0, 0);
     const until = performance.now() + WARM_UP_TIME;
@@ -37,13 +46,14 @@ const COMMANDS = {
     }));
     groups.set(group, { made: members });
   },
-  /** The next generation of each run of a group. */
+  /** Simulate the next generation of each run of a group. */
   async next({ group }) {
     const state = groups.get(group);
     const { made: members } = state;
     const results = [];
     for (const { run, living, genomes } of members) {
-      const { teachers } = living; // theirs who live now; those of their children stand there afterwards
+      // The teachers of the current generation. Reproduction replaces them.
+      const { teachers } = living;
       const { genome, ...lived } = await simulateInterruptibly(living, () => !state.stopped);
       genomes.push(genome);
       genomes[
@@ -57,7 +67,8 @@ const COMMANDS = {
     const genome = groups.get(group).made.find((entry) => entry.run === run).genomes[generation];
     if (!genome)
       throw new Error(
-        `The genomes of generation ${generation} are no longer in memory. The page stores only the newest generations.`,
+        `The genomes of generation ${generation} are no longer in memory. The page ` +
+          "stores only the newest generations.",
       );
     return genome;
   },
@@ -65,7 +76,7 @@ const COMMANDS = {
   inside: (shouldContinue) => replay(shouldContinue, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
     simulate(loaded.get(program), experiment, seed, run),
-  /** Live no further, in mid-life too; what has lived can still be seen. */
+  /** Stop a group within a lifetime. Finished generations remain available. */
   stop({ group }) {
     groups.get(group).stopped = true;
   },
@@ -75,7 +86,7 @@ const COMMANDS = {
   },
 };
 
-/** The next generation of a run, which is left where it is as soon as it is not `wanted` any more. */
+/** Simulate the next generation of a run. Stop as soon as `shouldContinue` returns false. */
 async function simulateInterruptibly(living, shouldContinue) {
   const {
     lifetime: { steps },
@@ -87,13 +98,14 @@ async function simulateInterruptibly(living, shouldContinue) {
   for (let step = 0; step < steps && shouldContinue(); step += piece) {
     living.live(step, Math.min(step + piece, steps));
     if (performance.now() - lastPause < YIELD_INTERVAL) continue;
-    await new Promise((resolve) => setTimeout(resolve)); // let others be heard
+    // Let the worker handle messages.
+    await new Promise((resolve) => setTimeout(resolve));
     lastPause = performance.now();
   }
   return living.finishGeneration(genome);
 }
 
-/** A life again, from the genomes of its generation, with somebody who looks at it. */
+/** Replay a lifetime from the genomes of its generation, and record it. */
 function replay({ program, experiment, seed, run, genome, first, last, ...shouldContinue }, look) {
   const replayRun = new Run(loaded.get(program), experiment, seed, run);
   replayRun.engine.array("population.genome").set(genome);

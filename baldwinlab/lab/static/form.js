@@ -1,6 +1,8 @@
 /**
- * A form made from a JSON schema: groups, numbers with sliders, choices, lists. It knows nothing of experiments. A field marked
- * "x-chooses" decides which other fields there are; what the schema does not know is shown as it is.
+ * A form from a JSON schema: groups, numbers with sliders, choices and lists.
+ *
+ * The form does not depend on experiments. A field marked "x-chooses" determines other fields.
+ * Values that the schema does not contain are shown as constants.
  */
 
 import { el } from "./common.js";
@@ -8,20 +10,22 @@ import { el } from "./common.js";
 /**
  * @typedef {object} Form
  * @property {HTMLElement} element
- * @property {Object<string, any>} value what the form says now
- * @property {(faults: {path: string, message: string}[]) => void} show puts each sentence next to the field that it is about
- * @property {(path: string) => void} go to a field, or to the group around it
+ * @property {Object<string, any>} value the current values
+ * @property {(faults: {path: string, message: string}[]) => void} show shows each error at its
+ *   field
+ * @property {(path: string) => void} go scrolls to a field or its group
  *
- * @typedef {object} Place one field or group
- * @property {HTMLElement|null} fault where its sentence goes; null: where that of what is around it goes
- * @property {HTMLElement|null} input what is marked as wrong
+ * @typedef {object} Place a field or a group
+ * @property {HTMLElement|null} fault the element for errors; null: that of the enclosing group
+ * @property {HTMLElement|null} input the input that is marked as invalid
  */
 
 /**
  * @param {Object<string, any>} schema of an object, with its `$defs`
- * @param {Object<string, any>} start the values to begin with, whole; sliders span what is near them
- * @param {(value: Object<string, any>) => void} onChange told after every change
- * @param {(value: Object<string, any>) => void} onChoose told instead, where other fields follow from it
+ * @param {Object<string, any>} start complete initial values; they determine the ranges of sliders
+ * @param {(value: Object<string, any>) => void} onChange called after a change
+ * @param {(value: Object<string, any>) => void} onChoose called instead if other fields depend on
+ *   the change
  * @returns {Form}
  */
 export function schemaForm(schema, start, onChange, onChoose) {
@@ -52,7 +56,7 @@ function go(fields, path) {
   (input ?? fault).scrollIntoView({ block: "center" });
 }
 
-/** Open all groups around an element. */
+/** Open all groups that contain an element. */
 function open(element) {
   for (
     let group = element.closest("details");
@@ -79,7 +83,7 @@ function showFaults(fields, faults) {
   }
 }
 
-/** Where the sentence about a path goes: beside its field, or at the smallest group around it. */
+/** Return the error element of a path: that of the field, or of the smallest enclosing group. */
 function errorElement(fields, path) {
   for (
     let ancestor = path;
@@ -102,7 +106,8 @@ export function resolve(form, node) {
       ),
       ...rest,
       empty: true,
-    }; // null where nothing is written
+      // null if the input is empty.
+    };
   }
   if (!node.$ref) return node;
   const { $ref, ...rest } = node;
@@ -123,7 +128,7 @@ function fieldsOf(form, node, holder, path) {
   ];
 }
 
-/** What cannot be changed here: a table of a part that is not there, say. */
+/** Return a field that cannot be changed here. */
 function constantField(title, value, path) {
   const text = typeof value === "string" ? value : JSON.stringify(value, null, 1);
   return el(
@@ -134,7 +139,7 @@ function constantField(title, value, path) {
   );
 }
 
-/** The element for `holder[key]`, which it keeps up to date. A group may have a title of its own. */
+/** Return the element of `holder[key]`, which it updates. A group can have its own title. */
 function field(form, node, holder, key, path, title) {
   if (node.const !== undefined) return constantField(words(key), node.const, path);
   if (node.type === "object") return group(form, node, holder[key], path, title ?? words(key));
@@ -174,7 +179,7 @@ function group(form, node, value, path, title) {
   );
 }
 
-/** A field: its name, what it means, the inputs and the sentence if it is wrong. The last input carries the name. */
+/** Return a field: name, inputs, error and description. The last input is labeled. */
 function labelledField(form, node, path, title, inputs) {
   const [input, id] = [inputs.at(-1), `field-${path}`];
   const [hint, fault] = [
@@ -212,7 +217,7 @@ function numberInput(form, node, holder, key) {
   return input;
 }
 
-/** A slider beside a number that has two limits: over all it may be or, where that is far, up to four times where it begins. */
+/** Return a slider for a number with two limits. It covers at most four times the initial value. */
 function sliderOf(form, node, holder, key, number, title) {
   const low = node.minimum ?? node.exclusiveMinimum;
   if (low === undefined || node.maximum === undefined || node.empty) return null;
@@ -268,7 +273,7 @@ function text(form, node, holder, key) {
   return input;
 }
 
-/** Some numbers in a row, as many as the schema says. */
+/** Return a fixed number of inputs in a row. */
 function numberPair(form, node, values, path, title) {
   return node.prefixItems.map((item, number) => {
     const input = numberInput(form, resolve(form, item), values, number);
@@ -278,7 +283,7 @@ function numberPair(form, node, values, path, title) {
   });
 }
 
-/** A list that grows and shrinks: of numbers in a row, or of groups. */
+/** Return a list that can grow and shrink: numbers in a row, or groups. */
 function list(form, node, holder, key, path) {
   const [item, title] = [resolve(form, node.items), words(key)];
   const [fault, entries] = [
@@ -305,7 +310,8 @@ function list(form, node, holder, key, path) {
     draw();
     item["x-chooses"] ? form.chosen() : form.changed();
   };
-  add.hidden = item.enum?.length === 0; // there is nothing to choose from
+  // There are no options.
+  add.hidden = item.enum?.length === 0;
   add.addEventListener("click", () => redraw([...holder[key], newEntry(form, item, holder[key])]));
   form.places.set(path, { fault, input: null });
   draw();
@@ -349,13 +355,16 @@ function entry(form, item, holder, key, number, path, title, redraw) {
   return el("span", { class: "form-entry" }, input, remove);
 }
 
-/** What a new entry of a list begins as: a choice that is not in it yet, a copy of the last, or something fresh. */
+/**
+ * Return the initial value of a new entry: an unused option, a copy of the last entry, or a
+ * default.
+ */
 function newEntry(form, item, entries) {
   if (item.enum) return item.enum.find((option) => !entries.includes(option)) ?? item.enum[0];
   return structuredClone(entries.at(-1)) ?? defaultValue(form, item);
 }
 
-/** What there is where there is nothing to copy: each part's default, or the middle of its limits. */
+/** Return the default value of a field, or a value within its limits. */
 function defaultValue(form, node) {
   const resolved = resolve(form, node);
   if (resolved.default !== undefined) return structuredClone(resolved.default);
@@ -372,7 +381,7 @@ function set(form, holder, key, value) {
   form.changed();
 }
 
-/** `FoodRegion` and `food_region` as "food region". */
+/** Return `FoodRegion` and `food_region` as "food region". */
 function words(name) {
   return name
     .replace(/_/g, " ")

@@ -1,11 +1,13 @@
-/** A tour through evolution: the lives of some generations by themselves, from the first to the last. */
+/** Play the lifetimes of selected generations one after another. */
 
-const STOPS = [0, 5, 20]; // early on much changes, and then little; the last generation comes as well
+// Changes are largest in early generations. The last generation is added.
+const STOPS = [0, 5, 20];
 
 export class GenerationPlayer {
   /**
-   * @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void, changed: (on: boolean) => void}} callbacks
-   * @param {(last: number) => number[]} stops the generations that are shown, up to the last
+   * @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void,
+   *   changed: (on: boolean) => void}} callbacks
+   * @param {(last: number) => number[]} stops the generations to show, up to the last
    */
   constructor(callbacks, stops = (last) => [...STOPS, last]) {
     Object.assign(this, { callbacks, stops });
@@ -17,7 +19,7 @@ export class GenerationPlayer {
     if (this.on) this.callbacks.visit(0);
   }
 
-  /** A life is over. */
+  /** Continue after the end of a lifetime. */
   next() {
     if (!this.on) return;
     const { generation, last } = this.callbacks.now();

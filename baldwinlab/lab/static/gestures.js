@@ -1,8 +1,9 @@
-/** Hands on a world: wheel (with Ctrl, where the page scrolls) and pinch zoom, dragging moves, a click or tap picks. */
+/** Pointer gestures on a map: wheel and pinch zoom, dragging moves, a click or tap selects. */
 
-const STILL = 5; // CSS pixels that a pointer may move and still click
+// CSS pixels that the pointer may move during a click.
+const STILL = 5;
 
-/** Whether the wheel moves the page, which then goes before zooming. */
+/** Return whether the wheel scrolls the page, which has priority over zooming. */
 function scrolls(page) {
   return page !== null && page.scrollHeight > page.clientHeight + 1;
 }
@@ -10,8 +11,8 @@ function scrolls(page) {
 /**
  * @param {HTMLCanvasElement} canvas
  * @param {import("./world.js").WorldView} view
- * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void,
- *   hovered?: (agent: number|null, x: number, y: number) => void}} tell
+ * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void, hovered?:
+ *   (agent: number|null, x: number, y: number) => void}} callbacks
  */
 export function bindGestures(canvas, view, { changed, picked, fitted, hovered }) {
   const pointers = new Map();
@@ -33,7 +34,7 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
     { passive: false },
   );
 
-  // Two fingers zoom the map, and do not move the page as one does.
+  // Two fingers zoom the map instead of scrolling the page.
   canvas.addEventListener(
     "touchmove",
     (event) => event.touches.length > 1 && event.preventDefault(),
@@ -64,7 +65,7 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
     if (moved > STILL) changed();
   });
 
-  /** The place between two fingers stays between them. */
+  /** Zoom around the center between two fingers. */
   function pinch(id, old, now) {
     const [, second] = [...pointers].find(([key]) => key !== id);
     const distanceTo = (from) => Math.max(1, Math.hypot(from[0] - second[0], from[1] - second[1]));

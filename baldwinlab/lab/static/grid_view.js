@@ -1,4 +1,4 @@
-/** A life on a grid of cells: who stands where and what lies where, step by step, and the way it went. */
+/** A lifetime on a grid of cells: agent, items and path, step by step. */
 
 import { el, format, icon } from "./common.js";
 import { cssColor, palette, resolveColor } from "./palette.js";
@@ -6,10 +6,11 @@ import { Player, defaultSpeed } from "./player.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";
-const DIRECTIONS = ["right", "down", "left", "up"]; // by heading
+// By heading.
+const DIRECTIONS = ["right", "down", "left", "up"];
 
 export class GridView {
-  /** @param {() => void} onStep another step is shown */
+  /** @param {() => void} onStep called when another step is shown */
   constructor(onStep) {
     this.onStep = onStep;
     this.player = new Player((time) => this.draw(Math.floor(time)));
@@ -59,7 +60,7 @@ export class GridView {
     this.legend.replaceChildren();
   }
 
-  /** The step stays where it is, as far as this life goes. */
+  /** Set the data. The current step stays the same if the lifetime has it. */
   setData(header, arrays, title) {
     const [
       {
@@ -132,12 +133,13 @@ export class GridView {
         const mark = ground[(step * rows + row) * columns + column];
         pen.fillStyle = mark ? colours[mark - 1] : palette.edge;
         if (mark) pen.fillRect(column + 0.1, row + 0.1, 0.8, 0.8);
-        else pen.fillRect(column + 0.46, row + 0.46, 0.08, 0.08); // so that cells can be counted
+        // A dot makes empty cells visible.
+        else pen.fillRect(column + 0.46, row + 0.46, 0.08, 0.08);
       }
     }
   }
 
-  /** From where the visit began to where the agent stands. */
+  /** Draw the path from the start of the visit to the current cell. */
   drawPath(pen, step) {
     const { place, visit } = this.life;
     pen.beginPath();
@@ -177,7 +179,12 @@ export class GridView {
     const first = visit.indexOf(visit[step]);
     const end = visit.lastIndexOf(visit[step]);
     const facing = heading[step] < 0 ? "" : `, facing ${DIRECTIONS[heading[step] % 4]}`;
-    return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${facing}; gained ${format(gained[step])} in this ${visits} so far`;
+    return (
+      `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ` +
+      `${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, ` +
+      `column ${place[2 * step + 1] + 1}${facing}; gained ${format(gained[step])} ` +
+      `in this ${visits} so far`
+    );
   }
 
   close() {

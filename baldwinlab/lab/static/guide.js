@@ -1,16 +1,18 @@
-/** "What is this?": the words of a view, there until they have been closed once, and whenever they are asked for. */
+/** The guide "What is this?". It is shown until the user closes it, and on request. */
 
 import { navigate } from "./address.js";
 import { el, icon } from "./common.js";
 
-const CLOSED = "baldwinlab.closed-guide."; // and a view's name: what localStorage remembers
-const closed = new Set(); // the same, where a browser lets no page remember
+// The prefix of the keys in localStorage. The name of a view follows.
+const CLOSED = "baldwinlab.closed-guide.";
+// Replaces localStorage if the browser does not allow it.
+const closed = new Set();
 const CROSS = "M5 5l10 10M15 5L5 15";
 
 /** @typedef {{title: string, text: string|Node}} Topic */
 
 export class Guide {
-  /** @param {HTMLElement} opener the button that shows it, and hides it */
+  /** @param {HTMLElement} opener the button that shows and hides the guide */
   constructor(opener) {
     this.opener = opener;
     this.words = el("div", { class: "guide-words" });
@@ -41,18 +43,25 @@ export class Guide {
     opener.addEventListener("click", () => (this.open ? this.close() : this.openByUser()));
     this.root.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
-      event.stopPropagation(); // it closes these words, and not an agent as well
+      // Escape closes the guide, but not the inspector.
+      event.stopPropagation();
       this.close();
     });
   }
 
-  /** Another view comes, with what it can say of itself at once. @param {Topic[]} topics */
+  /**
+   * Set the current view and its first topics.
+   * @param {Topic[]} topics
+   */
   setView(view, topics) {
     this.view = view;
     this.setTopics(topics);
   }
 
-  /** @param {Topic[]} topics */
+  /**
+   * Set the topics.
+   * @param {Topic[]} topics
+   */
   setTopics(topics) {
     this.topics = topics;
     this.words.replaceChildren(
@@ -63,7 +72,7 @@ export class Guide {
     this.show();
   }
 
-  /** Show it if the address, or a first visit, asks for it; a page that frames this one has words of its own. */
+  /** Open the guide if the address says so, or at the first visit. Embedded pages stay closed. */
   applyState({ guide }) {
     this.open = guide === "open" || (window === window.parent && !wasClosed(this.view));
     this.show();
@@ -86,7 +95,7 @@ export class Guide {
     this.opener.focus();
   }
 
-  /** Give its place to what the reader has started; the focus stays where it is. */
+  /** Close the guide without moving the focus. */
   hide() {
     this.open = false;
     rememberClosed(this.view);
@@ -108,6 +117,6 @@ function rememberClosed(view) {
   try {
     localStorage.setItem(CLOSED + view, "");
   } catch {
-    // then it is there again at the next visit
+    // The guide opens again at the next visit.
   }
 }

@@ -1,4 +1,6 @@
-/** The inspector: what goes on inside one agent, while time goes on outside. */
+/**
+ * The agent inspector: networks, weights and relatives of one agent, synchronized with the player.
+ */
 
 import { Ancestors } from "./ancestors.js";
 import { el, format, getBinary, icon, message } from "./common.js";
@@ -8,13 +10,15 @@ import { query } from "./sources.js";
 import { LifetimeChart, colorKey } from "./lifetime_chart.js";
 import { FONT, palette } from "./palette.js";
 
-const MOST_LINES = 200; // weights whose way is drawn
-const ROOM = 150; // CSS pixels for a network
+// Maximum number of weights in the chart.
+const MOST_LINES = 200;
+// CSS pixels of a network.
+const ROOM = 150;
 
 export class Inspector {
   /**
-   * @param {{open: (source: import("./sources.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void,
-   *   toggled: () => void}} callbacks
+   * @param {{open: (source: import("./sources.js").Source, agent: number) => void, close: () =>
+   *   void, seek: (step: number) => void, toggled: () => void}} callbacks
    */
   constructor(callbacks) {
     this.callbacks = callbacks;
@@ -104,7 +108,7 @@ export class Inspector {
     this.showAncestors(false);
   }
 
-  /** Show from whom the agent descends, in place of what goes on inside it. */
+  /** Show the ancestors of the agent instead of its networks. */
   showAncestors(descent) {
     this.descent = descent;
     this.ancestorsButton.setAttribute("aria-pressed", descent);
@@ -116,7 +120,10 @@ export class Inspector {
     this.callbacks.seek(null);
   }
 
-  /** Look inside an agent of a life. Of a very long life, one answer holds a part; `first` is where it begins. */
+  /**
+   * Inspect an agent of a lifetime. A response contains a part of a very long lifetime, from
+   * `first`.
+   */
   async show(source, agent, first = null) {
     const requested = `${query(source)}&agent=${agent}`;
     this.root.hidden = false;
@@ -146,7 +153,8 @@ export class Inspector {
     this.inputs.replaceChildren(
       ...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)),
     );
-    this.facts.textContent = `${header.food.toLocaleString("en")} items eaten · rank\u00a0${header.rank}`;
+    this.facts.textContent =
+      `${header.food.toLocaleString("en")} items eaten · ` + `rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     const steps = arrays.sample_step.at(-1);
@@ -228,7 +236,7 @@ export class Inspector {
     );
   }
 
-  /** Everything as it is at a step. */
+  /** Show the state at a step. */
   draw(step) {
     if (!this.data || this.root.hidden) return;
     if (this.descent) return this.ancestors.draw();
@@ -257,13 +265,13 @@ export class Inspector {
     eaten.draw(step, format(arrays.eaten_in_life[row]));
   }
 
-  /** Show an input by its light, and where it is real-valued by its number, too. */
+  /** Show an input. A real-valued input also shows its number. */
   light(light, { inputs, real }, input, value) {
     light.classList.toggle("lit", value > 0);
     if (real[input]) light.textContent = `${inputs[input]} ${value.toFixed(2)}`;
   }
 
-  /** What it did; and where that was noise, not the largest output, says so. */
+  /** Show the performed action, and whether it was due to noise. */
   showAction(actions, done, maximumOf) {
     const noise = done !== maximumOf;
     const text = noise ? `${actions[done]} (noise)` : actions[done];
@@ -273,7 +281,7 @@ export class Inspector {
     this.action.title = noise ? `The largest output was ${actions[maximumOf]}.` : "";
   }
 
-  /** Fill `live` with the weights at a step, between the two samples it lies between. */
+  /** Interpolate the weights at a step between two samples. */
   weightsAt(step) {
     const { sample_step: at, weights } = this.data.arrays;
     let after = at.findIndex((sampled) => sampled > step);
@@ -286,7 +294,7 @@ export class Inspector {
     }
   }
 
-  /** How far the weights are from those at birth. */
+  /** Return the distance between the current weights and those at birth. */
   weightDistance() {
     const { weights } = this.data.arrays;
     return Math.sqrt(
@@ -302,9 +310,12 @@ export class Inspector {
     ];
     if (arrays.teacher) {
       const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
-      const action = arrays.error ? largestOutput(activations, actions.length) : null; // where it says how to act
-      const says = answers.length ? actions.map((_, at) => answers[at] ?? "not used") : actions;
-      nets.push({ weights: arrays.teacher, activations, actions: says, action });
+      // Only if it has one output per action.
+      const action = arrays.error ? largestOutput(activations, actions.length) : null;
+      const outputNames = answers.length
+        ? actions.map((_, at) => answers[at] ?? "not used")
+        : actions;
+      nets.push({ weights: arrays.teacher, activations, actions: outputNames, action });
     }
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
@@ -343,11 +354,13 @@ export class Inspector {
   }
 }
 
-/** Who taught an agent before it was born; no line in the world could lead to them. */
-function describeTeachers(elders, generation) {
-  const [teachers, verb] =
-    elders.length > 1 ? [`agents ${elders.join(" and ")}`, "are"] : [`agent ${elders[0]}`, "is"];
-  return `Taught by ${teachers} of generation ${generation}, who ${verb} no longer in the world: its reinforcement module was passed on from what they had learned until death.`;
+/** Return the sentence about the parents that taught the agent. */
+function describeTeachers(teachers, generation) {
+  const agents = `${teachers.length > 1 ? "agents" : "agent"} ${teachers.join(" and ")}`;
+  return (
+    `Taught by ${agents} of generation ${generation}. ` +
+    "Its reinforcement module contains the weights that they had learned by their death."
+  );
 }
 
 function maximumOf(values) {

@@ -1,4 +1,4 @@
-/** The keys of the World tab, and the words about them. */
+/** The keyboard shortcuts of the World tab, and their descriptions. */
 
 import { el } from "./common.js";
 
@@ -16,7 +16,11 @@ const KEYS = {
   Esc: "close the inspector",
 };
 
-/** Does what a key means. @param {KeyboardEvent} event @param {import("./world_tab.js").WorldTab} view */
+/**
+ * Handle a key.
+ * @param {KeyboardEvent} event
+ * @param {import("./world_tab.js").WorldTab} view
+ */
 export function handleWorldKey(event, view) {
   if (view.playbackBar?.help.open || !view.panels.length) return;
   const { player } = view;
@@ -41,7 +45,11 @@ export function handleWorldKey(event, view) {
   });
 }
 
-/** The same where lives have no world; time goes where what is shown has a time. @param {KeyboardEvent} event @param {import("./model_tab.js").ModelTab} view */
+/**
+ * Handle a key on the tab of models without a world.
+ * @param {KeyboardEvent} event
+ * @param {import("./model_tab.js").ModelTab} view
+ */
 export function handleGenerationKey(event, view) {
   const { player } = view.panel.drawer ?? {};
   const time = player && {
@@ -57,7 +65,10 @@ export function handleGenerationKey(event, view) {
   });
 }
 
-/** @param {HTMLElement|null} slider the slider whose keys are those of the whole view @param {Object<string, () => void>} actions by key */
+/**
+ * @param {HTMLElement|null} slider its keys control the complete view
+ * @param {Object<string, () => void>} actions by key
+ */
 function handleKey(event, slider, actions) {
   if (
     event.ctrlKey ||
@@ -71,7 +82,7 @@ function handleKey(event, slider, actions) {
   actions[event.key]();
 }
 
-/** Whether what has the focus has this key for itself. */
+/** Return whether the focused element uses this key itself. */
 function usesKey({ target, key }, slider) {
   if (target.matches?.("select, textarea, input:not([type=range], [type=checkbox])")) return true;
   if (target.matches?.("button, a, input[type=checkbox]")) return key === " ";
@@ -80,7 +91,7 @@ function usesKey({ target, key }, slider) {
   );
 }
 
-/** The dialog that lists them. */
+/** Return the dialog that lists the shortcuts. */
 export function keyboardDialog() {
   const lines = Object.entries(KEYS).map(([key, what]) =>
     el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, what)),
@@ -93,7 +104,8 @@ export function keyboardDialog() {
     el(
       "p",
       { class: "soft" },
-      "Zoom with the mouse wheel (with Ctrl if the page scrolls) or with two fingers. Drag to move the map. Click or tap an agent to inspect it.",
+      "Zoom with the mouse wheel (with Ctrl if the page scrolls) or with two fingers. " +
+        "Drag to move the map. Click or tap an agent to inspect it.",
     ),
     el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")),
   );

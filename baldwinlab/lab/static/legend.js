@@ -1,4 +1,4 @@
-/** What the marks in a world mean. */
+/** The legend of the marks on a map. */
 
 import { el } from "./common.js";
 import { cssColor } from "./palette.js";
@@ -22,7 +22,7 @@ export class Legend {
     );
   }
 
-  /** What is drawn of worlds that look so; the kinds of items each once. */
+  /** Show the kinds of items in worlds of these appearances, each once. */
   show(appearances) {
     this.lessons.hidden = !appearances.some(({ lessons }) => lessons);
     const different = new Map(
@@ -38,7 +38,7 @@ export class Legend {
   }
 }
 
-/** A mark, and what it is. */
+/** Return a mark with its text. */
 function legendEntry(text, mark) {
   return el("span", { class: "entry" }, el("i", mark), text);
 }

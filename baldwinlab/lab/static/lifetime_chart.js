@@ -1,14 +1,18 @@
-/** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
+/** A small chart over a lifetime with many thin lines and a time cursor. A click goes to a step. */
 
 import { curvesSvg } from "./chart_svg.js";
 import { el, format } from "./common.js";
 import { FONT, cssColor, palette } from "./palette.js";
 import { chartDownloads } from "./downloads.js";
 
-const MOST_SAVED = 1000; // places of a line in a picture that is saved
+// Maximum number of points of a line in a file.
+const MOST_SAVED = 1000;
 const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
-/** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number, label?: string}} Line */
+/**
+ * @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number,
+ *   stride?: number, offset?: number, colour: string, alpha?: number, label?: string}} Line
+ */
 
 export class LifetimeChart {
   /** @param {string} title @param {(step: number) => void} seek */
@@ -43,14 +47,14 @@ export class LifetimeChart {
     Object.assign(this, { lines, steps, low, high: high > low ? high : low + 1, key: "" });
   }
 
-  /** A row a point. */
+  /** Return one row per point. */
   rows() {
     return this.lines.flatMap((line, number) =>
       points(line).map(([step, value]) => ({ line: number, step, value })),
     );
   }
 
-  /** The text of a file: the lines of a colour together. */
+  /** Return the text of an SVG file. Lines of the same color form one series. */
   picture(title) {
     const every = Math.ceil(points(this.lines[0]).length / MOST_SAVED);
     const thinned = (line) => points(line).filter((_, at) => at % every === 0);
@@ -140,7 +144,7 @@ export class LifetimeChart {
   }
 }
 
-/** What colours mean: each with its words. */
+/** Return a line that explains colors. */
 export function colorKey(...colours) {
   const entries = colours.map(([colour, text]) => [
     el("i", { style: `background: ${cssColor(colour)}` }),
@@ -149,7 +153,7 @@ export function colorKey(...colours) {
   return el("p", { class: "soft hint" }, entries.flat());
 }
 
-/** The steps and values of a line. */
+/** Return the steps and values of a line. */
 function points({ x, values, first = 0, stride = 1, offset = 0 }) {
   const count = Math.floor((values.length - offset - 1) / stride) + 1;
   return Array.from({ length: count }, (_, at) => [

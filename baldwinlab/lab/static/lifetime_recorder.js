@@ -1,10 +1,15 @@
-/** A life in the browser, looked at step by step: the containers of lab/recording.py and lab/agent_inspector.py. Needs no page. */
+/**
+ * Record lifetimes in the browser, as lab/recording.py and lab/agent_inspector.py. Needs no page.
+ */
 
-const SAMPLES = 201; // of the weights over a life, birth and death among them
-const MOST_INPUTS = 4; // of which every combination is a line of a table
-const MOST_BYTES = 64_000_000; // of one recording
+// Samples of the weights over a lifetime, including birth and death.
+const SAMPLES = 201;
+// With more inputs, the table of all input combinations is left out.
+const MOST_INPUTS = 4;
+// Bytes of one recording.
+const MOST_BYTES = 64_000_000;
 
-/** The part of a life that one recording holds from `first` on: all of it, where that is not too much. */
+/** Return the steps of one recording from `first`, limited by its size. */
 export function spanOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
   return {
     first,
@@ -25,7 +30,8 @@ export function record(run, { generation, first, last, look }) {
     last - first,
   ];
   const inputBytes = Math.ceil(inputs / 8);
-  const numbers = look.real.some(Boolean); // inputs as they are, and not as bits
+  // Inputs are numbers instead of bits.
+  const numbers = look.real.some(Boolean);
   const arrays = {
     x: new Float32Array(steps * agents),
     y: new Float32Array(steps * agents),
@@ -47,7 +53,8 @@ export function record(run, { generation, first, last, look }) {
     "touched",
   ]);
   const teachers = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
-  if (teachers) arrays.teacher = new Uint32Array(steps * agents); // whichever whole numbers a rule keeps
+  // A rule can store any integer type.
+  if (teachers) arrays.teacher = new Uint32Array(steps * agents);
   const [lanes, regions] = [
     state.heading.length,
     state.eaten_in_life.length / state.heading.length,
@@ -56,7 +63,8 @@ export function record(run, { generation, first, last, look }) {
   run.startGeneration(generation);
   run.live(0, first);
   [arrays.item_x, arrays.item_y] = [state.item_x.slice(), state.item_y.slice()];
-  const previous = { x: state.item_x.slice(), y: state.item_y.slice() }; // a feature of the world may move what nobody has eaten
+  // A world feature can also move items.
+  const previous = { x: state.item_x.slice(), y: state.item_y.slice() };
   for (let step = first; step < last; step++) {
     const row = (step - first) * agents;
     arrays.x.set(state.positions.subarray(0, agents), row);
@@ -136,7 +144,8 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
       (agent * modules + number) * length + weights[0].length,
     );
   const inputs = look.inputs.length;
-  const memoryless = !look.remembers && !look.real.some(Boolean); // answers may have been looked up, and hidden units never made
+  // Outputs may be from a lookup table, without values of hidden units.
+  const memoryless = !look.remembers && !look.real.some(Boolean);
   const hasTable = inputs <= MOST_INPUTS && memoryless;
   const evaluateAll = (of) =>
     activations.map((row) => evaluate(engine, of, row.subarray(0, inputs)));
@@ -163,7 +172,7 @@ function learns(engine) {
   return engine.value(engine.plan.tuples.population.leaves.learns.value);
 }
 
-/** The activations of a module without memory for some inputs. */
+/** Return the activations of a module without memory for some inputs. */
 function evaluate(engine, weights, inputs) {
   const units = engine.array("population.asked_units");
   engine.array("population.asked_weights").set(weights);
@@ -172,7 +181,7 @@ function evaluate(engine, weights, inputs) {
   return units.slice();
 }
 
-/** Between which units a module that is no layers has links, [link, (from unit, to unit, weight)]; none of one that is. */
+/** Return the links of a network without layers [link, (from unit, to unit, weight)]. */
 function links(engine, weights) {
   engine.array("population.asked_weights").set(weights);
   engine.call("link");
@@ -181,7 +190,7 @@ function links(engine, weights) {
     .slice(0, 3 * Number(engine.array("population.asked_count")[0]));
 }
 
-/** What the action module would have the agent do, [sample, code]: the action of its largest output. */
+/** Return the action of the largest output for each combination of inputs [sample, code]. */
 function responses(engine, weights, inputs, actions) {
   const codes = Array.from({ length: 2 ** inputs }, (_, code) =>
     Array.from({ length: inputs }, (_, input) => (code >> input) & 1),
@@ -196,7 +205,7 @@ function responses(engine, weights, inputs, actions) {
   );
 }
 
-/** The root mean square of the difference of two modules' outputs, [step]. */
+/** Return the root mean square difference between the outputs of two modules [step]. */
 function errors(outputs, targets, actions) {
   return Float32Array.from(outputs, (units, step) => {
     const square = units

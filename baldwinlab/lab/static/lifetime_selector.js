@@ -1,4 +1,7 @@
-/** Which life is shown, and the controls that choose it: study, condition and run from lists, the generation on the curve of its run. */
+/**
+ * The controls that select a lifetime: study, condition and run as lists, and the generation
+ * slider.
+ */
 
 import { el, icon } from "./common.js";
 import { RunCurve } from "./run_curve.js";
@@ -9,7 +12,7 @@ const PLAY_ALL = "Play the generations one after another (g)";
 export class LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
-   * @param {object[]} studies as /api/studies lists them, without those that cannot be read
+   * @param {object[]} studies from /api/studies, without those that cannot be read
    * @param {{invalidate: () => void, chosen: () => void, playAllClicked: () => void}} callbacks
    */
   constructor(name, studies, callbacks) {
@@ -103,7 +106,11 @@ export class LifetimeSelector {
     return this.conditions.find(({ name }) => name === this.source.condition);
   }
 
-  /** Another study or condition keeps what of the rest is there in it as well. What is shown in another way comes by its address. */
+  /**
+   * Keep run and generation if the new study or condition has them.
+   *
+   * A source for the other tab (with or without a world) is opened by its address.
+   */
   selectFromLists(changed) {
     const requested = { ...this.source, study: this.lists.study.value };
     if (changed !== "study") requested.condition = this.lists.condition.value;
@@ -123,7 +130,11 @@ export class LifetimeSelector {
     this.callbacks.chosen();
   }
 
-  /** @param {import("./sources.js").Source} source @returns {boolean} whether it is another one than before */
+  /**
+   * Return whether the source has changed.
+   * @param {import("./sources.js").Source} source
+   * @returns {boolean}
+   */
   choose(source) {
     if (this.source && String(query(source)) === String(query(this.source))) return false;
     this.source = source;

@@ -1,4 +1,4 @@
-/** The alleles of a live run whose lives have no world: of its newest generation, or of one that the reader picks. */
+/** The alleles of a live run of a model without a world: newest or selected generation. */
 
 import { AlleleBars } from "./allele_bars.js";
 import { el, getBinary, message } from "./common.js";
@@ -8,7 +8,7 @@ export class LiveAlleles {
   /**
    * @param {string} id of the live run
    * @param {number} runs
-   * @param {Object<string, string>} state of the address: run, and generation, the newest without
+   * @param {Object<string, string>} state of the address: run and generation, by default the newest
    * @param {(patch: Object<string, any>) => void} navigate
    */
   constructor(id, runs, state, navigate) {
@@ -39,7 +39,8 @@ export class LiveAlleles {
       "a",
       { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
       "Open in World",
-    ); // once the run is kept
+      // Visible after the run is saved.
+    );
     this.picker = runPicker(runs, this.run, (run) => this.pick(this.picked, run));
     this.element = el(
       "section",
@@ -61,13 +62,13 @@ export class LiveAlleles {
     return Math.min(this.picked ?? Infinity, this.generationsDone - 1);
   }
 
-  /** So many generations have lived. */
+  /** Set the number of finished generations. */
   setGenerationsDone(generationsDone) {
     this.generationsDone = generationsDone;
     this.load();
   }
 
-  /** Show a generation for the reader, or the newest, null; of the run that is shown or of another. */
+  /** Show a generation of a run, or the newest one (null). */
   pick(generation, run = this.run) {
     Object.assign(this, { picked: generation, run });
     if (this.picker) this.picker.value = String(run);
@@ -76,7 +77,7 @@ export class LiveAlleles {
     this.load();
   }
 
-  /** One answer at a time; after it comes what is to be shown by then. */
+  /** Load the current generation. Only one request is active at a time. */
   async load() {
     const { id, run, generation } = this;
     const url = `/api/alleles?${new URLSearchParams({ live: id, run, generation })}`;
@@ -98,10 +99,11 @@ export class LiveAlleles {
   showState() {
     this.newest.setAttribute("aria-pressed", this.picked === null);
     this.open.hidden = !this.savedStudy;
-    this.open.href = `#/world?${new URLSearchParams({ ...this.savedStudy, run: this.run, generation: this.generation })}`;
+    const { savedStudy, run, generation } = this;
+    this.open.href = `#/world?${new URLSearchParams({ ...savedStudy, run, generation })}`;
   }
 
-  /** The run is kept as a study: from there, the World tab goes through its generations. */
+  /** Set the study that the run was saved as. The World tab can then show it. */
   setSaved(study, condition) {
     this.savedStudy = { study, condition };
     this.showState();

@@ -1,33 +1,41 @@
-/** What the server tells of a live run. A feed outlives the view, so a run goes on while its page shows something else. */
+/** The state of a live run from the server. A feed remains when the user opens another view. */
 
 import { connection, request } from "./common.js";
 
-const AGAIN = 1000; // ms until a lost connection is tried again
+// Milliseconds until the next attempt to connect.
+const AGAIN = 1000;
 const ENDS = ["done", "stopped", "onError", "gone"];
 
 /** @type {Map<string, Feed>} */
 const feeds = new Map();
 let createFeed = (id) => new Feed(id);
 
-/** @param {(id: string) => Feed} maker of feeds that are not a server's */
+/** @param {(id: string) => Feed} maker creates feeds without a server */
 export function setFeedFactory(maker) {
   createFeed = maker;
 }
 
-/** The feed of a run. Those of other runs that have ended are closed, so that the server can forget them. */
+/**
+ * Open the feed of a run. Feeds of other finished runs are closed, so that the server can free
+ * them.
+ */
 export function openFeed(id) {
   for (const feed of [...feeds.values()]) if (feed.id !== id && feed.ended) feed.close();
   return feeds.get(id) ?? createFeed(id);
 }
 
 /**
- * @typedef {{mean: number[], low?: number[], high?: number[], runs?: number[][]}} Band one entry a generation; where there are
- *   several runs, the edges of the mean's 95 % interval, and the numbers of each run
+ * @typedef {{mean: number[], low?: number[], high?: number[], runs?: number[][]}} Band one entry
+ *   per generation; with several runs also the 95 % interval of the mean, and the values of all
+ *   runs
  */
 export class Feed {
   constructor(id) {
     this.id = id;
-    /** @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number, saved_as: string}|null} */
+    /**
+     * @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number,
+     *   saved_as: string}|null}
+     */
     this.about = null;
     this.state = "preparing";
     this.message = "";
@@ -62,7 +70,9 @@ export class Feed {
     };
   }
 
-  /** Connect once the server answers. It refuses a socket without a reason, but a request with one. */
+  /**
+   * Connect after the server responds to a request, because a rejected websocket gives no reason.
+   */
   async reconnect() {
     await request("/api/live", {});
     if (!this.closed) this.connect();
@@ -72,7 +82,8 @@ export class Feed {
     if (update.type === "run") {
       connection(true);
       this.about = update;
-      this.reset(); // all that has generationsDone follows, also after a lost connection
+      // All generations follow, also after a lost connection.
+      this.reset();
     } else if (update.type === "generations") this.add(update);
     else if (update.type === "state") [this.state, this.message] = [update.state, update.message];
     else this.onError(update.message);

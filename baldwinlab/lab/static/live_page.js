@@ -1,4 +1,6 @@
-/** A laboratory in one file: the lab's live runs, with an engine of the page's own in the place of a server (export.py). */
+/**
+ * An exported page: the Live run tab with an engine in the browser instead of a server (export.py).
+ */
 
 import { readAddress, setCurrentView, currentView, navigate } from "./address.js";
 import { useLocalServer, message } from "./common.js";
@@ -9,7 +11,7 @@ import { LIVE } from "./topics.js";
 import { mount } from "./view_live.js";
 
 /**
- * @param {HTMLElement} root is filled; the page has elements for #about, #actions and #messages, too
+ * @param {HTMLElement} root is filled; the page also has #about, #actions and #messages
  * @param {import("./browser_lab.js").Laboratory} laboratory
  * @param {string} code of a worker
  */

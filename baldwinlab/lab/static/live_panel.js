@@ -1,4 +1,4 @@
-/** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
+/** The panel of a live run: progress, curves, world and controls. */
 
 import { lineChart, seriesStyle, runSwitch } from "./charts.js";
 import { el, message, postJSON, isServerless } from "./common.js";
@@ -18,10 +18,11 @@ const WORDS = {
 
 /**
  * @param {HTMLElement} root is filled
- * @param {import("./live_feed.js").Feed} feed whose run is known
- * @param {Object<string, string>} state of the address: what of the world is shown
+ * @param {import("./live_feed.js").Feed} feed of a known run
+ * @param {Object<string, string>} state of the address
  * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
- * @param {(about: import("./live_feed.js").Feed["about"]) => void} editRun the reader wants to change the run and start it again
+ * @param {(about: import("./live_feed.js").Feed["about"]) => void} editRun called to change the run
+ *   and start it again
  * @returns {{update: () => void, close: () => void}}
  */
 export function livePanel(root, feed, state, navigate, editRun) {
@@ -85,7 +86,10 @@ export function livePanel(root, feed, state, navigate, editRun) {
     badge.textContent = word;
     progress.max = experiment.evolution.generations;
     progress.value = feed.generationsDone;
-    count.textContent = `${feed.generationsDone.toLocaleString("en")} of ${experiment.evolution.generations.toLocaleString("en")} generations`;
+    count.textContent =
+      `${feed.generationsDone.toLocaleString("en")} of ` +
+      `${experiment.evolution.generations.toLocaleString("en")} ` +
+      "generations";
     fault.hidden = !feed.message;
     fault.textContent = feed.message;
     buttons.update();
@@ -103,7 +107,7 @@ export function livePanel(root, feed, state, navigate, editRun) {
   };
 }
 
-/** In the place of a world, of a model that has none. */
+/** Replace the world of a model without a world. */
 function emptyWorld(model) {
   const element = el(
     "section",
@@ -114,7 +118,7 @@ function emptyWorld(model) {
   return { element, pick: nothing, setGenerationsDone: nothing, setSaved: nothing, close: nothing };
 }
 
-/** Curves of fitness and of the share of agents that eat; a click on one shows that generation's world, if there are worlds. */
+/** Draw fitness and the share of agents that eat. A click on a curve shows that generation. */
 function curves(feed, fitness, share, eachRun, pick) {
   const {
     runs,
@@ -124,7 +128,8 @@ function curves(feed, fitness, share, eachRun, pick) {
     { length: feed.about.experiment.evolution.generations },
     (_, generation) => generation,
   );
-  const padded = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
+  // The axis covers all generations from the start.
+  const padded = (values) => values && x.map((generation) => values[generation] ?? null);
   const band = (label, name, number) => {
     const { mean, low, high, runs: runValues } = feed.bands[name];
     const runLines = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({
@@ -188,7 +193,8 @@ function curves(feed, fitness, share, eachRun, pick) {
     charts[1].update(x, shares());
   };
   return {
-    update: () => (drawn ||= requestAnimationFrame(draw)), // however many messages there were since the last frame
+    // Draw once per frame, independent of the number of messages.
+    update: () => (drawn ||= requestAnimationFrame(draw)),
     close() {
       cancelAnimationFrame(drawn);
       for (const chart of charts) chart.destroy();
@@ -196,7 +202,7 @@ function curves(feed, fitness, share, eachRun, pick) {
   };
 }
 
-/** Pause or resume, stop, keep, change and run again. */
+/** Return the buttons of a run: pause, step, stop, save, and change. */
 function controls(feed, experiment, seed, editRun) {
   const pause = el("button", { type: "button", "data-testid": "pause" });
   const step = el(
@@ -256,7 +262,7 @@ function controls(feed, experiment, seed, editRun) {
   return { elements: [pause, step, stop, change, keep, openStudy], update };
 }
 
-/** A dialog that asks for a study's name until `keep` takes it. */
+/** Open a dialog that asks for the name of a study until `keep` succeeds. */
 function saveDialog(initialName, keep) {
   const name = el("input", {
     value: initialName,

@@ -1,28 +1,32 @@
-/** What a live run is to be: a preset, what is changed of it, how many runs, from which seed, how fast. */
+/** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
 import { el, getJSON, message, postJSON, isServerless } from "./common.js";
 import { schemaForm } from "./form.js";
 import { sweepDialog } from "./sweep_dialog.js";
 
-const CHECK_AFTER = 200; // ms after the last change
+// Milliseconds after the last change.
+const CHECK_AFTER = 200;
 const PACES = [
   ["0", "as fast as possible"],
   ["0.1", "10 generations/s"],
   ["0.5", "2 generations/s"],
   ["5", "1 generation per 5 s"],
-]; // seconds a generation
+  // Seconds per generation.
+];
 const PACE = "0.1";
 
 /**
  * @typedef {object} Listener
- * @property {(id: string) => void} started a live run
- * @property {(name: string) => void} swept a sweep was started, as the study of that name
- * @property {(seconds: number) => void} paced the reader wants another pace, also of what runs already
- * @property {(shown: {world: object, look: object}) => void} valid the world that the form means, whenever it has changed and can be run
+ * @property {(id: string) => void} started called after a live run started
+ * @property {(name: string) => void} swept called after a sweep started, with the name of its study
+ * @property {(seconds: number) => void} paced called when the user changes the speed
+ * @property {(shown: {world: object, look: object}) => void} valid called with the world of a valid
+ *   experiment
  */
 export class Setup {
   /**
-   * @param {Object<string, string>} state of the address: preset, set (what is changed, JSON), runs, seed, pace, fields (of the sweep that is planned, JSON)
+   * @param {Object<string, string>} state of the address: preset, set (changes, JSON), runs, seed,
+   *   pace, fields (of a planned sweep, JSON)
    * @param {(patch: Object<string, any>) => void} navigate
    * @param {Listener} listener
    * @param {AbortSignal} signal
@@ -36,13 +40,15 @@ export class Setup {
     };
     this.body = el("div", { class: "live-form" });
     this.description = el("p", { class: "hint" });
-    this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
+    // Why the run cannot start.
+    this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" });
     this.note = el("p", {
       class: "hint",
       role: "status",
       hidden: true,
       "data-testid": "setup-note",
-    }); // runs that are too few for a verdict
+      // A note about too few runs.
+    });
     this.start = el(
       "button",
       { type: "submit", class: "primary", "data-testid": "start" },
@@ -66,7 +72,7 @@ export class Setup {
     this.waiting = this.turn = 0;
   }
 
-  /** Fill `root`, when the presets are there. */
+  /** Load the presets and fill `root`. */
   async show(root) {
     this.root = root;
     const { presets, default: usual } = await getJSON("/api/presets", this.signal);
@@ -81,7 +87,7 @@ export class Setup {
     if (this.state.fields && !isServerless()) this.plan(parseChanges(this.state.fields));
   }
 
-  /** Which fields of the form are to be swept. */
+  /** Open the dialog of a sweep. */
   plan(fields) {
     const { runs, seed } = this.given;
     const remember = (chosen) => this.navigate({ fields: chosen && JSON.stringify(chosen) });
@@ -94,7 +100,7 @@ export class Setup {
     this.signal.addEventListener("abort", () => dialog.close(), { once: true });
   }
 
-  /** The form says what a run is, so that it can be changed and run again. */
+  /** Load the settings of a run into the form, to change it and start it again. */
   async editRun({ experiment, runs, seed, seconds }) {
     const name = this.presets.some((preset) => preset.name === experiment.name)
       ? experiment.name
@@ -149,7 +155,7 @@ export class Setup {
     return element;
   }
 
-  /** The preset that is chosen, as it is. */
+  /** Load the selected preset without changes. */
   resetToPreset() {
     this.navigate({ preset: this.preset.value, set: null });
     return this.load({});
@@ -163,8 +169,10 @@ export class Setup {
   }
 
   /**
-   * The form of an experiment, whose fields follow from what it chooses; `changes` lie over what the server makes of it. Where
-   * the fields stay the same, so does the form.
+   * Build the form of an experiment, whose fields depend on its parts.
+   *
+   * `changes` are applied to the experiment that the server returns. If the fields stay the same,
+   * the form is not replaced.
    */
   async build(experimentWanted, changes) {
     const request = (this.building = {});
@@ -177,7 +185,8 @@ export class Setup {
     if (request !== this.building) return;
     const shape = JSON.stringify(schema);
     if (changes || shape !== this.shape) {
-      const changesNow = changes ?? changesOf(this.form.value, submitted); // what was written while the server was asked
+      // The changes during the request.
+      const changesNow = changes ?? changesOf(this.form.value, submitted);
       this.shape = shape;
       this.replace(
         schemaForm(
@@ -191,7 +200,7 @@ export class Setup {
     this.changed();
   }
 
-  /** Another form in the place of the one before: what was open and had the focus is and has it again. */
+  /** Replace the form. Open groups stay open, and the focus stays on its field. */
   replace(form) {
     const open = new Set(
       [...this.body.querySelectorAll("details[open]")].map((group) => group.dataset.testid),
@@ -204,7 +213,7 @@ export class Setup {
     if (focused) document.getElementById(focused)?.focus();
   }
 
-  /** The address says what is changed of the preset, and the server what is wrong with it. */
+  /** Write the changes to the address, and validate the experiment. */
   changed() {
     const changes = changesOf(this.form.value, this.base);
     this.reset.hidden = !Object.keys(changes).length;
@@ -212,12 +221,13 @@ export class Setup {
     this.check();
   }
 
-  /** Ask the server, soon after the last change, what is wrong with what the form says; what was, may be mended. */
+  /** Validate the experiment soon after the last change. */
   check() {
     clearTimeout(this.waiting);
     const request = ++this.turn;
     this.waiting = setTimeout(async () => {
-      const [form, order] = [this.form, structuredClone(this.order())]; // which stays, though more is written meanwhile
+      // A copy, because the user can change the form during the request.
+      const [form, order] = [this.form, structuredClone(this.order())];
       const { errors, note } = await postJSON("/api/validate", order, this.signal);
       if (request !== this.turn) return;
       form.show(errors.filter(({ path }) => !(path in this.given)));
@@ -241,7 +251,7 @@ export class Setup {
     return { experiment: this.form.value, runs, seed, seconds: Number(pace) };
   }
 
-  /** Beside the button that does not start: why, and a way to the field. */
+  /** Show next to the button why the run cannot start, with a button to the field. */
   explain(errors) {
     const [first, ...rest] = errors;
     const more = rest.length ? ` Further errors: ${rest.length}.` : "";
@@ -281,7 +291,7 @@ function numberField(title, name, value, min, max, changed) {
   return el("label", { class: "field" }, el("span", {}, title), input);
 }
 
-/** How fast generations follow each other. */
+/** Return the control for the speed of generations. */
 function pacePicker(pace, changed) {
   const picker = el(
     "select",
@@ -311,7 +321,7 @@ function parseChanges(text) {
   }
 }
 
-/** The fields, by path, in which a tree differs from another; lists differ as a whole. */
+/** Return the changed fields by path. A list is one field. */
 export function changesOf(tree, base, path = "") {
   if (tree === null || typeof tree !== "object" || Array.isArray(tree)) {
     return JSON.stringify(tree) === JSON.stringify(base) ? {} : { [path]: tree };
@@ -324,7 +334,7 @@ export function changesOf(tree, base, path = "") {
   );
 }
 
-/** A copy of a tree with the fields of `changes` set, by path; paths that it has not are passed over. */
+/** Return a copy of a tree with changed fields. Unknown paths are ignored. */
 export function applyChanges(base, changes) {
   const tree = structuredClone(base);
   for (const [path, value] of Object.entries(changes)) {
@@ -336,7 +346,7 @@ export function applyChanges(base, changes) {
   return tree;
 }
 
-/** Options for presets, those of a learner under its name. */
+/** Return the options of the presets, grouped by learner. */
 function groupPresets(presets) {
   const groups = new Map();
   for (const { name, learner } of presets)

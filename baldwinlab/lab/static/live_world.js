@@ -1,4 +1,4 @@
-/** The world of a live run: of its newest generation, as one followsNewest the other, or of one that the reader looks at. */
+/** The world of a live run: the newest generation, or a selected one. */
 
 import { el, getBinary, message } from "./common.js";
 import { Inspector } from "./inspector.js";
@@ -10,14 +10,16 @@ import { query } from "./sources.js";
 import { TimeBar } from "./time_bar.js";
 import { WorldFigure } from "./world_figure.js";
 
-const HOLD = 1000; // ms for which a generation is to be seen before a newer one takes its place
+// Milliseconds that a generation is shown before a newer one replaces it.
+const HOLD = 1000;
 const SPEED = 100;
 
 export class LiveWorld {
   /**
    * @param {string} id of the live run
    * @param {number} runs
-   * @param {Object<string, string>} state of the address: speed; run, generation, step and agent of the world, the newest without
+   * @param {Object<string, string>} state of the address: speed, run, generation (by default the
+   *   newest), step, agent
    * @param {(patch: Object<string, any>) => void} navigate
    */
   constructor(id, runs, state, navigate) {
@@ -80,7 +82,8 @@ export class LiveWorld {
       "a",
       { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
       "Open in World",
-    ); // once the run is kept
+      // Visible after the run is saved.
+    );
     this.picker = runPicker(runs, this.run, (run) => {
       this.run = run;
       if (this.generation !== null) this.load(this.generation);
@@ -110,7 +113,7 @@ export class LiveWorld {
     return element;
   }
 
-  /** So many generations have generationsDone. */
+  /** Set the number of finished generations. */
   setGenerationsDone(generationsDone) {
     this.generationsDone = generationsDone;
     if (!generationsDone || this.loadingLife) return;
@@ -122,7 +125,7 @@ export class LiveWorld {
     else this.next();
   }
 
-  /** The newest generation, where that is what the reader wants, and the one before has been seen. */
+  /** Show the newest generation, if the user follows it and has seen the previous one. */
   next() {
     if (
       !this.followsNewest ||
@@ -147,14 +150,14 @@ export class LiveWorld {
     this.player.play();
   }
 
-  /** The reader looks closer: no other generation comes in between. */
+  /** Stop following the newest generation. */
   stopFollowing() {
     if (!this.followsNewest) return;
     this.followsNewest = false;
     this.remember();
   }
 
-  /** Show a generation for the reader, of the run that is shown or of another. */
+  /** Show a selected generation of a run. */
   pick(generation, run = this.run) {
     this.followsNewest = false;
     this.run = run;
@@ -162,7 +165,7 @@ export class LiveWorld {
     this.load(generation, 0);
   }
 
-  /** Show a generation, from a step on, once it is there; where none is given, time goes on. */
+  /** Load a generation. It starts at `step`, or at the current time. */
   load(generation, step = null) {
     this.loadingLife?.close();
     const source = { live: this.id, run: this.run, generation };
@@ -209,7 +212,7 @@ export class LiveWorld {
     else this.inspector.show(this.source, agent);
   }
 
-  /** The life of a parent or a child, in the generation before or after. */
+  /** Open the lifetime of a parent or a child. */
   openKin({ generation }, agent) {
     this.followsNewest = false;
     this.figure.agent = agent;
@@ -221,7 +224,7 @@ export class LiveWorld {
     this.player.seek(step);
   }
 
-  /** The player has been started, stopped or moved. What is newest plays again and again until something newer comes. */
+  /** Handle a change of the player. The newest generation is repeated until a newer one arrives. */
   changed() {
     const { player } = this;
     this.bar.showTime();
@@ -236,7 +239,7 @@ export class LiveWorld {
     else this.remember();
   }
 
-  /** The address holds which world is shown, and where time stands in it. */
+  /** Write the generation and the step to the address. */
   remember() {
     this.newest.setAttribute("aria-pressed", this.followsNewest);
     if (this.generation === null) return;
@@ -256,7 +259,7 @@ export class LiveWorld {
     this.open.href = `#/world?${new URLSearchParams({ ...this.savedStudy, run, generation })}`;
   }
 
-  /** What the share menu takes along. */
+  /** Return the state for the share menu. */
   shared() {
     return {
       panels: [{ source: String(query(this.source)), canvas: this.figure.canvas }],
@@ -264,7 +267,7 @@ export class LiveWorld {
     };
   }
 
-  /** The run is kept as a study: from there, the World tab shows more of what is seen here. */
+  /** Set the study that the run was saved as. The World tab can then show it. */
   setSaved(study, condition) {
     this.savedStudy = { study, condition };
     this.remember();
@@ -281,13 +284,13 @@ export class LiveWorld {
     return isLoaded;
   }
 
-  /** The keys of the World tab, where the focus is in here. */
+  /** Handle the keys of the World tab if the focus is in this panel. */
   handleKey(event) {
     if (event.key === "Escape" && this.figure.agent !== null) this.figure.pick(null);
     else if (this.life) this.bar.handleKey(event);
   }
 
-  /** The wheel scrolls the page; over a map that is larger than its box, or with ctrl, as a trackpad's pinch is told, it zooms. */
+  /** Let the wheel scroll the page, unless the map is enlarged or Ctrl is pressed. */
   handleWheel(event) {
     if (!event.ctrlKey && this.figure.view.camera.zoom === 1) event.stopPropagation();
   }
@@ -299,12 +302,16 @@ export class LiveWorld {
     this.inspector.hide();
     this.player.close();
     this.loadingLife?.close();
-    this.loadingLife = null; // what has come in the meantime begins nothing any longer
+    // A lifetime that arrives later is ignored.
+    this.loadingLife = null;
     this.life?.close();
   }
 }
 
-/** Which of several runs is shown; null where there is but one. @param {(run: number) => void} chosen */
+/**
+ * Return the list of runs, or null for a single run.
+ * @param {(run: number) => void} chosen
+ */
 export function runPicker(runs, run, chosen) {
   if (runs === 1) return null;
   const options = Array.from({ length: runs }, (_, number) =>
@@ -316,7 +323,7 @@ export function runPicker(runs, run, chosen) {
   return picker;
 }
 
-/** A whole number in an address, or null. */
+/** Return a whole number of an address, or null. */
 export function wholeNumber(text) {
   return /^\d+$/.test(text ?? "") ? Number(text) : null;
 }

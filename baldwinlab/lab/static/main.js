@@ -1,4 +1,4 @@
-/** The page: which view is shown follows from the address. */
+/** The page: select the view from the address. */
 
 import { address, readAddress, setCurrentView, currentView, navigate } from "./address.js";
 import { message } from "./common.js";
@@ -14,7 +14,8 @@ const VIEWS = {
     lives: true,
     load: () => import("./view_world.js"),
     about: [],
-  }, // what it shows is in the recording's own words
+    // The recording provides the topics.
+  },
   live: {
     title: "Live run",
     lives: true,
@@ -31,9 +32,12 @@ const VIEWS = {
 
 const root = document.getElementById("view");
 const guide = new Guide(document.getElementById("about"));
-const savedViews = new Map(); // by name, how views were left: {state, top}, the last one at the end
-let shown = null; // {name, view}
-let scrollObserver = null; // watches for the place to scroll back to
+// The state and scroll position of each view, by name. The last entry is the most recent.
+const savedViews = new Map();
+// {name, view}
+let shown = null;
+// Waits until the scroll position can be restored.
+let scrollObserver = null;
 
 async function show() {
   const target = readAddress(Object.keys(VIEWS), "world");
@@ -42,7 +46,8 @@ async function show() {
     savedViews.delete(current.name);
     savedViews.set(current.name, { state: current.state, top: root.scrollTop });
   }
-  const isTabLink = !Object.keys(target.state).length; // as a tab's link is: the view as it was
+  // The link of a tab restores the last state of the view.
+  const isTabLink = !Object.keys(target.state).length;
   if (isTabLink)
     target.state = current?.name === target.name ? current.state : restoreState(target.name);
   const { name, state } = target;
@@ -68,26 +73,27 @@ async function show() {
   const instance = (shown = { name, view: { update() {}, unmount() {} } });
   if (VIEWS[name].lives) await engineReady(() => shown === instance);
   const { mount } = await VIEWS[name].load();
-  if (shown !== instance) return; // a faster one has been asked for meanwhile
+  // The user has opened another view in the meantime.
+  if (shown !== instance) return;
   root.prepend(guide.root);
   instance.view = mount(root, currentView().state, navigate, guide);
   if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
 }
 
-/** What lives waits for the engine. */
+/** Wait for the engine before views that simulate. */
 async function engineReady(isCurrent) {
   const { waitForEngine } = await import("./waiting_screen.js");
   await waitForEngine(root, isCurrent);
 }
 
-/** The address, and the guide, say what is shown from now on. */
+/** Apply an address to the page and the guide. */
 function applyAddress(target, isTabLink) {
   setCurrentView(target);
   if (isTabLink) address();
   guide.applyState(target.state);
 }
 
-/** A view as it was left; but where another study has been looked at since, that one. */
+/** Return the last state of a view, or the study that another view has shown since. */
 function restoreState(name) {
   const saved = savedViews.get(name)?.state ?? {};
   const last = [...savedViews.values()].at(-1)?.state.study;
@@ -96,7 +102,7 @@ function restoreState(name) {
     : { ...saved };
 }
 
-/** Down to where the reader was, once the page has become as long again, unless the reader goes elsewhere first. */
+/** Restore the scroll position when the page is long enough, unless the user scrolls first. */
 function restoreScroll(top) {
   if (!top) return;
   const observer = new ResizeObserver(() => {

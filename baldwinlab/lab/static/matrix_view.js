@@ -1,8 +1,9 @@
-/** A matrix: a number for each row and column, in a table whose cells have the more colour, the larger the number. */
+/** A table of numbers by row and column. A stronger color means a larger number. */
 
 import { el } from "./common.js";
 
-const MOST = 55; // percent of colour in the cell of the largest number, on which words can still be read
+// Percentage of color for the largest number, with readable text.
+const MOST = 55;
 
 export class MatrixView {
   constructor() {
@@ -22,19 +23,25 @@ export class MatrixView {
     this.table.replaceChildren();
   }
 
-  /** @param {{rows: string[], columns: string[], value: string}} header @param {{values: Float32Array}} arrays [row, column] */
+  /**
+   * @param {{rows: string[], columns: string[], value: string}} header
+   * @param {{values: Float32Array}} arrays [row, column]
+   */
   setData({ rows, columns, value }, { values }, title) {
     const numbers = [...values].filter((number) => !Number.isNaN(number));
     const [minimum, maximum] = [Math.min(...numbers), Math.max(...numbers)];
     const share = (number) =>
       Number.isNaN(number) ? 0 : maximum > minimum ? (number - minimum) / (maximum - minimum) : 0.5;
-    const digits = numbers.every(Number.isInteger) || maximum >= 100 ? 0 : maximum >= 10 ? 1 : 2; // of all alike, so that columns can be compared
+    // The same for all numbers, so that columns are comparable.
+    const digits = numbers.every(Number.isInteger) || maximum >= 100 ? 0 : maximum >= 10 ? 1 : 2;
     const formatted = (number) => (Number.isNaN(number) ? "–" : number.toFixed(digits));
     const cell = (number) =>
       el(
         "td",
         {
-          style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(number))}%, transparent)`,
+          style:
+            "background: color-mix(in srgb, var(--sky) " +
+            `${Math.round(MOST * share(number))}%, transparent)`,
         },
         formatted(number),
       );

@@ -1,4 +1,4 @@
-/** One run on the World tab whose lives have no world: which generation, and what can be looked at of it. */
+/** A run on the World tab of a model without a world: generation, agent and view. */
 
 import { AlleleBars } from "./allele_bars.js";
 import { GridView } from "./grid_view.js";
@@ -8,21 +8,23 @@ import { MatrixView } from "./matrix_view.js";
 import { PathView } from "./path_view.js";
 
 /**
- * @typedef {object} Drawer draws the answers of one kind
+ * @typedef {object} Drawer draws one kind of view
  * @property {HTMLElement} root
- * @property {(header: Object<string, any>, arrays: Object<string, ArrayLike<number>>, title: string) => void} take another answer
- * @property {(generation: number) => void} show it
- * @property {() => void} clear nothing is shown
+ * @property {(header: Object<string, any>, arrays: Object<string, ArrayLike<number>>, title:
+ *   string) => void} setData
+ * @property {(generation: number) => void} show
+ * @property {() => void} clear
  * @property {() => void} [close]
- * @property {import("./player.js").Player} [player] where it has a time of its own
+ * @property {import("./player.js").Player} [player] if the view has steps
  */
 const DRAWERS = { alleles: AlleleBars, matrix: MatrixView, path: PathView, grid: GridView };
 const ALLELES = "alleles";
 
 export class ModelPanel extends LifetimeSelector {
   /**
-   * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error) => void, playAllClicked: () => void, moved: () => void}} callbacks
+   * @param {object[]} studies from /api/studies, without those that cannot be read
+   * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error)
+   *   => void, playAllClicked: () => void, moved: () => void}} callbacks
    */
   constructor(studies, callbacks) {
     super("a", studies, callbacks);
@@ -57,23 +59,29 @@ export class ModelPanel extends LifetimeSelector {
     this.sized.observe(this.curve.root);
   }
 
-  /** All ways to look at the condition that is chosen. */
+  /** All views of the selected condition. */
   get views() {
     const { alleles, views } = this.condition;
     return [...(alleles.length ? [{ name: ALLELES, of_an_agent: false }] : []), ...views];
   }
 
-  /** What of an address is not there, in a sentence; nothing where all is. */
+  /** Return a message if the address names an unknown view or agent, else "". */
   missingMessage({ look, agent }) {
     const { name, agents } = this.condition;
     if (look && look !== this.look.name)
-      return `${name} has no view ${look}. Available: ${this.views.map((way) => way.name).join(", ")}.`;
+      return (
+        `${name} has no view ${look}. Available: ` +
+        `${this.views.map((way) => way.name).join(", ")}.`
+      );
     return agent && this.look.of_an_agent && agent !== this.agent
       ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.`
       : "";
   }
 
-  /** Show a generation; what another one looked like stays in sight until this one is there. @param {import("./sources.js").Source} source */
+  /**
+   * Show a generation. The previous one stays visible until it is loaded.
+   * @param {import("./sources.js").Source} source
+   */
   async choose(source, { look, agent } = { look: this.look?.name, agent: this.agent }) {
     super.choose(source);
     const { study, condition, run, generation } = source;
@@ -102,8 +110,10 @@ export class ModelPanel extends LifetimeSelector {
       this.setData(await getBinary(url, this.stop.signal));
     } catch (fault) {
       if (fault.name === "AbortError") return;
-      this.asked = null; // it may be there when it is chosen again
-      this.drawer?.clear(); // what is named in the pickers is not there, and nothing else must seem to be it
+      // Allow another attempt.
+      this.asked = null;
+      // Remove the old view, because the selectors show another source.
+      this.drawer?.clear();
       this.callbacks.failed(fault);
     }
   }
@@ -126,7 +136,7 @@ export class ModelPanel extends LifetimeSelector {
     this.callbacks.shown();
   }
 
-  /** What is looked at, and of whom. */
+  /** Return the title: view and agent. */
   title() {
     const { agent } = this.header;
     const runQuery =

@@ -1,4 +1,4 @@
-/** The World tab of lives without a world: the alleles of a generation and the views of its model, and the way through the generations. */
+/** The World tab of models without a world: alleles and views of each generation. */
 
 import { el, message } from "./common.js";
 import { handleGenerationKey } from "./keys.js";
@@ -7,10 +7,11 @@ import { nearestLifetime, requireViewable, lifetimeTitle, addTypicalRun } from "
 import { CURVE, VIEWS } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 
-const EVERY = 200; // ms that a generation is seen while they play
+// Milliseconds that a generation is shown during playback.
+const EVERY = 200;
 
 export class ModelTab {
-  /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
+  /** @param {{studies: object[], worldless: object[]}} there from `loadStudies` */
   constructor(root, navigate, guide, { studies, worldless }) {
     Object.assign(this, { root, navigate, guide, studies, worldless, latestRequest: 0, timer: 0 });
     this.panel = new ModelPanel(studies, {
@@ -53,12 +54,13 @@ export class ModelTab {
     return this.show(state);
   }
 
-  /** Show what an address says, in the run to look at first where it names none. */
+  /** Show the state of an address. Without a run, show the typical run. */
   async show(state) {
     const request = ++this.latestRequest;
     const completeState = await addTypicalRun(this.studies, state);
     if (request !== this.latestRequest || this.leaving.signal.aborted) return;
-    this.startAt = state.step; // undefined: a life plays from its beginning
+    // If undefined, a lifetime plays from its beginning.
+    this.startAt = state.step;
     try {
       requireViewable(this, completeState);
       this.panel.choose(nearestLifetime(this.studies, completeState, true), {
@@ -77,7 +79,10 @@ export class ModelTab {
     this.remember();
   }
 
-  /** The address follows what is shown; another generation is a new place in the history, but not while they play. */
+  /**
+   * Write the state to the address. Another generation is a new history entry, except during
+   * playback.
+   */
   remember(replace = true) {
     const { curve, source, views: ways, look, agent, drawer } = this.panel;
     if (!source || curve.isDragging) return;
@@ -92,7 +97,7 @@ export class ModelTab {
     );
   }
 
-  /** What was asked for has come. */
+  /** Update the guide after the data has arrived. */
   shown() {
     const { source, header, look, drawer } = this.panel;
     if (drawer.player) this.startPlayer(drawer.player);
@@ -110,7 +115,7 @@ export class ModelTab {
     if (this.generationPlayer.on) this.scheduleNext();
   }
 
-  /** A life goes to where the address says; the first that comes into sight plays, where it says nothing. */
+  /** Go to the step of the address. Without a step, the first lifetime starts to play. */
   startPlayer(player) {
     if (this.startAt !== undefined) player.seek(Number(this.startAt) || 0);
     else if (!this.watched) player.autoplay();
@@ -127,7 +132,7 @@ export class ModelTab {
     this.panel.drawer?.player?.invalidate();
   }
 
-  /** So many generations on or, below 0, back. */
+  /** Move by some generations. Negative numbers move back. */
   changeGeneration(by) {
     this.panel.goTo(this.panel.source.generation + by);
   }

@@ -1,4 +1,4 @@
-/** A network: units filled as they are active, lines by the sign and size of their weights, arcs to units that remember. */
+/** Draw a network: units by activation, links by weight, and arcs to memory units. */
 
 import { FONT, palette } from "./palette.js";
 
@@ -8,9 +8,10 @@ const WORDS = `11px ${FONT}`;
  * Draw a network into a box, in CSS pixels.
  * @param {CanvasRenderingContext2D} pen
  * @param {{left: number, top: number, width: number, height: number}} box
- * @param {{sizes: number[], biases: boolean, weights: ArrayLike<number>|null, activations: ArrayLike<number>, inputs: string[],
- *   memory: number[][], actions: string[], action: number|null}} net the activations of all units, inputs first; `memory` holds pairs
- *   of units, of which the second remembers the first; `action` is the output that has a ring
+ * @param {{sizes: number[], biases: boolean, weights: ArrayLike<number>|null, activations:
+ *   ArrayLike<number>, inputs: string[], memory: number[][], actions: string[], action:
+ *   number|null}} net activations of all units, inputs first; `memory` contains pairs (source unit,
+ *   memory unit); `action` is the output with a ring
  */
 export function drawNetwork(pen, box, net) {
   const names = [...net.inputs, ...net.memory.map((_, unit) => `memory ${unit + 1}`)].slice(
@@ -25,7 +26,7 @@ export function drawNetwork(pen, box, net) {
   label(pen, positions.at(-1), net.actions, "left", 11);
 }
 
-/** The room that the words beside the first and the last layer take. */
+/** Return the widths of the labels of the first and the last layer. */
 function labelWidths(pen, names, actions) {
   pen.font = WORDS;
   return [names, actions].map(
@@ -46,7 +47,8 @@ function unitPlaces(sizes, { left, top, width, height }, [leftWidth, rightWidth]
 }
 
 function drawWeights(pen, positions, { sizes, biases, weights }) {
-  const mostLines = 800; // of a large network, only the first are drawn
+  // Of a large network, only the first links are drawn.
+  const mostLines = 800;
   let [at, lines] = [0, 0];
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
     for (let from = 0; from < sizes[layer]; from++) {
@@ -74,7 +76,7 @@ function drawLink(pen, from, to, weight) {
   pen.globalAlpha = 1;
 }
 
-/** What a unit was is heard a step later: an arc back, over the layers. */
+/** Draw arcs to the units that repeat the activation of another unit one step later. */
 function drawMemory(pen, positions, memory) {
   pen.strokeStyle = palette.soft;
   pen.lineWidth = 1;
@@ -122,9 +124,9 @@ function drawUnit(pen, [x, y], radius, active, senses, chosen) {
 }
 
 /**
- * Draw a network whose links evolved, its units laid out by depth: the most links that lead to each from an input.
- * @param {object} net as for `drawNetwork`, with `links` in place of weights, sizes and memory: from which unit (-1: the bias, always
- *   1), to which, and the weight of each, one after the other
+ * Draw a network without layers. The depth of a unit is its longest path from an input.
+ * @param {object} net as for `drawNetwork`, with `links` instead of weights, sizes and memory:
+ *   (from unit, to unit, weight) of each link; unit -1 is the bias
  */
 export function drawGraph(pen, box, net) {
   const links = Array.from({ length: net.links.length / 3 }, (_, link) =>
@@ -159,7 +161,7 @@ export function drawGraph(pen, box, net) {
   label(pen, positions.at(-1), net.actions, "left", 11);
 }
 
-/** The units in columns: inputs first, outputs last, each behind all that it hears. */
+/** Return the units in columns: inputs first, outputs last, each after its sources. */
 function byDepth(links, inputs, firstOutput, units) {
   const depths = new Map(inputs.map((unit) => [unit, 0]));
   for (const unit of links.flatMap(([from, to]) => [from, to]))
@@ -179,7 +181,7 @@ function byDepth(links, inputs, firstOutput, units) {
   ];
 }
 
-/** The first of the largest outputs. */
+/** Return the first of the largest outputs. */
 export function largestOutput(activations, outputs) {
   const first = activations.length - outputs;
   let best = 0;

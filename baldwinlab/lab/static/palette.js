@@ -1,11 +1,17 @@
-/** The colours in force, by name, and the font of what is drawn. `baldwinlab/analysis/figures/palette.py` has them; the page has them as CSS. */
+/**
+ * The current colors by name, from `baldwinlab/analysis/figures/palette.py` through CSS, and the
+ * font.
+ */
 
 export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
 
 let colors = {};
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (colors = {}));
 
-/** `palette.text` is what `var(--text)` is now. @type {Object<string, string>} */
+/**
+ * `palette.text` is the value of `var(--text)`.
+ * @type {Object<string, string>}
+ */
 export const palette = new Proxy(
   {},
   {
@@ -16,12 +22,12 @@ export const palette = new Proxy(
   },
 );
 
-/** A colour as a recording gives it: by name, or "#rrggbb". */
+/** Return the value of a color name, or "#rrggbb" unchanged. */
 export function resolveColor(colour) {
   return colour.startsWith("#") ? colour : palette[colour];
 }
 
-/** The same in CSS, where it follows the reader's light or dark. */
+/** Return a color for CSS, which follows the light or dark scheme. */
 export function cssColor(colour) {
   return colour.startsWith("#") ? colour : `var(--${colour})`;
 }

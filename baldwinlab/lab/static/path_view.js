@@ -1,4 +1,7 @@
-/** A walk: numbers that follow each other in a life, as lines from birth on; in a sentence where there is nothing after birth. */
+/**
+ * A path: values over the steps of a lifetime, as lines. Without steps, a list of the values at
+ * birth.
+ */
 
 import { lineChart } from "./charts.js";
 import { el, format } from "./common.js";
@@ -15,7 +18,10 @@ export class PathView {
     this.heading.textContent = "";
   }
 
-  /** @param {{names: string[], step: string, value: string}} header @param {{lines: Float32Array}} arrays [line, step] */
+  /**
+   * @param {{names: string[], step: string, value: string}} header
+   * @param {{lines: Float32Array}} arrays [line, step]
+   */
   setData({ names, step, value }, { lines }, title) {
     const length = lines.length / names.length;
     const series = names.map((label, line) => ({

@@ -1,4 +1,4 @@
-/** The bar below the worlds: time, what is drawn, and help. */
+/** The bar below the worlds: playback, display options and help. */
 
 import { el, icon } from "./common.js";
 import { keyboardDialog } from "./keys.js";
@@ -23,8 +23,8 @@ export class PlaybackBar {
   /**
    * @param {import("./player.js").Player} player
    * @param {import("./timeline.js").Timeline} timeline
-   * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void, toggleComparison: () => void, fit: () => void,
-   *   meal: (way: number) => void}} callbacks
+   * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void,
+   *   toggleComparison: () => void, fit: () => void, meal: (way: number) => void}} callbacks
    */
   constructor(player, timeline, callbacks) {
     this.player = player;

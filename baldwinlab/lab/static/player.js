@@ -1,36 +1,45 @@
-/** Time: it stands, or goes on at some steps a second, and whoever shows it is told before every frame. */
+/** The playback time. It calls a function to draw each frame. */
 
 export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
-const STEPS_A_SECOND = 10; // at speed 1
-const WHOLE_LIFE = 6; // seconds that a life takes at least, at its usual speed
+// At speed 1.
+const STEPS_A_SECOND = 10;
+// Minimum duration of a lifetime at its default speed, in seconds.
+const WHOLE_LIFE = 6;
 
-/** The speed at which a life of so many steps is seen in some seconds, so that something happens. */
+/** Return the default speed for a lifetime with this number of steps. */
 export function defaultSpeed(steps) {
   return SPEEDS.findLast((speed) => steps / (speed * STEPS_A_SECOND) >= WHOLE_LIFE) ?? SPEEDS[0];
 }
 
 export class Player {
-  /** @param {(time: number) => boolean} show draws a moment; false: it is not there yet, so time waits */
+  /**
+   * @param {(time: number) => boolean} show draws a moment; returns false if it is not loaded, so
+   *   time waits
+   */
   constructor(show) {
     this.show = show;
-    this.time = 0; // in steps, with fractions between them
-    this.last = 0; // the last step there is
+    // In steps, with fractions.
+    this.time = 0;
+    // The last step.
+    this.last = 0;
     this.speed = 10;
     this.playing = false;
     this.changed = () => {};
-    this.ended = () => {}; // has played to the last step
+    // Called after the last step.
+    this.ended = () => {};
     this.asked = 0;
     this.before = 0;
   }
 
-  /** Draw at the next frame. */
+  /** Draw in the next frame. */
   invalidate() {
     this.asked ||= requestAnimationFrame((now) => this.frame(now));
   }
 
   frame(now) {
     this.asked = 0;
-    const elapsed = this.before ? Math.min(now - this.before, 100) : 0; // a page that was hidden does not leap
+    // A page that was hidden does not jump ahead.
+    const elapsed = this.before ? Math.min(now - this.before, 100) : 0;
     this.before = this.playing ? now : 0;
     const isLoaded = this.show(this.time);
     if (!this.playing) return;
@@ -45,12 +54,12 @@ export class Player {
     this.invalidate();
   }
 
-  /** Play by itself, unless the reader wants nothing to move. */
+  /** Start playback, unless the user prefers reduced motion. */
   autoplay() {
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
 
-  /** From the beginning, where the end has been reached. */
+  /** Play. At the end, start again from the beginning. */
   play() {
     if (this.playing) return;
     if (this.time >= this.last) this.time = 0;
@@ -73,14 +82,14 @@ export class Player {
     else this.play();
   }
 
-  /** Go to a step; playing goes on from there. */
+  /** Go to a step. Playback continues from there. */
   seek(step) {
     this.time = Math.min(Math.max(0, step), this.last);
     this.changed();
     this.invalidate();
   }
 
-  /** Stop, and go some steps on or back. */
+  /** Pause, and move by some steps. */
   step(by) {
     this.pause();
     this.seek(Math.floor(this.time) + by);
@@ -91,7 +100,7 @@ export class Player {
     this.changed();
   }
 
-  /** The next speed up or down. */
+  /** Select the next higher or lower speed. */
   changeSpeed(by) {
     const at = SPEEDS.indexOf(this.speed) + by;
     this.setSpeed(SPEEDS[Math.min(Math.max(0, at), SPEEDS.length - 1)]);

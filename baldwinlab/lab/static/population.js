@@ -1,9 +1,11 @@
-/** All agents of a world at a glance: what each has eaten so far. A click looks inside one. */
+/** The list of agents with the number of eaten items. A click opens the inspector. */
 
 import { el } from "./common.js";
 
-const SHOWN = 40; // agents with a line of their own
-const EVERY = 120; // ms between two looks at what goes on
+// Maximum number of listed agents.
+const SHOWN = 40;
+// Milliseconds between two updates.
+const EVERY = 120;
 
 export class Population {
   /** @param {(agent: number) => void} pick */
@@ -21,7 +23,7 @@ export class Population {
     this.drawn = 0;
   }
 
-  /** Show who has eaten how much before the step after this one; while time goes on, not at every frame. */
+  /** Update the numbers at a step. During playback, not at every frame. */
   draw(recording, step, playing) {
     const now = performance.now();
     const totals = recording.arrays.eaten_in_life.subarray(-recording.agents);
@@ -43,7 +45,7 @@ export class Population {
     });
   }
 
-  /** Lines for the agents, in their order; of a crowd, for those that eat most in their lives. */
+  /** Build the list: all agents in order, or those that eat most. */
   buildLines(recording, lifetimeTotals) {
     this.best = Math.max(1, ...[...lifetimeTotals]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
@@ -76,11 +78,12 @@ export class Population {
     const focused =
       this.list.contains(document.activeElement) && document.activeElement.dataset.testid;
     this.list.replaceChildren(...this.lines.map(({ line }) => line));
-    if (focused) this.lines.find(({ line }) => line.dataset.testid === focused)?.line.focus(); // the same agent of another life
+    // Keep the focus on the same agent.
+    if (focused) this.lines.find(({ line }) => line.dataset.testid === focused)?.line.focus();
   }
 }
 
-/** Such as: agent 3, 12 items eaten. */
+/** Return a label such as: agent 3, 12 items eaten. */
 export function agentLabel(agent, eaten) {
   return `agent ${agent}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
 }

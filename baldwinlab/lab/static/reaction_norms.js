@@ -1,17 +1,20 @@
-/** Reaction norms: how the last generation does under circumstances that it did not evolve in, one of them at a time. */
+/** Reaction norms: fitness of the last generation when one setting differs from evolution. */
 
 import { lineChart, seriesStyle } from "./charts.js";
 import { el } from "./common.js";
 import { chartDownloads } from "./downloads.js";
 
 const WORDS =
-  "Each curve shows the fitness of the last generation when one setting differs from its value during evolution. Parentheses mark the value during evolution. Lines are medians over runs. Bands are 95 % intervals, shown for six runs or more.";
+  "Each curve shows the fitness of the last generation when one setting differs from its " +
+  "value during evolution. Parentheses mark the value during evolution. Lines are " +
+  "medians over runs. Bands are 95 % intervals, shown for six runs or more.";
 
 /**
- * @param {Promise<{unit: string, panels: object[]}>} response the answer of /api/results/reaction
+ * @param {Promise<{unit: string, panels: object[]}>} response of /api/results/reaction
  * @param {string} study its name, for the command
- * @param {{label: string, conditions: string[]}[]} groups that are shown, in the order of their looks
- * @param {string|undefined} field of the address: what is changed
+ * @param {{label: string, conditions: string[]}[]} groups the visible groups, in the order of their
+ *   styles
+ * @param {string|undefined} field the changed setting, from the address
  * @param {(patch: Object<string, any>) => void} choose
  * @returns {{section: HTMLElement, destroy: () => void}}
  */
@@ -91,7 +94,7 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
   return containers.map(([panel, container]) => norms(container, panel, unit, conditions, groups));
 }
 
-/** The curves of one circumstance on one map. */
+/** Draw the curves of one changed setting on one map. */
 function norms(container, { field, name, map, values, evolved, norms }, unit, conditions, groups) {
   const root = el("div");
   const series = Object.entries(norms)
@@ -100,9 +103,11 @@ function norms(container, { field, name, map, values, evolved, norms }, unit, co
   const indices = series.map(({ label }) =>
     groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
   );
-  series.forEach((line, number) =>
-    Object.assign(line, seriesStyle(indices.includes(-1) ? number : indices[number])),
-  ); // as in the curves above, if each has one there
+  series.forEach(
+    (line, number) =>
+      Object.assign(line, seriesStyle(indices.includes(-1) ? number : indices[number])),
+    // Use the style of the curves above, if each condition has one.
+  );
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
   const chart = lineChart(root, {
     title: map ? `Evolved on map ${map}: fitness by ${name}` : `Fitness by ${name}`,

@@ -1,9 +1,11 @@
-/** A lifetime as it was recorded, and where its parts come from. Needs no page. */
+/** The recording of a lifetime, and a lifetime that loads its parts. Needs no page. */
 
-const KEYFRAME_EVERY = 256; // moves of items between two kept positions of all items
-const MAX_PARTS = 4; // parts of a long life held at once
+// Item moves between two stored states of all items.
+const KEYFRAME_EVERY = 256;
+// Maximum number of loaded parts of a long lifetime.
+const MAX_PARTS = 4;
 
-/** Steps `first` up to, and without, `last` of a lifetime: the container of /api/recording. */
+/** The steps from `first` up to, but not including, `last`: the container of /api/recording. */
 export class Recording {
   /** @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container */
   constructor({ header, arrays }) {
@@ -22,15 +24,17 @@ export class Recording {
       sector: sectors[input],
       real: real[input],
     }));
-    this.numbers = real.some(Boolean); // float32 inputs, and not bits
+    // float32 inputs instead of bits.
+    this.numbers = real.some(Boolean);
     this.inputBytes = Math.ceil(this.inputs.length / 8);
     this.positions = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
-    this.movesApplied = 0; // moves that `positions` has made
+    // Number of moves that `positions` contains.
+    this.movesApplied = 0;
     this.keyframes = [{ x: arrays.item_x, y: arrays.item_y }];
     this.meals = mealsOf(this);
   }
 
-  /** Where the items lie at a step, {x, y}; the same two arrays are filled at every call. */
+  /** Return the positions of items at a step, {x, y}. The arrays are reused by the next call. */
   itemsAt(step) {
     const moveCount = countMovesUntil(this.arrays.move_step, step);
     const keyframe = Math.min(Math.floor(moveCount / KEYFRAME_EVERY), this.keyframes.length - 1);
@@ -51,14 +55,19 @@ export class Recording {
     return this.positions;
   }
 
-  /** What an input of an agent is at a step: 0 or 1, or between them where it is real-valued. */
+  /**
+   * Return an input of an agent at a step: 0 or 1, or a number between them if it is real-valued.
+   */
   sensed(step, agent, input) {
     const row = (step - this.first) * this.agents + agent;
     if (this.numbers) return this.arrays.sensor[row * this.inputs.length + input];
     return (this.arrays.sensor[row * this.inputBytes + (input >> 3)] >> (input & 7)) & 1;
   }
 
-  /** The inputs of an agent that are above 0 at a step, in words; with its value where one is real-valued. */
+  /**
+   * Return the names of the active inputs of an agent at a step, with values if they are
+   * real-valued.
+   */
   senses(step, agent) {
     const values = this.inputs.map(({ name, real }, input) => ({
       name,
@@ -70,25 +79,25 @@ export class Recording {
       .map(({ name, real, value }) => (real ? `${name} ${value.toFixed(2)}` : name));
   }
 
-  /** The agent from whom another learns in a step, or null. */
+  /** Return the agent that another agent learns from in a step, or null. */
   learnsFrom(step, agent) {
     const teacher = this.arrays.teacher?.[(step - this.first) * this.agents + agent] ?? agent;
     return teacher === agent ? null : teacher;
   }
 
-  /** Whether an agent, or null: any of them, eats in a step. */
+  /** Return whether an agent eats in a step, or any agent if it is null. */
   eats(step, agent) {
     if (agent === null) return this.meals[step - this.first] > 0;
     return step > this.first && this.eatenBefore(step + 1, agent) > this.eatenBefore(step, agent);
   }
 
-  /** Items that an agent has eaten before a step. */
+  /** Return the number of items that an agent has eaten before a step. */
   eatenBefore(step, agent) {
     const row = Math.min(step, this.last) - this.first - 1;
     return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
   }
 
-  /** What was eaten before a step, in words: items, and agents that ate. */
+  /** Return the text about items eaten before a step, and the number of agents that ate. */
   eaten(step) {
     let [items, eaters] = [0, 0];
     for (let agent = 0; agent < this.agents; agent++) {
@@ -100,7 +109,7 @@ export class Recording {
   }
 }
 
-/** How many moves happen at or before a step: `move_step` rises. */
+/** Return the number of moves at or before a step. `move_step` is sorted. */
 function countMovesUntil(moveStep, step) {
   let [low, high] = [0, moveStep.length];
   while (low < high) {
@@ -111,36 +120,43 @@ function countMovesUntil(moveStep, step) {
   return low;
 }
 
-/** Items that all agents together eat in each step. */
+/** Return the number of items that all agents eat in each step. */
 function mealsOf({ agents, first, arrays: { eaten_in_life: eaten } }) {
   const meals = new Uint16Array(eaten.length / agents);
   let previous = null;
   for (let row = 0; row < meals.length; row++) {
     let sum = 0;
     for (let at = row * agents; at < (row + 1) * agents; at++) sum += eaten[at];
-    meals[row] = sum - (previous ?? (first ? sum : 0)); // what was eaten before the first step of a part is not known
+    // The items eaten before the first step of a part are unknown.
+    meals[row] = sum - (previous ?? (first ? sum : 0));
     previous = sum;
   }
   return meals;
 }
 
-/** A whole lifetime, in one part or, where that would be too large, in parts that are fetched as they are needed. */
+/** A complete lifetime, in one part or in parts that are loaded when needed. */
 export class Lifetime {
   /**
-   * @param {(part: {first: number, last: number}|null, signal: AbortSignal) => Promise<Recording>} fetchPart null: what one answer holds
-   * @param {() => void} changed called when a part has come
-   * @param {(fault: Error) => void} failed called when none will
+   * @param {(part: {first: number, last: number}|null, signal: AbortSignal) => Promise<Recording>}
+   *   fetchPart null: as much as one response contains
+   * @param {() => void} changed called when a part is loaded
+   * @param {(fault: Error) => void} failed called after an error
    */
   constructor(fetchPart, changed, failed) {
     Object.assign(this, { fetchPart, changed, failed });
-    this.parts = new Map(); // by number, the part used last at the end
-    this.length = 0; // steps in a part; 0 until the first has come
+    // By number. The most recently used part is the last.
+    this.parts = new Map();
+    // Steps of a part, or 0 until the first part is loaded.
+    this.length = 0;
     this.loadingPart = null;
     this.stop = new AbortController();
     this.fetch(0);
   }
 
-  /** The part that holds a step, or null while it is on its way. The one after it is fetched in time. */
+  /**
+   * Return the part that contains a step, or null while it loads. The next part is loaded in
+   * advance.
+   */
   at(step) {
     if (!this.length) return null;
     const number = Math.floor(step / this.length);
@@ -157,7 +173,11 @@ export class Lifetime {
     return part;
   }
 
-  /** The nearest step after another (`way` 1) or before it (-1) in which an agent, or null: any of them, eats; null: none that is here. */
+  /**
+   * Return the nearest step with a meal after (`way` 1) or before (-1) a step, or null.
+   *
+   * If the agent is null, a meal of any agent counts. Only loaded parts are searched.
+   */
   meal(step, direction, agent) {
     for (let at = step + direction; at >= 0 && at < this.steps; at += direction) {
       const part = this.parts.get(Math.floor(at / this.length));
@@ -189,7 +209,7 @@ export class Lifetime {
     this.changed();
   }
 
-  /** Forget everything, and what is on its way. */
+  /** Cancel all requests and drop all parts. */
   close() {
     this.stop.abort();
     this.parts.clear();

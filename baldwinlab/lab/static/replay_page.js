@@ -1,4 +1,4 @@
-/** A replay on a page of its own: share.py writes it into a file, with all that it imports. It asks nobody for anything. */
+/** The replay page: a file with all its modules (downloads.py). It makes no requests. */
 
 import { el, format, inflate, unpack } from "./common.js";
 import { Legend } from "./legend.js";
@@ -9,7 +9,8 @@ import { WorldFigure, completeLifetime } from "./world_figure.js";
 
 /**
  * @param {HTMLElement} root is emptied and filled
- * @param {{version: string, step: number, panels: {title: string, recording: string, experiment: string|null, commands: string[]}[]}} replay
+ * @param {{version: string, step: number, panels: {title: string, recording: string, experiment:
+ *   string|null, commands: string[]}[]}} replay
  */
 export async function play(root, replay) {
   const lives = await Promise.all(
@@ -76,7 +77,7 @@ function panelFigure({ title }, { header }, { stage, foot, facts }) {
   );
 }
 
-/** Such as: 50 items of food. */
+/** Return a text such as: 50 items of food. */
 function items({ look: { item_kinds } }) {
   return item_kinds.map(({ name, number }) => `${format(number)} items of ${name}`).join(", ");
 }
@@ -88,7 +89,9 @@ function aboutSection({ version, panels }) {
     experiment && el("pre", { "data-testid": "replay-experiment" }, experiment),
     el("pre", { "data-testid": "replay-commands" }, commands.join("\n")),
   ]);
-  const text = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime learning. These commands reproduce exactly the same lifetime.`;
+  const text =
+    `Made with baldwinlab ${version}, a laboratory for evolution and lifetime ` +
+    "learning. These commands reproduce exactly the same lifetime.";
   return el(
     "details",
     { class: "replay-about" },
@@ -98,7 +101,7 @@ function aboutSection({ version, panels }) {
   );
 }
 
-/** Esc looks at all agents again; else as the bar of time says. */
+/** Escape deselects the agent. Other keys control the time bar. */
 function handleReplayKey(event, bar, figures) {
   if (event.key === "Escape") figures.forEach((figure) => figure.pick(null));
   else bar.steer(event);

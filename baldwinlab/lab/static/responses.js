@@ -1,4 +1,4 @@
-/** What an agent does at what it senses: a table of all combinations of its inputs, at birth and now. */
+/** The table of responses: the action for each combination of inputs, at birth and now. */
 
 import { el } from "./common.js";
 
@@ -19,7 +19,10 @@ export class Responses {
     );
   }
 
-  /** @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} inside as /api/inside gives it */
+  /**
+   * @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} inside from
+   *   /api/inside
+   */
   set({ header: { look }, arrays: { responses, sample_step: samples } }) {
     this.root.hidden = !responses;
     if (!responses) return;
@@ -41,7 +44,7 @@ export class Responses {
     );
   }
 
-  /** As it is at a step, and which line is the agent's own just now. */
+  /** Show the table at a step, and mark the row of the current inputs. */
   draw(step, active) {
     if (this.root.hidden) return;
     const after = this.samples.findIndex((sampled) => sampled > step);

@@ -1,15 +1,19 @@
-/** Conditions by what tells them apart: which of them are shown, and which are drawn together as one curve. */
+/** The factors of conditions: filter conditions, and group them into curves. */
 
 import { el } from "./common.js";
 
-const MANY = 8; // curves beyond which conditions are drawn together unless the reader wants each
-const EACH = "each"; // in the address: every condition by itself
+// With more curves, conditions are grouped by default.
+const MANY = 8;
+// In the address: one curve per condition.
+const EACH = "each";
 
 /**
- * What the address asks for.
- * @param {object} results its `factors` have a value for each of its `conditions`; whether it is `swept`, for names of points say nothing
- * @param {Object<string, string>} state `group` names a factor, `only.FACTOR` a value of it
- * @returns {{by: string|null, only: Object<string, string>, groups: {label: string, conditions: string[]}[]}}
+ * Return the groups of conditions that the address selects.
+ * @param {object} results `factors` contains a value per condition; `swept` is true for a sweep,
+ *   whose names are not informative
+ * @param {Object<string, string>} state `group` is a factor, `only.FACTOR` a value of it
+ * @returns {{by: string|null, only: Object<string, string>, groups: {label: string, conditions:
+ *   string[]}[]}}
  */
 export function groupConditions({ conditions, factors, swept }, state) {
   const only = Object.fromEntries(
@@ -42,7 +46,7 @@ export function groupConditions({ conditions, factors, swept }, state) {
   return { by, only, groups };
 }
 
-/** One curve of several conditions: the mean of theirs, and from the lowest of them to the highest. */
+/** Combine the curves of several conditions: their mean, and the range of their means. */
 export function combineCurves(curves) {
   if (curves.length === 1) return curves[0];
   const combine = (choose) =>
@@ -57,7 +61,7 @@ export function combineCurves(curves) {
   };
 }
 
-/** Lists to choose from: a value of each factor, and the factor by which conditions are drawn together. */
+/** Return the lists that filter by each factor, and the list that groups by a factor. */
 export function factorChoices({ factors }, { by, only }, choose) {
   const names = Object.keys(factors);
   if (!names.length) return null;
@@ -96,7 +100,7 @@ function selectList(name, options, chosen, change, id) {
   );
 }
 
-/** What a new study forgets of the one before. */
+/** Return the state that another study resets. */
 export function clearedState(results) {
   return {
     group: null,

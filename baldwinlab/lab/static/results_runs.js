@@ -1,4 +1,4 @@
-/** Every run as a line of a table that sorts, and the same for other programs. */
+/** A sortable table of all runs, with a CSV download. */
 
 import { el, format } from "./common.js";
 import { csv, downloadButton } from "./downloads.js";
@@ -7,9 +7,10 @@ const COLUMNS = ["condition", "run", "best", "mean", "share"];
 
 /**
  * @param {object} results
- * @param {Object<string, number[]>} runs of each condition that is shown
- * @param {Object<string, {name: string, axis: string}>} measures what best, mean and share are called
- * @param {(condition: string, run: number) => string|null} address of a run's last life; null where none can be watched
+ * @param {Object<string, number[]>} runs of each visible condition
+ * @param {Object<string, {name: string, axis: string}>} measures labels of best, mean and share
+ * @param {(condition: string, run: number) => string|null} address of the last lifetime of a run,
+ *   or null
  */
 export function runTable(results, runs, measures, address) {
   const rows = Object.entries(runs).flatMap(([condition, numbers]) =>

@@ -1,4 +1,4 @@
-/** The generations of one run as a slider, over a curve of how its best and its average agent did in each. */
+/** The generation slider of a run, over a curve of its best and its average agent. */
 
 import { ChartSlider } from "./chart_slider.js";
 import { format, getJSON } from "./common.js";
@@ -8,12 +8,16 @@ import { PRESETS } from "./sources.js";
 /** @typedef {{measure: string, best: number[], mean: number[]}} Curve */
 
 export class RunCurve extends ChartSlider {
-  /** @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}} callbacks `settled` when it is let go */
+  /**
+   * @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}}
+   *   callbacks `settled` is called after dragging
+   */
   constructor({ go, settled, invalidate }) {
     super("run-curve plain", { "aria-label": "Generation" });
     Object.assign(this, { invalidate, isDragging: false, asked: null, curve: null, stop: null });
     this.slider.addEventListener("input", () => {
-      this.isDragging = true; // what is passed on the way is no place to come back to
+      // Intermediate generations are not history entries.
+      this.isDragging = true;
       go(this.slider.valueAsNumber);
     });
     const endDrag = () => {
@@ -25,7 +29,10 @@ export class RunCurve extends ChartSlider {
       this.slider.addEventListener(end, endDrag);
   }
 
-  /** Stand at a generation of a run, whose last one that is; of a run that is not stored there is no curve. @param {import("./sources.js").Source} source */
+  /**
+   * Set the generation of a run. A run that is not stored has no curve.
+   * @param {import("./sources.js").Source} source
+   */
   async setSource({ study, condition, run, generation }, last) {
     this.setLast(last);
     this.show(generation);
@@ -33,11 +40,13 @@ export class RunCurve extends ChartSlider {
       study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
     if (requested === this.asked) return this.updateValueText();
     this.close();
-    Object.assign(this, { asked: requested, curve: null }); // what is drawn stays until the other one is there
+    // The old curve stays visible until the new one is loaded.
+    Object.assign(this, { asked: requested, curve: null });
     try {
       this.setCurve(requested && (await getJSON(`api/run?${requested}`, this.stop.signal)));
     } catch (fault) {
-      if (fault.name !== "AbortError") this.setCurve(null); // what is wrong with the run is said where its life is asked for
+      // The request of the lifetime reports the error.
+      if (fault.name !== "AbortError") this.setCurve(null);
     }
   }
 
@@ -67,10 +76,13 @@ export class RunCurve extends ChartSlider {
 
   describe(generation) {
     const { measure, best, mean } = this.curve;
-    return `generation ${format(generation)}, ${measure}: best ${format(best[generation])}, average ${format(mean[generation])}`;
+    return (
+      `generation ${format(generation)}, ${measure}: best ` +
+      `${format(best[generation])}, average ${format(mean[generation])}`
+    );
   }
 
-  /** The average agent as an area, the best one as a line; nothing is done where nothing has changed. */
+  /** Draw the average agent as an area and the best agent as a line, if something has changed. */
   draw() {
     const sheet = this.curve && this.redrawIfChanged(this.curve);
     if (!sheet) return;

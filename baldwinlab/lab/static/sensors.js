@@ -1,12 +1,17 @@
-/** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something: the brighter, the more. */
+/** Draw the visual range of agents, the sectors of their inputs, and active sectors. */
 
 import { palette, resolveColor } from "./palette.js";
 
 const DEGREE = Math.PI / 180;
-const LEVELS = 4; // of brightness, each of them one shape
-const MANY = 60; // agents beyond which only the chosen one's is drawn, unless discs are large on the canvas
+// Levels of brightness. Each level is one path.
+const LEVELS = 4;
+// With more agents, only the chosen one is drawn, unless discs are large on the canvas.
+const MANY = 60;
 
-/** Overlapping discs do not add up: all of them are one shape. @param {import("./world.js").WorldView} view */
+/**
+ * Draw all discs as one path, so that overlapping discs do not add up.
+ * @param {import("./world.js").WorldView} view
+ */
 export function drawSensors(view, recording, step, chosen) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
@@ -62,7 +67,7 @@ function wedge(pen, x, y, angle, { from_degrees: from, to_degrees: to, radius })
   pen.closePath();
 }
 
-/** The agents of whose surroundings anything may be on the canvas. */
+/** Return the agents whose visual range can be visible on the canvas. */
 function agentsNear(view, radius) {
   const { width, height } = view.world;
   const [left, top] = view.toWorld(0, 0);
@@ -80,7 +85,7 @@ function agentsNear(view, radius) {
   return near;
 }
 
-/** Draws what is round an agent, and again on the other side where it reaches across the edge of the torus. */
+/** Call `draw` for an agent, and for its copies across the edges of the torus. */
 function forEachCopy({ x: allX, y: allY, world: { width, height } }, agent, radius, draw) {
   const [x, y] = [allX[agent], allY[agent]];
   const acrossX = x < radius ? width : x > width - radius ? -width : 0;

@@ -1,17 +1,19 @@
-/** The share menu: what is on the screen as a link, a page that plays anywhere, a picture or a movie. */
+/** The share menu: link, replay page, laboratory, picture and movie. */
 
 import { address } from "./address.js";
 import { el, getJSON, icon, message, request, isServerless } from "./common.js";
 
 const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
-const HOW_FAR = 400; // ms between two questions how far a movie is
-const CAPTION = 30; // CSS pixels under each world in a picture
+// Milliseconds between two requests for the progress of a movie.
+const HOW_FAR = 400;
+// CSS pixels below each world in a picture.
+const CAPTION = 30;
 
 /**
- * Puts a button with a menu into `root`.
+ * Add a button with a menu to `root`.
  * @param {HTMLElement} root
- * @param {() => {panels: {source: string, canvas: HTMLCanvasElement}[], step: number}} getState what is shown now; a source is
- *   the query of /api/recording
+ * @param {() => {panels: {source: string, canvas: HTMLCanvasElement}[], step: number}} getState the
+ *   visible state; a source is a query of /api/recording
  * @returns {{close: () => void}}
  */
 export function mountShare(root, getState) {
@@ -33,7 +35,8 @@ export function mountShare(root, getState) {
     "toggle",
     (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)),
   );
-  menu.addEventListener("keydown", (event) => event.stopPropagation()); // keys of the menu do not steer the world
+  // Keys in the menu do not control the world.
+  menu.addEventListener("keydown", (event) => event.stopPropagation());
   root.append(button, menu);
   return {
     close() {
@@ -91,7 +94,8 @@ function linkRow() {
         "done",
       );
     } catch {
-      link.focus(); // a browser that forbids it: the link is chosen, ready to be copied by hand
+      // The browser does not allow copying. The user can copy the selected link.
+      link.focus();
     }
   };
   return el(
@@ -106,7 +110,7 @@ function linkRow() {
   );
 }
 
-/** An entry that makes a file and saves it; while it does, it says so. */
+/** Return an entry that creates and downloads a file, and shows the progress. */
 function saver(title, note, testid, make) {
   const hint = el("span", { class: "soft" }, note);
   const save = async () => {
@@ -133,14 +137,14 @@ function saver(title, note, testid, make) {
   return button;
 }
 
-/** A file that the server makes, under the name that it gives. */
+/** Request a file from the server. */
 async function fetchFile(kind, query) {
   const answer = await request(`api/${kind}?${new URLSearchParams(query)}`, {});
   const name = decodeURIComponent(answer.headers.get("Content-Disposition").split("''")[1]);
   return { blob: await answer.blob(), name };
 }
 
-/** A movie takes some seconds: `tell` hears which share of it there is. */
+/** Request a movie, and report its progress. */
 function movie(format, getState) {
   return async (reportProgress) => {
     const ticket = Math.random().toString(36).slice(2);
@@ -159,9 +163,10 @@ function movie(format, getState) {
   };
 }
 
-/** The worlds as they are drawn now, side by side, with what they are under each. */
+/** Draw the visible worlds next to each other, with captions. */
 async function picture({ panels, step }) {
-  const dots = Math.min(devicePixelRatio || 1, 2); // as many as the worlds are drawn with
+  // The same resolution as the worlds.
+  const dots = Math.min(devicePixelRatio || 1, 2);
   const width = panels.reduce((sum, { canvas }) => sum + canvas.width, 0);
   const height = Math.max(...panels.map(({ canvas }) => canvas.height));
   const sheet = el("canvas", { width, height: height + CAPTION * dots });
@@ -184,11 +189,11 @@ async function picture({ panels, step }) {
     left += canvas.width;
   }
   const blob = await new Promise((resolve) => sheet.toBlob(resolve, "image/png"));
-  const name = `${panels.map(({ source }) => titleOf(source)).join(" beside ")} step ${step}.png`;
+  const name = `${panels.map(({ source }) => titleOf(source)).join(" and ")} step ${step}.png`;
   return { blob, name: name.replace(/[^\w+.]+/g, "-") };
 }
 
-/** Such as: evo/A, run 3, generation 90. */
+/** Return a title such as: evo/A, run 3, generation 90. */
 function titleOf(source) {
   const query = new URLSearchParams(source);
   const note = query.get("condition") ?? query.get("preset") ?? "live";
@@ -198,5 +203,6 @@ function titleOf(source) {
 function download(blob, name) {
   const address = URL.createObjectURL(blob);
   el("a", { href: address, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 60_000); // the browser has taken it by then
+  // The browser has read it by then.
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

@@ -1,17 +1,19 @@
-/** A run in the browser, from its founders to its last generation, as simulation/simulate.py has it. Needs no page. */
+/** A run in the browser, as simulation/simulate.py. Needs no page. */
 
 import { Engine, lookUp } from "./engine.js";
 
 const FAULTS = {
   1: (path) => `evolution.fitness = "${path("evolution.fitness")}" gave no number for some agents.`,
   2: (path) =>
-    `evolution.selection = "${path("evolution.selection")}" cannot work with a fitness below 0 or without end; choose rank or tournament.`,
+    `evolution.selection = "${path("evolution.selection")}" cannot work with a fitness ` +
+    "below 0 or without end; choose rank or tournament.",
   3: (path) =>
-    `evolution.selection = "${path("evolution.selection")}" chose a parent that is none of the agents.`,
+    `evolution.selection = "${path("evolution.selection")}" chose a parent that is none ` +
+    "of the agents.",
 };
 
 /**
- * @typedef {object} Generation what became of one, an entry for each agent
+ * @typedef {object} Generation the results, one entry per agent
  * @property {Int32Array} food_eaten
  * @property {Float64Array} energy fitness
  * @property {Int32Array} parents [agent, (fitter, other)]; -1 for none
@@ -19,7 +21,7 @@ const FAULTS = {
  */
 
 export class Run {
-  /** @param {import("./engine.js").Program} program of the parts that the experiment chooses */
+  /** @param {import("./engine.js").Program} program for the parts of the experiment */
   constructor(program, experiment, seed, run) {
     this.engine = new Engine(program);
     this.engine.prepare(experiment, { seed, run });
@@ -29,21 +31,24 @@ export class Run {
     this.parents = this.teachers = this.engine.array("population.parents").fill(-1).slice();
   }
 
-  /** Live the next generation, and let it have its children if there is one after it. Raises an Error with a sentence. */
+  /** Simulate the next generation and its reproduction. Throw an Error for invalid results. */
   next() {
     const genome = this.startNext();
     this.live(0, this.experiment.lifetime.steps);
     return this.finishGeneration(genome);
   }
 
-  /** Let the next generation be born. @returns {Float32Array} its genomes */
+  /**
+   * Start the next generation.
+   * @returns {Float32Array} its genomes
+   */
   startNext() {
     const genome = this.engine.array("population.genome").slice();
     this.startGeneration(this.generationsDone);
     return genome;
   }
 
-  /** What became of the generation that has lived. */
+  /** Return the results of the generation, and create the next one. */
   finishGeneration(genome) {
     const { engine, parents } = this;
     engine.call("reckon");
@@ -66,16 +71,19 @@ export class Run {
     return result;
   }
 
-  /** Whose learned weights the teachers of those just bred would be passed on from, as `parents`: see evolution/inheritance.py. */
+  /**
+   * Return the agents whose learned weights teach the offspring, as `parents`. See inheritance.py.
+   */
   teachersOf(parents) {
     const { teacher } = this.experiment.learning;
     if (teacher === "fresh") return null;
     if (teacher !== "shuffled") return parents;
-    const order = this.engine.array("population.order"); // whose teacher each child was dealt, the last thing that `breed` does
+    // The teacher of each child, which is the last result of `breed`.
+    const order = this.engine.array("population.order");
     return parents.map((_, at) => parents[2 * Number(order[at >> 1]) + (at & 1)]);
   }
 
-  /** Let a generation be born, of the genomes that stand there. */
+  /** Start a generation with the current genomes. */
   startGeneration(generation) {
     this.engine.set("population.generation", generation);
     this.engine.call("begin");
@@ -92,7 +100,7 @@ export class Run {
     if (fault) throw new Error(fault((path) => lookUp(this.experiment, path)));
   }
 
-  /** As evolution/finite.py, but minus infinity is allowed: genomes that are graphs have it. */
+  /** Check genomes as evolution/finite.py. Genomes of graphs may contain minus infinity. */
   requireFinite() {
     const at = this.engine.array("population.genome").findIndex((gene) => !(gene < Infinity));
     if (at < 0) return;
@@ -103,13 +111,14 @@ export class Run {
       at % genes,
     ];
     throw new Error(
-      `Gene ${gene} of module ${module} of agent ${agent} in generation ${this.generationsDone} is not a finite number: ` +
+      `Gene ${gene} of module ${module} of agent ${agent} in generation ` +
+        `${this.generationsDone} is not a finite number: ` +
         "choose a smaller learning.rate, evolution.lamarckian_share or evolution.mutation_size.",
     );
   }
 }
 
-/** A whole run: the variables of `bl.simulate`, generation after generation. */
+/** Simulate a complete run, and return the variables of `bl.simulate`. */
 export function simulate(program, experiment, seed, run) {
   const simulation = new Run(program, experiment, seed, run);
   const generations = Array.from({ length: simulation.generations }, () => simulation.next());
@@ -121,7 +130,7 @@ export function simulate(program, experiment, seed, run) {
   );
 }
 
-/** Arrays of a kind, one after the other. */
+/** Concatenate arrays of one type. */
 export function concatenate(arrays) {
   const joined = new arrays[0].constructor(
     arrays.reduce((length, array) => length + array.length, 0),

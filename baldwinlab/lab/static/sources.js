@@ -1,28 +1,36 @@
-/** Lives by name: study, condition, run and generation. */
+/** Lifetimes by study, condition, run and generation. */
 
 import { getJSON } from "./common.js";
 
-export const PRESETS = "@presets"; // in place of a study: the conditions that come with baldwinlab
+// Instead of a study: the built-in presets.
+export const PRESETS = "@presets";
 
-/** @typedef {{study: string, condition: string, run: number, generation: number}|{live: string, run: number, generation: number}} Source */
+/**
+ * @typedef {{study: string, condition: string, run: number, generation: number}} StoredSource
+ * @typedef {{live: string, run: number, generation: number}} LiveSource
+ * @typedef {StoredSource|LiveSource} Source
+ */
 
-/** What /api/recording and its like are asked for. */
+/** Return the query of a lifetime for /api/recording and similar routes. */
 export function query({ live, study, condition, run, generation }) {
   const from = live ? { live } : study === PRESETS ? { preset: condition } : { study, condition };
   return new URLSearchParams({ ...from, run, generation });
 }
 
-/** The address of a lifetime in the World tab. @param {Source} life */
+/**
+ * Return the address of a lifetime in the World tab.
+ * @param {Source} life
+ */
 export function lifeAddress(life) {
   return `#/world?${new URLSearchParams(life)}`;
 }
 
-/** Whether the World tab has something to show of a condition: a world or, where its lives have none, alleles of genomes or views. */
+/** Return whether the World tab can show a condition: a world, alleles or views. */
 export function isViewable({ steps, alleles, views }) {
   return Boolean(steps || alleles?.length || views?.length);
 }
 
-/** Whether the life nearest to what is wanted has a world. */
+/** Return whether the nearest available lifetime has a world. */
 export function hasWorld(studies, wanted) {
   const { study, condition } = nearestLifetime(studies, wanted);
   return Boolean(
@@ -30,13 +38,14 @@ export function hasWorld(studies, wanted) {
   );
 }
 
-/** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
+/** Return the nearest available lifetime. With `strict`, throw an Error for an unknown one. */
 export function nearestLifetime(studies, { study, condition, run, generation }, strict = false) {
   const match =
     studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
   if (!match)
     throw new Error(
-      `There is no study ${study} in this folder. Available: ${studies.map(({ id }) => id).join(", ")}.`,
+      `There is no study ${study} in this folder.` +
+        ` Available: ${studies.map(({ id }) => id).join(", ")}.`,
     );
   const named = match.conditions.find(({ name }) => name === condition);
   if (strict && condition !== undefined && !named)
@@ -63,7 +72,7 @@ export function nearestLifetime(studies, { study, condition, run, generation }, 
   };
 }
 
-/** What an address asks for; where it names no run, the typical one of its condition. */
+/** Add the typical run to a state without a run. */
 export async function addTypicalRun(studies, state) {
   if (state.run !== undefined) return state;
   const { study, condition } = nearestLifetime(studies, state);
@@ -74,11 +83,14 @@ export async function addTypicalRun(studies, state) {
       ...(await getJSON(`api/typical?${new URLSearchParams({ study, condition })}`)),
     };
   } catch {
-    return state; // what is wrong with it is said when it is shown
+    // The request of the lifetime reports the error.
+    return state;
   }
 }
 
-/** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
+/**
+ * Return the lifetime to compare with: the main or next condition on the same map, or generation 0.
+ */
 export function comparisonSource({ source, conditions }) {
   const current = conditions.find(({ name }) => name === source.condition);
   const candidates = conditions.filter(
@@ -100,8 +112,9 @@ export function comparisonSource({ source, conditions }) {
 }
 
 /**
- * The studies with the conditions that can be shown, or in place of all, those that come with baldwinlab; which stored conditions
- * cannot; and what is wrong with studies, a sentence each.
+ * Load the viewable studies, or the built-in presets if there are none, and the errors of others.
+ *
+ * `worldless` are the stored conditions that cannot be shown.
  */
 export async function loadStudies() {
   const { studies } = await getJSON("api/studies");
@@ -120,7 +133,7 @@ export async function loadStudies() {
   return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
 }
 
-/** Raises an Error with a sentence where what an address names cannot be shown. */
+/** Throw an Error if the address names a condition that cannot be shown. */
 export function requireViewable({ studies, worldless }, state) {
   const match = worldless.find(
     ({ study, condition }) => study === state.study && condition === (state.condition ?? condition),
@@ -129,7 +142,10 @@ export function requireViewable({ studies, worldless }, state) {
     throw new Error(`The model of ${match.condition} in ${state.study} has no world to show.`);
 }
 
-/** A life by its whole name. @param {Source} source */
+/**
+ * Return the full name of a lifetime.
+ * @param {Source} source
+ */
 export function lifetimeTitle({ study, condition, run, generation }) {
   const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;
   return `${condition}, run ${run}, generation ${generation}${of}`;

@@ -1,16 +1,18 @@
-/** A sweep of what the form says: which fields, with which values, how large that is, and where it goes. */
+/** The dialog of a sweep: fields, values, size and name. */
 
 import { el, format, postJSON } from "./common.js";
 import { downloadButton } from "./downloads.js";
 
-const CHECK_AFTER = 300; // ms after the last change
+// Milliseconds after the last change.
+const CHECK_AFTER = 300;
 const FIELDS = 2;
 
 /**
- * @param {{preset: string, experiment: object, runs: number, seed: number}} order what the form says
- * @param {Object<string, any[]>} swept of the address: the values of each field
- * @param {(swept: Object<string, any[]>|null) => void} changed what is chosen has changed; null when the dialog closes
- * @param {(name: string) => void} started as the study of that name
+ * @param {{preset: string, experiment: object, runs: number, seed: number}} order from the form
+ * @param {Object<string, any[]>} swept the values of each field, from the address
+ * @param {(swept: Object<string, any[]>|null) => void} changed called after a change; null when the
+ *   dialog closes
+ * @param {(name: string) => void} started called with the name of the study
  */
 export function sweepDialog(order, swept, changed, started) {
   const fieldValues = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
@@ -79,7 +81,9 @@ export function sweepDialog(order, swept, changed, started) {
     el(
       "p",
       { class: "soft" },
-      "A sweep runs the experiment once for each value of a field, or for each pair of values of two fields. The number of runs applies to each of them. The results become a study.",
+      "A sweep runs the experiment once for each value of a field, or for each pair of " +
+        "values of two fields. The number of runs applies to each of them. The results " +
+        "become a study.",
     ),
     ...rows.map(({ element }) => element),
     el(
@@ -134,7 +138,7 @@ export function sweepDialog(order, swept, changed, started) {
   return dialog;
 }
 
-/** A field to choose, and its values. */
+/** Return the controls of a field and its values. */
 function fieldRow(fieldValues, number, initial) {
   const title = number ? "second field (optional)" : "field";
   const field = el(
@@ -173,7 +177,7 @@ function fieldRow(fieldValues, number, initial) {
   };
 }
 
-/** Every field of a tree that may be swept, by its path, with its value. */
+/** Return all fields that can be swept, by path, with their values. */
 function leaves(tree, path = "") {
   const table =
     tree !== null &&
@@ -185,7 +189,7 @@ function leaves(tree, path = "") {
   );
 }
 
-/** Some values to begin with. */
+/** Return some initial values. */
 function proposeValues(value) {
   if (typeof value === "boolean") return [false, true];
   if (typeof value !== "number") return [value];
@@ -202,7 +206,7 @@ function formatValues(values) {
     .join(", ");
 }
 
-/** `0, 0.1`, `true, false`, `rank, roulette` and `[10], [5, 5]` as the values that they mean. */
+/** Parse `0, 0.1`, `true, false`, `rank, roulette` or `[10], [5, 5]`. */
 function parseValues(text) {
   try {
     return JSON.parse(`[${text}]`);
@@ -223,10 +227,13 @@ function parseValues(text) {
 
 function describePlan({ points, runs, seconds, workers, disk, note }) {
   const sentence = note ? ` ${note}` : "";
-  return `${format(points)} points, ${format(runs)} runs in total: ${formatDuration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB of disk space.${sentence}`;
+  const size = `${format(points)} points, ${format(runs)} runs in total`;
+  const cores = workers === 1 ? "1 core" : `${workers} cores`;
+  const space = `${format(disk / 1e6)} MB of disk space`;
+  return `${size}: ${formatDuration(seconds)} on ${cores}, ${space}.${sentence}`;
 }
 
-/** So many seconds in words: "about 40 s". */
+/** Return a duration as text: "about 40 s". */
 export function formatDuration(seconds) {
   if (seconds < 1) return "less than a second";
   const [size, unit] = seconds < 100 ? [1, "s"] : seconds < 6000 ? [60, "min"] : [3600, "hours"];

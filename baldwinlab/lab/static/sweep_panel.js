@@ -1,9 +1,10 @@
-/** A sweep as it lives: how far it is, Stop, and the way to its results. */
+/** The panel of a sweep: progress, Stop, and a link to the results. */
 
 import { el, getJSON, message, postJSON } from "./common.js";
 import { formatDuration } from "./sweep_dialog.js";
 
-const EVERY = 500; // ms
+// Milliseconds.
+const EVERY = 500;
 const STATES = {
   preparing: ["Preparing", ""],
   running: ["Running", "good"],
@@ -14,8 +15,8 @@ const STATES = {
 
 /**
  * @param {HTMLElement} root is filled
- * @param {string} name of the study that it makes
- * @param {() => void} onGone it is not the server's last sweep any longer
+ * @param {string} name of the study
+ * @param {() => void} onGone called when the server has another sweep
  * @returns {{update: () => void, close: () => void}}
  */
 export function sweepPanel(root, name, onGone) {
@@ -39,7 +40,8 @@ export function sweepPanel(root, name, onGone) {
   const hint = el(
     "p",
     { class: "soft" },
-    "The sweep continues if you leave or close this page. You can open finished runs at any time. If you stop the sweep, finished runs stay stored.",
+    "The sweep continues if you leave or close this page. You can open finished runs at " +
+      "any time. If you stop the sweep, finished runs stay stored.",
   );
   root.replaceChildren(
     el(

@@ -1,4 +1,4 @@
-/** Time below a world: play and pause, steps, what was eaten when, speed; and the keys for it. */
+/** The time bar of a world: playback, steps, meals and speed, with keyboard control. */
 
 import { el, format, icon } from "./common.js";
 import { SPEEDS } from "./player.js";
@@ -12,8 +12,8 @@ const ON = "M8 5l5 5-5 5";
 export class TimeBar {
   /**
    * @param {import("./player.js").Player} player
-   * @param {string} testid what the names of its parts begin with
-   * @param {() => void} [onUserAction] told before the reader plays, pauses, or goes to another step
+   * @param {string} testid prefix of the test ids
+   * @param {() => void} [onUserAction] called before the user plays, pauses or moves
    */
   constructor(player, testid, onUserAction = () => {}) {
     Object.assign(this, { player, taken: onUserAction });
@@ -68,7 +68,9 @@ export class TimeBar {
     this.speed.value = String(speed);
   }
 
-  /** @param {import("./timeline.js").Track[]} tracks of the lives, each so many `steps` long at most */
+  /**
+   * @param {import("./timeline.js").Track[]} tracks of the lifetimes, with at most `steps` steps
+   */
   draw(step, steps, tracks) {
     this.timeline.setLast(steps - 1);
     this.timeline.draw(tracks);
@@ -77,7 +79,7 @@ export class TimeBar {
     if (this.step.textContent !== text) this.step.textContent = text;
   }
 
-  /** Space plays and pauses; the arrows go a step, with shift ten. Controls that have the focus keep their own keys. */
+  /** Handle a key: Space plays and pauses, arrows move one step, with Shift ten. */
   handleKey(event) {
     const isHandled =
       event.target.matches("input, select, textarea") ||

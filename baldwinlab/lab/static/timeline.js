@@ -1,14 +1,15 @@
-/** The timeline: a slider over a lifetime, with what was eaten when. */
+/** The timeline: a slider over a lifetime, with bars for meals. */
 
 import { ChartSlider } from "./chart_slider.js";
 import { palette } from "./palette.js";
 
-const BAR = 3; // CSS pixels a bar of meals
+// CSS pixels of a bar.
+const BAR = 3;
 
 /**
  * @typedef {object} Track
  * @property {import("./recording.js").Lifetime} life
- * @property {number|null} chosen an agent whose meals are marked
+ * @property {number|null} chosen the agent whose meals are marked
  */
 export class Timeline extends ChartSlider {
   /** @param {(step: number) => void} seek */
@@ -35,7 +36,7 @@ export class Timeline extends ChartSlider {
     return `${when}: ${eaten.join(" and ")} items eaten`;
   }
 
-  /** Draw the meals, one row a track; nothing is done where nothing has changed. */
+  /** Draw the meals, one row per track, if something has changed. */
   draw(tracks) {
     this.tracks = tracks;
     const steps = Number(this.slider.max) + 1;
@@ -52,7 +53,7 @@ export class Timeline extends ChartSlider {
   }
 }
 
-/** Items that all agents eat from a step to another, both of them; of parts that are not here, nothing. */
+/** Return the number of items eaten in some steps, in loaded parts. */
 function eatenIn(life, from, to) {
   let sum = 0;
   for (const part of life.parts.values()) {

@@ -1,16 +1,19 @@
-/** A few words beside the pointer, about what lies under it. What they say is on the page elsewhere, too. */
+/** A tooltip next to the pointer. The page also shows this information as text. */
 
 import { el } from "./common.js";
 
 export class Tooltip {
-  /** @param {HTMLElement} root in which it is placed */
+  /** @param {HTMLElement} root contains the tooltip */
   constructor(root) {
     this.root = root;
     this.element = el("div", { class: "tip number", "aria-hidden": "true", hidden: true });
     root.append(this.element);
   }
 
-  /** @param {string|null} text null: nothing @param {number} x CSS pixels from the left of `root` */
+  /**
+   * @param {string|null} text null hides the tooltip
+   * @param {number} x CSS pixels from the left of `root`
+   */
   show(text, x, y) {
     this.element.hidden = text === null;
     if (text === null) return;

@@ -1,14 +1,21 @@
-/** The paths that agents have taken, drawn from the arrays themselves. */
+/** Draw the paths of agents from the arrays of a recording. */
 
-const BANDS = [0.12, 0.22, 0.36, 0.55]; // from the oldest quarter of a recent trail to the newest
-const RECENT = 220; // steps
-const RECENT_SEGMENTS = 9000; // in a frame, so that many agents leave shorter trails
-const CROWD = 300; // agents beyond which trails are short, and drawn from every fourth place
-const LIFE_SEGMENTS = 24000; // added in a frame
-const LEAP = 1 / 8; // of the map: nobody goes as far in a few steps,
-const FAR = 10; // nor as far in one, units of length, where the map is small
+// From the oldest quarter of a recent trail to the newest.
+const BANDS = [0.12, 0.22, 0.36, 0.55];
+// Steps.
+const RECENT = 220;
+// Maximum per frame, so many agents have shorter trails.
+const RECENT_SEGMENTS = 9000;
+// With more agents, trails are short and use every fourth position.
+const CROWD = 300;
+// Maximum per frame.
+const LIFE_SEGMENTS = 24000;
+// Relative to the map. A longer move between two positions is a jump across the edge.
+const LEAP = 1 / 8;
+// Map units per step, for small maps.
+const FAR = 10;
 
-/** Paths of all agents over the last steps, fading; `pen` is the context, in units of the world. */
+/** Draw fading paths of all agents over the last steps. `pen` uses map units. */
 export function drawRecent(pen, recording, step, colour, width) {
   const crowd = recording.agents > CROWD;
   const length = crowd ? 16 : Math.min(RECENT, Math.floor(RECENT_SEGMENTS / recording.agents));
@@ -28,7 +35,7 @@ export function drawRecent(pen, recording, step, colour, width) {
   pen.globalAlpha = 1;
 }
 
-/** The path of one agent, from the beginning of the recording to a step. */
+/** Draw the path of one agent from the beginning of the recording to a step. */
 export function drawAgentTrail(pen, recording, step, agent, colour, width) {
   pen.strokeStyle = colour;
   pen.lineWidth = width;
@@ -39,7 +46,9 @@ export function drawAgentTrail(pen, recording, step, agent, colour, width) {
   pen.globalAlpha = 1;
 }
 
-/** Adds rows `from` to `to` of an agent's path, every so-many-th; where it leaps over the edge of the torus, or is born anew, the line is broken. */
+/**
+ * Add the rows `from` to `to` of an agent's path. Jumps across the edge and births break the line.
+ */
 function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
   const [maxX, maxY] = [world.width, world.height].map((span) =>
     Math.min(span / 2, Math.max(span * LEAP, FAR * every)),
@@ -57,17 +66,18 @@ function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from
   }
 }
 
-/** Whole paths, on a layer of their own that only grows while time goes on and the camera stands still. */
+/** Complete paths on a separate layer, which grows while the camera does not move. */
 export class LifeTrails {
   constructor() {
     this.layer = null;
     this.key = [];
-    this.drawn = 0; // rows
+    // Rows.
+    this.drawn = 0;
   }
 
   /**
-   * Draw the paths up to a step onto `canvas`, as far as they are ready.
-   * @returns {boolean} whether they are; else more is there at the next frame
+   * Draw the paths up to a step onto `canvas`.
+   * @returns {boolean} whether they are complete; otherwise the next frame continues
    */
   draw(pen, canvas, transform, recording, step, colour, width) {
     const row = step - recording.first;

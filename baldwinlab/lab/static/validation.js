@@ -1,4 +1,4 @@
-/** What is wrong with an experiment, by its JSON schema and by rules between its fields, each in a sentence of its own. */
+/** Validate an experiment against its JSON schema and rules between fields. */
 
 import { lookUp } from "./engine.js";
 import { resolve } from "./form.js";
@@ -24,7 +24,8 @@ const KINDS = {
 /**
  * @param {Object<string, any>} schema of a table
  * @param {any} tree
- * @param {{path: string, than: string, share?: number, equal?: boolean, message: string}[]} rules that one number is smaller than another
+ * @param {{path: string, than: string, share?: number, equal?: boolean, message: string}[]} rules
+ *   one number is less than another
  * @returns {{path: string, message: string}[]}
  */
 export function validateTree(schema, tree, rules) {
@@ -40,7 +41,8 @@ function* tableErrors(form, node, table, path) {
     else
       yield {
         path: fieldPath,
-        message: `${fieldPath}: there is no such field; there are: ${Object.keys(fields).join(", ")}`,
+        message:
+          `${fieldPath}: there is no such field; there are: ` + `${Object.keys(fields).join(", ")}`,
       };
   }
 }
@@ -84,7 +86,7 @@ function* listErrors(form, node, list, path, error) {
   }
 }
 
-/** A rule with a * in it is one of every entry of a list. */
+/** Check a rule. A * in its path means all entries of a list. */
 function ruleErrors(rule, tree) {
   if (rule.path.includes("*")) {
     const entries = lookUp(tree, rule.path.split(".*")[0]) ?? [];

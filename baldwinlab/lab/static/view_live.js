@@ -1,4 +1,4 @@
-/** The Live run tab: what is to run on one side, what runs on the other. */
+/** The Live run tab: settings on the left, the run on the right. */
 
 import { el, getJSON, message } from "./common.js";
 import { openFeed } from "./live_feed.js";
@@ -15,9 +15,10 @@ const NOTHING = {
   generation: null,
   step: null,
   agent: null,
-}; // of what was shown or planned before
+  // The state of the previous run or sweep.
+};
 
-/** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
+/** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
 export function mount(root, state, navigate, guide) {
   const stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
   const side = el("div", { class: "live-side" });
@@ -25,7 +26,8 @@ export function mount(root, state, navigate, guide) {
   root.append(columns);
   const aborted = new AbortController();
   let [feed, panel] = [null, null];
-  let shown = null; // the run or the sweep that is shown; "" for none
+  // The id of the visible run or sweep, or "".
+  let shown = null;
 
   const leave = () => {
     if (feed) feed.onUpdate = feed.onError = () => {};
@@ -67,9 +69,11 @@ export function mount(root, state, navigate, guide) {
     showUpdate();
   };
   const showStarted = (patch) => {
-    guide.hide(); // what runs takes its place on the first screen
+    // The run needs the space of the guide.
+    guide.hide();
     navigate({ ...NOTHING, ...patch }, false);
-    root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
+    // With one column, the run is above the settings.
+    root.scrollTo({ top: 0 });
   };
   const listener = {
     started: (id) => showStarted({ id }),
@@ -90,7 +94,7 @@ export function mount(root, state, navigate, guide) {
   };
 }
 
-/** Where no run is shown: why, and which ones live. */
+/** Show a message and the active runs if no run is selected. */
 async function empty(stage, title, sentence, signal) {
   const activeList = el("ul", { class: "live-others" });
   const map = el("canvas", {
@@ -135,14 +139,15 @@ async function empty(stage, title, sentence, signal) {
         el(
           "a",
           { href: `#/live?id=${run.id}` },
-          `${run.experiment.name}, ${run.generations_done} of ${run.experiment.evolution.generations} generations, ${run.state}`,
+          `${run.experiment.name}, ${run.generations_done} of ` +
+            `${run.experiment.evolution.generations} generations, ${run.state}`,
         ),
       ),
     ),
   );
 }
 
-/** The map of what would be started, where no run is shown. */
+/** Draw the map of the selected settings if no run is selected. */
 function preview(stage, shown) {
   const map = stage.querySelector(".live-preview");
   if (!map) return;

@@ -1,11 +1,13 @@
-/** The Papers tab: a card for each paper, with what came of its studies here, and the ways to run and watch it. */
+/** The Papers tab: one card per paper, with its studies and commands. */
 
 import { VERDICTS } from "./claims.js";
 import { el, format, getJSON, icon, message } from "./common.js";
 
 const COPY = "M7 7V3h10v10h-4M3 7h10v10H3z";
 
-/** As the contract of main.js. The address may name a `paper`, whose card is brought into sight. */
+/**
+ * Mount the view (see main.js). The address can name a `paper`, whose card is scrolled into view.
+ */
 export function mount(root, state) {
   const page = el("div", { class: "page papers", "data-testid": "papers" }, el("h1", {}, "Papers"));
   const aborted = new AbortController();
@@ -40,7 +42,8 @@ function card(paper) {
       height: 320,
       loading: "lazy",
     });
-  const isAddress = /^https?:\/\//i.test(link); // a paper of somebody else may name a script
+  // The link of a third-party paper may be a script.
+  const isAddress = /^https?:\/\//i.test(link);
   const source = [`${authors.join(", ")}, ${year}`, published].filter(Boolean).join(" · ");
   return el(
     "li",
@@ -64,10 +67,13 @@ function card(paper) {
 
 function describeSize({ conditions, claims, runs }) {
   const countOf = (count, what) => `${format(count)} ${what}${count === 1 ? "" : "s"}`;
-  return `${countOf(conditions, "condition")}, ${countOf(runs, "run")} each, ${claims ? countOf(claims, "claim") : "no claims"}`;
+  return (
+    `${countOf(conditions, "condition")}, ${countOf(runs, "run")} each, ` +
+    `${claims ? countOf(claims, "claim") : "no claims"}`
+  );
 }
 
-/** A study of a paper that is here: what came of its claims, and the ways into it. */
+/** Return the row of a study: verdicts and links. */
 function studyRow({ study, changes, verdicts, problem, watch }) {
   const countOf = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
   const badges = countOf.map(([verdict, [tone, singular, plural]]) =>
@@ -115,7 +121,7 @@ function studyRow({ study, changes, verdicts, problem, watch }) {
   );
 }
 
-/** How it is run: a condition of it at once, or the whole from the command line. */
+/** Return the buttons that run one condition or copy the command of the complete paper. */
 function runLinks({ name, title, preset }) {
   const command = `baldwinlab reproduce ${name}`;
   const live =

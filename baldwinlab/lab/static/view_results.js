@@ -1,4 +1,4 @@
-/** The Results tab: a stored study's curves, boxes and claims, each of which leads to the lifetimes behind it. */
+/** The Results tab: curves, boxes and claims of a study, with links to lifetimes. */
 
 import { boxChart, lineChart, seriesStyle, runSwitch } from "./charts.js";
 import { claimList } from "./claims.js";
@@ -20,7 +20,7 @@ const WITHOUT_FOOD = {
   },
 };
 const MEASURES = {
-  // of foragers, whose fitness is the energy of the items that they eat
+  // For foragers, fitness is the energy of the eaten items.
   best: { ...WITHOUT_FOOD.best, axis: "fitness (energy)" },
   mean: { ...WITHOUT_FOOD.mean, axis: "fitness (energy)" },
   share: {
@@ -29,17 +29,21 @@ const MEASURES = {
     title: "Share of agents that eat",
   },
 };
-const FEW = 8; // curves beside which the lines of their runs can still be told apart
+// With more curves, the lines of single runs cannot be distinguished.
+const FEW = 8;
 const measures = (results) => (results.food ? MEASURES : WITHOUT_FOOD);
 
-/** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
+/** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
 export function mount(root, state, navigate) {
   const page = el("div", { class: "page results", "data-testid": "results" });
   root.append(page);
   const aborted = new AbortController();
-  let listed = null; // the answer of /api/studies
-  let shown = null; // {study, results, asked, free}: what is drawn, as the address asks for it, and how its charts are freed
-  const answers = new Map(); // by address, what was asked for of the study that is shown
+  // The response of /api/studies.
+  let listed = null;
+  // {study, results, asked, free}: the visible state, and the function that frees its charts.
+  let shown = null;
+  // The responses about the visible study, by address.
+  const answers = new Map();
   const ask = (path) => {
     if (!answers.has(path)) answers.set(path, getJSON(path, aborted.signal));
     return answers.get(path);
@@ -87,7 +91,8 @@ export function mount(root, state, navigate) {
       norm: requested.norm,
       ...groupConditions(results, requested),
     };
-    given.alone = given.groups.every(({ conditions }) => conditions.length === 1); // each curve is that of one condition
+    // Each curve is one condition.
+    given.alone = given.groups.every(({ conditions }) => conditions.length === 1);
     given.lines = given.alone && given.groups.length <= FEW && requested.runs === "each";
     const focused = page.contains(document.activeElement)
       ? document.activeElement.dataset.testid
@@ -117,7 +122,7 @@ export function mount(root, state, navigate) {
   };
 }
 
-/** The results of a study; where there are none, the page says why. */
+/** Load the results of a study. Without results, the page shows the reason. */
 async function fetchResults(study, page, listed, choose, signal) {
   const pick = picker(listed, study.id, choose);
   if (study.problem) return showEmpty(page, "This study cannot be read", study.problem, pick);
@@ -151,7 +156,7 @@ function showEmpty(page, title, sentence, ...more) {
   return null;
 }
 
-/** Fills the page, and returns what frees its charts. */
+/** Fill the page, and return a function that frees its charts. */
 function draw(page, given, remember) {
   const { study, results, measure, choose, by, groups } = given;
   if (!groups.length) {
@@ -223,7 +228,11 @@ function draw(page, given, remember) {
 
 function explanation(given) {
   if (!given.alone)
-    return `Each curve is the mean of the conditions with one value of ${given.by}. Its band goes from the lowest to the highest condition. Click a curve to see its conditions.`;
+    return (
+      `Each curve is the mean of the conditions with one value of ${given.by}. Its ` +
+      "band goes from the lowest to the highest condition. Click a curve to see its " +
+      "conditions."
+    );
   const click = !hasWorldView(given)
     ? ""
     : given.lines
@@ -236,7 +245,7 @@ function runsOf(study, name) {
   return study.conditions.find((condition) => condition.name === name).runs;
 }
 
-/** The curves as they are drawn, a row a generation. */
+/** Return one row per generation of each curve. */
 function meanRows(generations, series) {
   return series.flatMap(({ label, values, low, high }) =>
     generations.map((generation, index) => ({
@@ -259,7 +268,7 @@ function runRows(generations, series) {
   );
 }
 
-/** Whether lives of a condition, or of any, lead to the World tab. */
+/** Return whether the World tab can show a condition, or any condition. */
 function hasWorldView({ study }, label) {
   return study.conditions.some(
     (condition) => isViewable(condition) && (label === undefined || condition.name === label),
@@ -275,6 +284,8 @@ function heading({ study, listed, choose }) {
     { class: "badge" },
     `${minRuns === maxRuns ? maxRuns : `${minRuns} to ${maxRuns}`} runs per condition`,
   );
+  const folder =
+    study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`;
   const report =
     study.report &&
     el(
@@ -284,7 +295,7 @@ function heading({ study, listed, choose }) {
         target: "_blank",
         rel: "noopener",
         "data-testid": "report-link",
-        href: `/api/report/${study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`}report.html`,
+        href: `/api/report/${folder}report.html`,
       },
       "Full report",
     );
@@ -420,7 +431,8 @@ function drawBoxes(root, { study, results, groups }, kind) {
       values: points.map(({ value }) => value),
       color: seriesStyle(number).color,
       describe: (index) =>
-        `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
+        `${points[index].name}, run ${points[index].run}: ` +
+        `${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
       ...(isLinked && {
         leads: "Open the last generation.",
         href: (index) =>
@@ -435,7 +447,9 @@ function drawBoxes(root, { study, results, groups }, kind) {
   });
   const plot = el("div");
   const chart = boxChart(plot, {
-    title: `${measures(results)[kind].name} at the end of each run, ${measures(results)[kind].axis}`,
+    title:
+      `${measures(results)[kind].name} at the end of each run, ` +
+      `${measures(results)[kind].axis}`,
     groups: drawn,
     height: 320,
   });
@@ -450,7 +464,7 @@ function drawBoxes(root, { study, results, groups }, kind) {
   return chart;
 }
 
-/** A condition's last generation, by its name. */
+/** Return a function that returns the last generation of a condition. */
 function lastGeneration(results) {
   return (condition) => {
     const mean = results.curves[condition].best.mean;

@@ -1,4 +1,4 @@
-/** The World tab: worlds or, of a model whose lives have none, its alleles and views. */
+/** The World tab: worlds, or alleles and views for models without a world. */
 
 import { message } from "./common.js";
 import { PRESETS, hasWorld, loadStudies } from "./sources.js";

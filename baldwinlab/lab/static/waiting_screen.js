@@ -1,4 +1,4 @@
-/** While the engine is compiled: a life that was recorded before and came with the page, and what is waited for. */
+/** The screen during compilation: a recorded lifetime and the elapsed time. */
 
 import { el, getBinary, getJSON, message } from "./common.js";
 import { Legend } from "./legend.js";
@@ -7,12 +7,17 @@ import { Recording } from "./recording.js";
 import { TimeBar } from "./time_bar.js";
 import { WorldFigure, completeLifetime } from "./world_figure.js";
 
-const LOOK = 500; // ms between two questions whether it is ready
+// Milliseconds between two requests.
+const LOOK = 500;
 const SPEED = 10;
 
-let engine = { ready: false, seconds: 0 }; // as the server said last; once ready, it stays so
+// The last response of the server. The engine stays ready.
+let engine = { ready: false, seconds: 0 };
 
-/** Until lives can be lived here, or nobody wants it any longer. @param {HTMLElement} root is filled meanwhile */
+/**
+ * Wait until the engine is ready or the view is no longer wanted.
+ * @param {HTMLElement} root is filled in the meantime
+ */
 export async function waitForEngine(root, wanted) {
   if (engine.ready) return;
   engine = await getJSON("api/engine");
@@ -38,7 +43,8 @@ class WaitingScreen {
     this.player.changed = () => {
       this.bar.showTime();
       if (!this.player.playing && this.figure.life && this.player.time >= this.player.last)
-        this.player.play(); // again and again
+        // Repeat the lifetime.
+        this.player.play();
     };
     this.legend = new Legend();
     this.seconds = el("span", { class: "number" });
@@ -50,7 +56,8 @@ class WaitingScreen {
       el(
         "span",
         {},
-        "The lab compiles its engine for this machine. This happens once and takes about as long as the recorded lifetime below. ",
+        "The lab compiles its engine for this machine. This happens once and takes about " +
+          "as long as the recorded lifetime below. ",
         this.seconds,
       ),
     );
@@ -76,7 +83,10 @@ class WaitingScreen {
   async load() {
     const life = completeLifetime(new Recording(await getBinary("first_life.bald")));
     const { header } = life;
-    this.what.textContent = `Recording: ${header.condition}, run ${header.run}, generation ${header.generation}, first ${header.last.toLocaleString("en")} steps.`;
+    this.what.textContent =
+      `Recording: ${header.condition}, run ${header.run}, generation ` +
+      `${header.generation}, first ${header.last.toLocaleString("en")} ` +
+      "steps.";
     this.figure.show(life);
     this.legend.show([header.look]);
     this.player.last = header.last - 1;
@@ -101,7 +111,7 @@ class WaitingScreen {
     this.figure.close();
   }
 
-  /** The place is as it was; where something else is wanted, that has taken it already. */
+  /** Restore the previous state of the page. */
   restore() {
     this.root.className = this.before;
     this.root.replaceChildren();

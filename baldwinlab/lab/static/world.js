@@ -1,4 +1,4 @@
-/** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
+/** Draw a world on a canvas, to scale. Needs only a canvas, so exported pages use it too. */
 
 import { drawAgents, shortestDistance } from "./agents.js";
 import { palette, resolveColor } from "./palette.js";
@@ -7,23 +7,24 @@ import { LifeTrails, drawAgentTrail, drawRecent } from "./trails.js";
 
 /**
  * @typedef {object} Look
- * @property {number|null} [chosen] the agent that is looked at
+ * @property {number|null} [chosen] the selected agent
  * @property {"off"|"recent"|"life"} [trails]
- * @property {boolean} [sight] whether discs and sectors are drawn
+ * @property {boolean} [sight] whether visual ranges are drawn
  */
 export class WorldView {
-  /** @param {HTMLCanvasElement} canvas as large as its box on the page */
+  /** @param {HTMLCanvasElement} canvas of the size of its box on the page */
   constructor(canvas) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d", { alpha: false });
-    this.camera = { x: 0.5, y: 0.5, zoom: 1 }; // the centre, as a share of the map; 1: the whole map fits
+    // The center, as a share of the map. Zoom 1 shows the complete map.
+    this.camera = { x: 0.5, y: 0.5, zoom: 1 };
     this.world = { width: 640, height: 640, marks: [] };
     this.life = new LifeTrails();
     this.count = 0;
     this.resize();
   }
 
-  /** Take up the size of the canvas on the page. */
+  /** Adapt to the size of the canvas on the page. */
   resize() {
     this.dots = Math.min(globalThis.devicePixelRatio || 1, 2);
     this.width = this.canvas.clientWidth || this.canvas.width;
@@ -32,7 +33,7 @@ export class WorldView {
     this.canvas.height = Math.max(1, Math.round(this.height * this.dots));
   }
 
-  /** CSS pixels a unit of length. */
+  /** CSS pixels per map unit. */
   get scale() {
     const margin = Math.min(28, Math.min(this.width, this.height) * 0.03) * 2;
     return (
@@ -47,7 +48,7 @@ export class WorldView {
     );
   }
 
-  /** Where the corner of the map lies, in CSS pixels. */
+  /** The position of the map's corner, in CSS pixels. */
   get origin() {
     const { x, y } = this.camera;
     return [
@@ -65,7 +66,7 @@ export class WorldView {
     );
   }
 
-  /** Zoom by a factor; the place under (px, py) stays where it is. */
+  /** Zoom by a factor. The point (px, py) stays fixed. */
   zoomAt(factor, px, py) {
     const before = this.toWorld(px, py);
     this.look(this.camera.x, this.camera.y, this.camera.zoom * factor);
@@ -79,10 +80,12 @@ export class WorldView {
 
   look(x, y, zoom) {
     const within = Math.min(24, Math.max(1, zoom));
-    const slack = within === 1 ? 0 : 0.5; // the whole map stays in the middle
+    // The complete map stays centered.
+    const slack = within === 1 ? 0 : 0.5;
     const clamp = (value) => Math.min(0.5 + slack, Math.max(0.5 - slack, value));
     this.camera = { x: rounded(clamp(x)), y: rounded(clamp(y)), zoom: rounded(within) };
-    this.canvas.style.touchAction = within === 1 ? "pan-x pan-y" : "none"; // a finger moves the page, until there is more to see
+    // A finger scrolls the page, unless the map is enlarged.
+    this.canvas.style.touchAction = within === 1 ? "pan-x pan-y" : "none";
   }
 
   toWorld(px, py) {
@@ -90,7 +93,7 @@ export class WorldView {
     return [(px - left) / this.scale, (py - top) / this.scale];
   }
 
-  /** The agent drawn nearest to a place on the canvas, in CSS pixels, or null. */
+  /** Return the agent nearest to a position on the canvas, in CSS pixels, or null. */
   agentAt(px, py, reach = 18) {
     const [x, y] = this.toWorld(px, py);
     let [value, nearest] = [null, Math.max(reach / this.scale, 6) ** 2];
@@ -102,10 +105,10 @@ export class WorldView {
   }
 
   /**
-   * @param {import("./recording.js").Recording|null} recording null: the map alone
-   * @param {number} time a step, or a moment between two
+   * @param {import("./recording.js").Recording|null} recording null: only the map
+   * @param {number} time a step, or a moment between two steps
    * @param {Look} [look]
-   * @returns {boolean} whether all is drawn; else draw again
+   * @returns {boolean} whether all is drawn; otherwise draw again
    */
   draw(recording, time, look = {}) {
     const { pen, dots } = this;
@@ -135,7 +138,7 @@ export class WorldView {
     return ready;
   }
 
-  /** Look at a world of that size, with these marks. */
+  /** Set the size and the marks of the world. */
   show({ world: { width, height }, look: { marks } }) {
     this.world = { width, height, marks };
   }
@@ -161,7 +164,7 @@ export class WorldView {
     pen.strokeRect(0, 0, world.width, world.height);
   }
 
-  /** Where every agent is at a moment: on the straight line from this step's place to the next one's. */
+  /** Interpolate the position of every agent between two steps. */
   place({ agents, first, last, header: { look }, arrays: { x, y, heading } }, step, share) {
     if (this.count !== agents) {
       this.count = agents;
@@ -170,9 +173,9 @@ export class WorldView {
     const { width, height } = this.world;
     const turn = (2 * Math.PI) / look.headings;
     const at = (step - first) * agents;
-    const then = step + 1 < last ? at + agents : at;
+    const nextRow = step + 1 < last ? at + agents : at;
     for (let agent = 0; agent < agents; agent++) {
-      const [now, next] = [at + agent, then + agent];
+      const [now, next] = [at + agent, nextRow + agent];
       this.x[agent] = along(x[now], x[next], share, width);
       this.y[agent] = along(y[now], y[next], share, height);
       this.angle[agent] = along(heading[now], heading[next], share, look.headings) * turn;
@@ -199,7 +202,7 @@ export class WorldView {
     return ready;
   }
 
-  /** Items are numbered kind after kind. */
+  /** Draw items. They are numbered by kind. */
   drawItems(places, kinds, scale) {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
@@ -207,7 +210,8 @@ export class WorldView {
     for (const { colour, number } of kinds) {
       pen.fillStyle = resolveColor(colour);
       for (const end = item + number; item < end; item++) {
-        pen.beginPath(); // one by one, which takes half the time of one path of all
+        // One path per item takes half the time of one path for all.
+        pen.beginPath();
         pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
         pen.fill();
       }
@@ -215,7 +219,7 @@ export class WorldView {
   }
 }
 
-/** A thing on the map is full; a place where things may be is tinted, or a dashed circle. */
+/** Draw a mark: solid objects are filled, areas are tinted or dashed. */
 function drawMark(pen, { kind, x, y, width, height, colour, solid }, scale) {
   pen.beginPath();
   if (kind === "disc")
@@ -238,12 +242,12 @@ function drawMark(pen, { kind, x, y, width, height, colour, solid }, scale) {
   pen.globalAlpha = 1;
 }
 
-/** To what an address holds, so that it reopens exactly this. */
+/** Round to the precision of the address. */
 function rounded(value) {
   return Math.round(value * 1e5) / 1e5;
 }
 
-/** From one number to another the shorter way round a circle of that size. */
+/** Interpolate between two numbers along the shorter way on a circle. */
 function along(from, to, share, size) {
   const value = from + shortestDistance(to - from, size) * share;
   return value < 0 ? value + size : value >= size ? value - size : value;

@@ -1,20 +1,22 @@
-/** How the World tab stands in the address: what an address asks of it, and what it writes there. */
+/** Read and write the state of the World tab in the address. */
 
 import { SPEEDS } from "./player.js";
 
 const LIFE = ["study", "condition", "run", "generation"];
 const TRAILS = ["off", "recent", "life"];
 
-/** Where the whole map is seen: the middle, as shares of it, and how many times it is enlarged. */
+/** The camera of the complete map: its center as shares of the map, and the zoom. */
 export const WHOLE_MAP = { x: 0.5, y: 0.5, zoom: 1 };
 
-/** The life beside the first one, as far as the address names it; null: none. */
+/** Return the lifetime to compare with, or null. */
 export function secondLifetime(state, first) {
   if (state["b.condition"] === undefined && state["b.generation"] === undefined) return null;
   return Object.fromEntries(LIFE.map((key) => [key, state[`b.${key}`] ?? first[key]]));
 }
 
-/** Everything but the lives; what an address leaves out is as at the beginning. `defaultSpeed` is the speed that is not written. */
+/**
+ * Return the options of the World tab, with defaults. `defaultSpeed` is not written to the address.
+ */
 export function readOptions(state, defaultSpeed) {
   const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
   return {
@@ -29,7 +31,10 @@ export function readOptions(state, defaultSpeed) {
   };
 }
 
-/** What the address says of a tab as it stands now. @param {import("./world_tab.js").WorldTab} tab */
+/**
+ * Return the state of a tab for the address.
+ * @param {import("./world_tab.js").WorldTab} tab
+ */
 export function writeOptions({ panels: [a, b], player, inspector, ...tab }) {
   const { x, y, zoom } = a.view.camera;
   return {

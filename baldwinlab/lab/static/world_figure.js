@@ -1,4 +1,4 @@
-/** A world to watch where there is no World tab: it can be zoomed and onCameraChange, says what was eaten, and follows an agent. */
+/** A world outside the World tab: with zoom, the number of eaten items, and a selected agent. */
 
 import { el, icon } from "./common.js";
 import { bindGestures } from "./gestures.js";
@@ -9,9 +9,10 @@ const BUTTONS = {
   farther: ["Zoom out", "M4 10h12"],
   whole: ["Show the whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
 };
-const CLOSER = 1.5; // times, at a press
+// Zoom factor of a press.
+const CLOSER = 1.5;
 
-/** A recording as a whole life, which others have in parts. */
+/** Return a single recording as a complete lifetime. */
 export function completeLifetime(recording) {
   const { header, steps } = recording;
   return { header, steps, parts: new Map([[0, recording]]), at: () => recording };
@@ -21,7 +22,7 @@ export class WorldFigure {
   /**
    * @param {string} label of the world
    * @param {string} testid
-   * @param {{invalidate: () => void, picked?: (agent: number|null) => void}} tell
+   * @param {{invalidate: () => void, picked?: (agent: number|null) => void}} callbacks
    */
   constructor(label, testid, { invalidate, picked = () => {} }) {
     Object.assign(this, { invalidate, picked, life: null, agent: null });
@@ -67,7 +68,7 @@ export class WorldFigure {
     this.sized.observe(this.canvas);
   }
 
-  /** @param {import("./recording.js").Lifetime} life as that or as `whole` makes it */
+  /** @param {import("./recording.js").Lifetime} life or the result of `completeLifetime` */
   show(life) {
     this.life = life;
     const { agents } = life.header;
@@ -80,7 +81,7 @@ export class WorldFigure {
     this.pick(this.agent !== null && this.agent < agents ? this.agent : null);
   }
 
-  /** Look at one agent, or at none. */
+  /** Select an agent, or none. */
   pick(agent) {
     const isOther = agent !== this.agent;
     this.agent = agent;
@@ -105,7 +106,10 @@ export class WorldFigure {
     this.invalidate();
   }
 
-  /** @returns {{isLoaded: boolean, ready: boolean}} whether the moment has come from where it comes from, and whether all of it is drawn */
+  /**
+   * @returns {{isLoaded: boolean, ready: boolean}} whether the moment is loaded, and whether it is
+   *   completely drawn
+   */
   draw(time) {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = Math.max(time, recording?.first ?? 0);
@@ -126,7 +130,8 @@ export class WorldFigure {
     const eaten = recording.eatenBefore(step + 1, agent);
     setText(
       this.facts,
-      `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · action: ${action}`,
+      `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · ` +
+        `action: ${action}`,
     );
   }
 

@@ -1,4 +1,4 @@
-/** One world on the World tab: which life is shown, and the canvas it is drawn on. */
+/** One world on the World tab: its selectors and its canvas. */
 
 import { LifetimeSelector } from "./lifetime_selector.js";
 import { el, getBinary } from "./common.js";
@@ -9,14 +9,16 @@ import { query } from "./sources.js";
 import { Tooltip } from "./tooltip.js";
 import { WorldView } from "./world.js";
 
-const PART = 1_300_000; // agent-steps fetched at once, about 17 MB
+// Agent-steps per request, about 17 MB.
+const PART = 1_300_000;
 
 export class WorldPanel extends LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
-   * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: () => void, loaded: () => void, failed: (fault: Error) => void,
-   *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void, playAllClicked: () => void}} callbacks
+   * @param {object[]} studies from /api/studies, without those that cannot be read
+   * @param {{invalidate: () => void, chosen: () => void, loaded: () => void, failed: (fault: Error)
+   *   => void, picked: (agent: number|null) => void, moved: () => void, fitted: () => void,
+   *   playAllClicked: () => void}} callbacks
    */
   constructor(name, studies, callbacks) {
     super(name, studies, callbacks);
@@ -54,7 +56,10 @@ export class WorldPanel extends LifetimeSelector {
     this.sized.observe(this.stage);
   }
 
-  /** Show a life; the one before stays in sight until it is there. @param {import("./sources.js").Source} source */
+  /**
+   * Show a lifetime. The previous one stays visible until it is loaded.
+   * @param {import("./sources.js").Source} source
+   */
   choose(source) {
     if (!super.choose(source)) return;
     this.loadingLife?.close();
@@ -66,14 +71,16 @@ export class WorldPanel extends LifetimeSelector {
         if (this.loadingLife?.parts.size) {
           this.life?.close();
           [this.life, this.loadingLife] = [this.loadingLife, null];
-          this.root.dataset.ready = String(Math.round(performance.now() - started)); // ms, for tests and benchmarks
+          // Milliseconds, for tests and benchmarks.
+          this.root.dataset.ready = String(Math.round(performance.now() - started));
           this.callbacks.loaded();
         }
         this.busy.hidden = !this.loadingLife;
         this.callbacks.invalidate();
       },
       (fault) => {
-        this.life?.close(); // what is named in the pickers is not there, and nothing else must seem to be it
+        // Remove the old lifetime, because the selectors show another source.
+        this.life?.close();
         this.life = this.loadingLife = null;
         this.note.textContent = "";
         delete this.root.dataset.ready;
@@ -96,7 +103,10 @@ export class WorldPanel extends LifetimeSelector {
     return new Recording(await getBinary(`api/recording?${requested}`, signal));
   }
 
-  /** @returns {{isLoaded: boolean, ready: boolean}} whether the moment has come from the server, and whether all of it is drawn */
+  /**
+   * @returns {{isLoaded: boolean, ready: boolean}} whether the moment is loaded, and whether it is
+   *   completely drawn
+   */
   draw(time, look) {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;

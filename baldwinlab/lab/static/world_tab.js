@@ -1,4 +1,4 @@
-/** The World tab of worlds: one or two in step, the controls of time, and the inspector. */
+/** The World tab of models with a world: one or two synchronized worlds, playback and inspector. */
 
 import { el, message } from "./common.js";
 import { Inspector } from "./inspector.js";
@@ -24,7 +24,7 @@ import { PlaybackBar } from "./playback_bar.js";
 import { WHOLE_MAP, secondLifetime, readOptions, writeOptions } from "./world_address.js";
 
 export class WorldTab {
-  /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
+  /** @param {{studies: object[], worldless: object[]}} there from `loadStudies` */
   constructor(root, navigate, guide, { studies, worldless }) {
     Object.assign(this, {
       root,
@@ -73,7 +73,7 @@ export class WorldTab {
     if (state.step === undefined && !this.closed) this.player.autoplay();
   }
 
-  /** Show what an address says, in the run to look at first where it names none. */
+  /** Show the state of an address. Without a run, show the typical run. */
   async show(state) {
     const request = ++this.latestRequest;
     const completeState = await addTypicalRun(this.studies, state);
@@ -101,7 +101,7 @@ export class WorldTab {
     }));
   }
 
-  /** Show what an address says; what it leaves out is as at the beginning. */
+  /** Apply a state. Missing options get their defaults. */
   applyState(state) {
     try {
       requireViewable(this, state);
@@ -145,13 +145,13 @@ export class WorldTab {
     });
     this.panels[number] = panel;
     this.worlds.append(panel.root);
-    this.root.classList.toggle("beside", this.panels.length > 1);
+    this.root.classList.toggle("comparing", this.panels.length > 1);
     return panel;
   }
 
   removeSecond() {
     this.panels.splice(1).forEach((panel) => panel.close());
-    this.root.classList.remove("beside");
+    this.root.classList.remove("comparing");
     if (this.side === "b") Object.assign(this, { side: "a", agent: null });
   }
 
@@ -168,14 +168,15 @@ export class WorldTab {
     this.remember(false);
   }
 
-  /** A life has come: time reaches to the end of the longest. */
+  /** Update the length of playback after a lifetime is loaded. */
   loaded() {
     const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
     if (!lengths.length) return;
     this.showGuide();
     this.player.last = Math.max(...lengths) - 1;
     const speed = defaultSpeed(this.player.last + 1);
-    if (this.player.speed === this.defaultSpeed) this.player.speed = speed; // the reader has chosen none
+    // The user has not selected a speed.
+    if (this.player.speed === this.defaultSpeed) this.player.speed = speed;
     this.defaultSpeed = speed;
     this.timeline.setLast(this.player.last);
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
@@ -186,7 +187,7 @@ export class WorldTab {
     this.showTime();
   }
 
-  /** A generation's life from its beginning. */
+  /** Show the lifetime of a generation from its beginning. */
   showGeneration(generation) {
     this.startAt = 0;
     this.panels.forEach((panel) => panel.goTo(generation));
@@ -198,7 +199,7 @@ export class WorldTab {
     for (const { playButton } of this.panels) playButton.setAttribute("aria-pressed", on);
   }
 
-  /** To the nearest meal of the open agent or, where none is open, of anybody. */
+  /** Go to the nearest meal of the selected agent, or of any agent. */
   goToMeal(way) {
     const { life } = this.panels.find(({ name }) => name === this.side);
     const step = life?.meal(Math.floor(this.player.time), way, this.agent);
@@ -210,7 +211,7 @@ export class WorldTab {
     this.player.seek(step);
   }
 
-  /** What is seen, in words: those of the first world's recording. */
+  /** Update the guide from the recording of the first world. */
   showGuide() {
     const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
     const names = this.panels.map(({ source }) => el("p", {}, lifetimeTitle(source)));
@@ -266,13 +267,13 @@ export class WorldTab {
     this.player.invalidate();
   }
 
-  /** The address follows what is shown; another life is a new place in the history. */
+  /** Write the state to the address. Another lifetime is a new history entry. */
   remember(replace = true) {
     if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.isDragging))
       this.navigate(writeOptions(this), replace);
   }
 
-  /** Both worlds are looked at from the same place. */
+  /** Set the camera of all worlds. */
   look({ x, y, zoom }) {
     for (const { view } of this.panels) view.look(x, y, zoom);
     this.remember();
@@ -283,7 +284,7 @@ export class WorldTab {
     this.look(WHOLE_MAP);
   }
 
-  /** Look inside an agent, or no longer: the focus goes there, and back to where it came from. */
+  /** Select an agent or none. The focus moves to the inspector, and back. */
   pick(side, agent) {
     const [before, now] = [this.agent !== null, agent !== null];
     if (now && !before) this.opener = document.activeElement;
@@ -302,16 +303,17 @@ export class WorldTab {
     else this.inspector.show(panel.source, this.agent);
   }
 
-  /** The life of a parent or a child, in the generation before or after. */
+  /** Open the lifetime of a parent or a child. */
   openKin(source, agent) {
     this.agent = agent;
-    this.inspector.root.focus(); // the link to it will be gone
+    // The focused link is about to disappear.
+    this.inspector.root.focus();
     this.panels.find(({ name }) => name === this.side).choose(source);
     this.player.seek(0);
     this.onSourceChosen();
   }
 
-  /** So many generations on or, below 0, back. */
+  /** Move by some generations. Negative numbers move back. */
   changeGeneration(by) {
     this.panels.forEach((panel) => panel.goTo(panel.source.generation + by));
   }
