@@ -86,7 +86,7 @@ def test_the_boxes_are_saved_with_a_row_and_a_point_a_run(
     ]["mean"]
     drawn = picture(page, "final-mean.svg")
     assert len([*drawn.iter(f"{SVG}circle")]) == 4
-    assert words(drawn)[0] == "Average agent at the end, each run a point, fitness (energy)"
+    assert words(drawn)[0] == "Average agent at the end of each run, fitness (energy)"
 
 
 def test_each_run_is_a_line_that_leads_to_its_own_life(page: Page, lab_server: LabServer) -> None:

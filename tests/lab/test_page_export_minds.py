@@ -110,9 +110,7 @@ def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher:
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
     taught = binary_frames.unpack(inspect_agent(*last_life(heirs), AGENT))[0]["elders"]
     elders = " and ".join(map(str, dict.fromkeys(taught)))
-    expect(lonely.get_by_test_id("elders")).to_contain_text(
-        f"{elders} of generation {LAST - 1}, who"
-    )
+    expect(lonely.get_by_test_id("elders")).to_contain_text(f"{elders} of generation {LAST - 1}.")
 
 
 @pytest.mark.parametrize("selection", ["roulette", "neutral"])

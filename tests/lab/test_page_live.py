@@ -70,7 +70,7 @@ def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(
     page.get_by_test_id("keep").click()
     page.get_by_test_id("keep-name").fill("kept/mine")
     page.get_by_test_id("keep-do").click()
-    page.get_by_test_id("open-kept").click()
+    page.get_by_test_id("open-saved").click()
     expect(page.get_by_test_id("results")).to_be_visible()
     assert "study=kept" in page.url
     expect(page.get_by_test_id("curves")).to_contain_text("evo+self-taught/A")
@@ -150,9 +150,9 @@ def test_a_name_that_is_taken_can_be_chosen_again(page: Page) -> None:
     expect(other.get_by_test_id("keep-fault")).to_contain_text("small exists already")
     other.get_by_test_id("keep-name").fill("another")
     other.get_by_test_id("keep-do").click()
-    expect(other.get_by_test_id("open-kept")).to_be_visible()
+    expect(other.get_by_test_id("open-saved")).to_be_visible()
     other.reload()
-    expect(other.get_by_test_id("open-kept")).to_be_visible()
+    expect(other.get_by_test_id("open-saved")).to_be_visible()
 
 
 def test_every_kind_of_field_changes_the_experiment_that_lives(

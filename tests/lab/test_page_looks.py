@@ -31,7 +31,7 @@ def told(server: LabServer, step: int, **asked: int) -> str:
     )
     row, column = found["place"][step] + 1
     looks = ("right", "down", "left", "up")[found["heading"][step]]
-    where = f"environment {step // 20 + 1} of 6, step {step % 20 + 1} of 20: row {row}, column {column}, looks {looks}"
+    where = f"environment {step // 20 + 1} of 6, step {step % 20 + 1} of 20: row {row}, column {column}, facing {looks}"
     return f"{where}; gained {found['gained'][step]:g} in this environment so far"
 
 
@@ -69,9 +69,9 @@ def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(
         opened.get_by_test_id("view-heading"),
         opened.get_by_test_id("grid-description"),
     )
-    expect(heading).to_have_text(f"Life, agent {fittest[2]}, the fittest, generation 2")
+    expect(heading).to_have_text(f"Life, agent {fittest[2]} (fittest), generation 2")
     opened.keyboard.press("[")
-    expect(heading).to_have_text(f"Life, agent {fittest[1]}, the fittest, generation 1")
+    expect(heading).to_have_text(f"Life, agent {fittest[1]} (fittest), generation 1")
     expect(words).to_have_text(told(looks_server, 10, generation=1))
     opened.get_by_test_id("agent-a").select_option("7")
     expect(heading).to_have_text("Life, agent 7, generation 1")

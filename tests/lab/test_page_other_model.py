@@ -52,7 +52,7 @@ def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServ
     page.get_by_test_id("keep").click()
     page.get_by_test_id("keep-name").fill("bits")
     page.keyboard.press("Enter")
-    page.get_by_test_id("open-kept").click()
+    page.get_by_test_id("open-saved").click()
     expect(page.get_by_test_id("curves")).to_contain_text(
         "Fitness of the best agent, generation by generation"
     )

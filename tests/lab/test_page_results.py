@@ -95,7 +95,7 @@ def test_each_run_is_a_point_that_leads_to_its_last_generation(
     final = data(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"][
         "best"
     ][1]
-    assert f"evo+self-taught/A, run 1: {final:.1f} energy. See its last generation." in names
+    assert f"evo+self-taught/A, run 1: {final:.1f} energy. Open the last generation." in names
     points.nth(3).focus()
     page.keyboard.press("Enter")
     expect(page).to_have_url(re.compile(r"#/world\?study=small&condition=.*&run=1&generation=2"))

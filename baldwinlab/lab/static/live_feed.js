@@ -4,7 +4,7 @@ import { connection, request } from "./common.js";
 
 // Milliseconds until the next attempt to connect.
 const AGAIN = 1000;
-const ENDS = ["done", "stopped", "onError", "gone"];
+const ENDS = ["done", "stopped", "failed", "gone"];
 
 /** @type {Map<string, Feed>} */
 const feeds = new Map();

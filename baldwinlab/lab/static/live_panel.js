@@ -229,7 +229,7 @@ function controls(feed, experiment, seed, editRun) {
   );
   const openStudy = el(
     "a",
-    { class: "button primary", "data-testid": "open-openStudy", hidden: true },
+    { class: "button primary", "data-testid": "open-saved", hidden: true },
     "Open the study",
   );
   pause.addEventListener("click", () =>
