@@ -156,7 +156,7 @@ def test_a_click_on_a_run_s_line_opens_that_run(page: Page, lab_server: LabServe
 def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
     browser: Browser, lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lab_results, "MOST_PLACES", 5)
+    monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with serving(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()
@@ -221,8 +221,8 @@ def test_what_goes_on_inside_an_agent_is_saved_step_by_step(page: Page) -> None:
     assert [row["step"] for row in eaten] == [str(step) for step in range(len(eaten))] and len(
         eaten
     ) >= 300
-    weights = rows(page, "weights.csv")
-    drawn = picture(page, "weights.svg")
+    weights = rows(page, "weight-changes.csv")
+    drawn = picture(page, "weight-changes.svg")
     assert len([path for path in drawn.iter(f"{SVG}path") if path.get("stroke-opacity")]) == len(
         {row["line"] for row in weights}
     )

@@ -119,7 +119,7 @@ def test_where_nothing_follows_birth_a_walk_is_a_sentence_and_not_a_chart(opened
     expect(walk.locator(".uplot")).to_be_visible()
     opened.get_by_test_id("condition-a").select_option("still")
     expect(walk).to_contain_text(
-        "These lives have no trial, so what is there at birth stays: fitness of the string"
+        "These lifetimes have no trial, so all values stay as they are at birth: fitness of the string"
     )
     expect(walk.locator("li")).to_have_text(
         [re.compile(rf"^{who}.*: 0\.\d+$") for who in ("agent", "average of all", "best of all")]

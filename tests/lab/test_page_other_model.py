@@ -33,11 +33,11 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
         registry.forget(kind, name)
 
 
-def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServer) -> None:
+def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServer) -> None:
     presets = {preset["name"]: preset for preset in data(server.address, "presets")["presets"]}
     assert (
         presets["bit-strings"]["description"]
-        == "Strings of 0, 1 and ?, which guess what a ? should be."
+        == "Strings of the alleles 0, 1 and ?, with guesses for each ?."
     )
     page.goto(
         f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={quote(json.dumps(CHANGES), safe='')}"
@@ -46,7 +46,7 @@ def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServ
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
     expect(page.get_by_test_id("live-no-world")).to_have_text(
-        "Lives of the model bit-strings have no world to watch."
+        "The model bit-strings has no world to show."
     )
     expect(page.get_by_test_id("live-fitness")).to_contain_text("Fitness, mean of 2 runs")
     page.get_by_test_id("keep").click()
@@ -63,7 +63,7 @@ def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServ
     expect(page.get_by_test_id("message-error")).to_contain_text("has no world to show")
 
 
-def test_what_is_stored_is_shown_without_the_part_and_not_lived(server: LabServer) -> None:
+def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabServer) -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.forget(kind, name)
     (study,) = data(server.address, "studies")["studies"]

@@ -138,7 +138,7 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     )
     action = ("left", "forward", "right")[int(trace.action.values[250, agent])]
     expect(facts).to_contain_text(f"Agent {agent}: {eaten[agent]} eaten")
-    expect(facts).to_contain_text(f"does: {action}")
+    expect(facts).to_contain_text(f"action: {action}")
     lonely.locator("body").press("Escape")
     expect(facts).to_be_hidden()
     assert lonely.evaluate("document.documentElement.scrollWidth") <= 390

@@ -28,12 +28,12 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     expect(start).to_be_disabled()
     field.select_option("learning.rate")
     expect(values).to_have_value("0.005, 0.01, 0.02")
-    expect(size).to_contain_text("3 points, 6 runs in all: ", timeout=60_000)
+    expect(size).to_contain_text("3 points, 6 runs in total: ", timeout=60_000)
     values.fill("0.01, 11")
     expect(page.get_by_test_id("sweep-fault")).to_contain_text("learning.rate = 11")
     expect(start).to_be_disabled()
     values.fill("0.01, 0.1")
-    expect(size).to_contain_text("2 points, 4 runs in all: ")
+    expect(size).to_contain_text("2 points, 4 runs in total: ")
     expect(size).to_contain_text(
         "With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed."
     )

@@ -44,27 +44,27 @@ const COMMANDS = {
       living: new Run(loaded.get(program), experiment, seed, run),
       genomes: [],
     }));
-    groups.set(group, { made: members });
+    groups.set(group, { members });
   },
   /** Simulate the next generation of each run of a group. */
   async next({ group }) {
     const state = groups.get(group);
-    const { made: members } = state;
+    const { members } = state;
     const results = [];
     for (const { run, living, genomes } of members) {
       // The teachers of the current generation. Reproduction replaces them.
       const { teachers } = living;
-      const { genome, ...lived } = await simulateInterruptibly(living, () => !state.stopped);
+      const { genome, ...outcome } = await simulateInterruptibly(living, () => !state.stopped);
       genomes.push(genome);
       genomes[
         genomes.length - 1 - Math.floor(MAX_GENOME_BYTES / members.length / genome.byteLength)
       ] &&= null;
-      results.push({ run, elders: teachers, ...lived });
+      results.push({ run, elders: teachers, ...outcome });
     }
     return results;
   },
   genome({ group, run, generation }) {
-    const genome = groups.get(group).made.find((entry) => entry.run === run).genomes[generation];
+    const genome = groups.get(group).members.find((entry) => entry.run === run).genomes[generation];
     if (!genome)
       throw new Error(
         `The genomes of generation ${generation} are no longer in memory. The page ` +
@@ -72,8 +72,8 @@ const COMMANDS = {
       );
     return genome;
   },
-  recording: (shouldContinue) => replay(shouldContinue, record),
-  inside: (shouldContinue) => replay(shouldContinue, inspectAgent),
+  recording: (options) => replay(options, record),
+  inside: (options) => replay(options, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
     simulate(loaded.get(program), experiment, seed, run),
   /** Stop a group within a lifetime. Finished generations remain available. */
@@ -106,14 +106,14 @@ async function simulateInterruptibly(living, shouldContinue) {
 }
 
 /** Replay a lifetime from the genomes of its generation, and record it. */
-function replay({ program, experiment, seed, run, genome, first, last, ...shouldContinue }, look) {
+function replay({ program, experiment, seed, run, genome, first, last, ...options }, look) {
   const replayRun = new Run(loaded.get(program), experiment, seed, run);
   replayRun.engine.array("population.genome").set(genome);
   const part = spanOf(experiment, first, last);
   return {
     part,
     sizes: Array.from(replayRun.engine.array("setting.sizes"), Number),
-    arrays: look(replayRun, { ...shouldContinue, ...part }),
+    arrays: look(replayRun, { ...options, ...part }),
   };
 }
 

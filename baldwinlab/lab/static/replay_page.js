@@ -104,5 +104,5 @@ function aboutSection({ version, panels }) {
 /** Escape deselects the agent. Other keys control the time bar. */
 function handleReplayKey(event, bar, figures) {
   if (event.key === "Escape") figures.forEach((figure) => figure.pick(null));
-  else bar.steer(event);
+  else bar.handleKey(event);
 }

@@ -230,7 +230,7 @@ export class WorldTab {
     for (const panel of this.panels) {
       const chosen = panel.name === this.side ? this.agent : null;
       const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, chosen });
-      isLoaded &&= drawn.there;
+      isLoaded &&= drawn.isLoaded;
       if (!drawn.ready) this.player.invalidate();
     }
     const step = Math.floor(time);
