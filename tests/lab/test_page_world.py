@@ -257,7 +257,7 @@ def test_the_address_that_follows_never_takes_a_reader_back_who_is_on_the_way_to
 @pytest.mark.parametrize(
     ("state", "sentence"),
     [
-        ("study=nowhere", "There is no study nowhere here"),
+        ("study=nowhere", "There is no study nowhere in this folder"),
         ("study=small&condition=evo/B", "no finished runs of evo/B"),
         ("study=small&condition=evo/A&generation=99", "its generations are 0 to 2"),
         ("study=small&condition=evo/A&run=7", "no run 7 of evo/A"),
