@@ -34,7 +34,7 @@ def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]
 
 def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the bits of run 0 of each experiment, or why the backend cannot be used."""
-    from baldwinlab.api.checks.reproducibility import backend_of, lived
+    from baldwinlab.api.checks.reproducibility import backend_of, hash_runs
     from baldwinlab.experiment import validate
 
     try:
@@ -43,7 +43,7 @@ def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
         yield {"problem": str(error)}
         return
     for experiment in request["experiments"]:
-        yield lived(validate(experiment), request["seed"], [0], backend=backend)
+        yield hash_runs(validate(experiment), request["seed"], [0], backend=backend)
 
 
 TASKS: Final[dict[str, Callable[[dict[str, Any], list[Any]], Iterator[Any]]]] = {

@@ -1,4 +1,4 @@
-"""What a hook has been compiled to: no float64 in what agents do, and no call of the mathematical library anywhere."""
+"""Check the machine code of hooks: no float64 in hooks of agents, and no call of libm."""
 
 from __future__ import annotations
 
@@ -29,9 +29,8 @@ DOUBLE: Final = re.compile(
 )
 OF_INTEGER: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
 HARMLESS: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
-EXACT: Final = re.compile(
-    r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$"
-)  # which are rounded alike everywhere
+# Functions with the same results on every machine.
+EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")
 LIBM: Final = re.compile(
     r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\."
 )
@@ -39,6 +38,23 @@ RANDOM: Final = re.compile(RANDOM_SYMBOLS)
 
 
 def arithmetic_is_portable(subject: Subject) -> str:
+    """Check that the hooks of parts use portable arithmetic.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+
+    Returns
+    -------
+    str
+        A remark, or an empty string.
+
+    Raises
+    ------
+    FailsError
+        If a hook uses float64, libm, or random numbers of Numba.
+    """
     hooks = [(part, name) for part in subject.parts for name in overridden_hooks(part)]
     if not hooks:
         return "it has no hooks of its own"
@@ -52,7 +68,8 @@ def arithmetic_is_portable(subject: Subject) -> str:
                 )
             if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
                 raise FailsError(
-                    f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic"
+                    f"{where} calls {symbol}, which has other bits elsewhere; "
+                    "use baldwinlab.engine.arithmetic"
                 )
         breeds = part.kind in BREEDS or getattr(part, "allows_births", False)
         if not breeds and DOUBLE.search(code):
@@ -67,19 +84,21 @@ def _reason_of_float64(code: str) -> str:
 
 
 def _code(subject: Subject, part: type[Part], name: str) -> str:
-    """The compiled code of a hook by itself, for a single lane."""
+    """Return the LLVM code of a hook for a single lane."""
     function: Any = getattr(part, name)
     compiled = numba.njit(**UNWRAPPED, **OPTIONS)(function)
-    known = _types(subject, part)
+    argument_types = _types(subject, part)
     try:
-        compiled.compile(tuple(known[each] for each in inspect.signature(function).parameters))
+        compiled.compile(
+            tuple(argument_types[name] for name in inspect.signature(function).parameters)
+        )
     except NumbaError as error:
         raise (compile_error(error, [function]) or error) from None
     return str(compiled.inspect_llvm(compiled.signatures[0]))
 
 
 def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
-    """The types of hooks' arguments, by name."""
+    """Return the types of the arguments of hooks, by name."""
     if part.kind in BREEDS:
         arguments = breeding_arguments(
             np.random.default_rng(0), len(subject.experiment.modules)
@@ -87,20 +106,20 @@ def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
         return {name: numba.typeof(value) for name, value in arguments.items()}
     state = make_state(subject.experiment, 1)
     single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
-    whole = dict.fromkeys(("world", "agent", "lane", "step", "first", "units"), types.int64)
+    integers = dict.fromkeys(("world", "agent", "lane", "step", "first", "units"), types.int64)
     arrays = {
         name: numba.typeof(getattr(state, name))
         for name in ("weights", "activations", "errors", "targets")
     }
     arrays["genes"] = arrays["found"] = arrays["weights"]
-    own = {
+    of_part = {
         "part": numba.typeof(values_of(subject.experiment, part, state)),
         "state": numba.typeof(state),
     }
     return {
         **single,
-        **whole,
+        **integers,
         **arrays,
-        **own,
+        **of_part,
         "model": numba.typeof(make_model(subject.experiment, 1)),
     }

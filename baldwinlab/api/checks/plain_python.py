@@ -14,7 +14,7 @@ from baldwinlab.api.checks.cases import Case, cases
 from baldwinlab.api.checks.findings import Finding
 from baldwinlab.api.checks.fixture import Subject
 from baldwinlab.api.checks.processes import PLAIN, Process, ProcessEndError
-from baldwinlab.api.checks.reproducibility import lived
+from baldwinlab.api.checks.reproducibility import hash_runs
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 
@@ -34,7 +34,7 @@ def try_out(subject: Subject, watch: Watch) -> Outcome:
         random.seed(0)  # so that random numbers without a seed are not taken for unwritten memory
         np.random.seed(0)  # noqa: NPY002
         try:
-            bits[case.words] = lived(case.experiment, subject.seed, [0])
+            bits[case.words] = hash_runs(case.experiment, subject.seed, [0])
         except UnwrittenError as error:
             return {"unwritten": _sentence(str(error), case)}
         except HookError as error:

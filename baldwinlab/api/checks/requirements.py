@@ -1,4 +1,4 @@
-"""The requirements that compiled code must meet, and what is found of each."""
+"""The requirements of parts and their compiled code, and the findings about them."""
 
 from __future__ import annotations
 
@@ -52,13 +52,28 @@ COMPILED: Final[Mapping[str, Requirement]] = {
 
 
 def findings_of(name: str, together: Sequence[Subject], again: str) -> list[Finding]:
-    """Return what is found of a requirement."""
+    """Check a requirement, and return the findings.
+
+    Parameters
+    ----------
+    name
+        The name of the requirement.
+    together
+        The parts to check, in several combinations.
+    again
+        The command that repeats the check.
+
+    Returns
+    -------
+    list of Finding
+        One finding, and for "oracle" one for each hook that no oracle verifies.
+    """
     words, requirement = {**DECLARED, **COMPILED}[name]
-    found = _finding(words, requirement, together, again)
+    finding = _finding(words, requirement, together, again)
     if name != "oracle":
-        return [found]
+        return [finding]
     unverified = list(_unverified(together))
-    return unverified if unverified and found.holds is None else [found, *unverified]
+    return unverified if unverified and finding.holds is None else [finding, *unverified]
 
 
 def _finding(
@@ -73,7 +88,8 @@ def _finding(
             remarks.append(requirement(subject))
         except NotCheckedError as error:
             skipped.append(str(error))
-        except Exception as error:  # whatever a part, or its oracle, raises
+        # A part or its oracle can raise any exception.
+        except Exception as error:
             return Finding(words, False, _named(requirement, subject, _sentence(error)), again)
     if skipped and not remarks:
         return Finding(words, None, skipped[0], again)
@@ -85,8 +101,8 @@ def _sentence(error: Exception) -> str:
     sentence = " ".join(str(error).split())
     if isinstance(error, BaldwinLabError | ValueError):
         return sentence
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {sentence} ({place.filename}:{place.lineno})"
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {sentence} ({frame.filename}:{frame.lineno})"
 
 
 def _named(requirement: Callable[[Subject], str], subject: Subject, sentence: str) -> str:
@@ -106,11 +122,11 @@ def _with_hooks(part: type[Part]) -> str:
 
 def _fails_alone(requirement: Callable[[Subject], str], part: type[Part], seed: int) -> bool:
     try:
-        for alone in subjects([part], seed):
-            requirement(alone)
+        for subject in subjects([part], seed):
+            requirement(subject)
     except NotCheckedError:
         return False
-    except Exception:  # as above
+    except Exception:
         return True
     return False
 

@@ -1,4 +1,4 @@
-"""A part's speed beside the built-in one of its kind, in one run of this process."""
+"""Compare the speed of a part with that of a built-in part of its kind."""
 
 from __future__ import annotations
 
@@ -14,48 +14,61 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import Part
 from baldwinlab.simulation.simulate import simulate_batch
 
-BESIDE: Final = {"learning rule": "self-taught"}  # else the first of the kind
+BASELINES: Final = {"learning rule": "self-taught"}
+"""The built-in part to compare with; by default, the first one of the kind."""
 ROUNDS: Final = 5
 
 
 def speed(subject: Subject) -> str:
+    """Measure the speed of a part, relative to a built-in part of its kind.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+
+    Returns
+    -------
+    str
+        The relative speed, in words.
+
+    Raises
+    ------
+    NotCheckedError
+        If the model cannot be checked.
+    """
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("there is no built-in model like it")
     part = subject.parts[-1]
-    beside = BESIDE.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
-    of_kind = f"the built-in {part.kind} {beside!r}" if beside else "a world without it"
-    usual = {} if "network.hidden" in part.required_settings else {"network": {"hidden": [10]}}
-    longer = subject.experiment.replace(
-        population={"size": 20}, lifetime={"steps": 500 if part.kind in BREEDS else 3000}, **usual
-    )
-    value = (
-        beside
-        if part.kind not in ("sense", "world feature")
-        else f'["{beside}"]'
-        if beside
-        else "[]"
-    )
-    own, built_in = _seconds(
-        longer, assign(longer, [f"{PATHS[part.kind]}={value}", *_without(part)])
-    )
-    return f"{built_in / own:.2f} times the speed of {of_kind}"
+    baseline = BASELINES.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
+    title = f"the built-in {part.kind} {baseline!r}" if baseline else "a world without it"
+    network = {} if "network.hidden" in part.required_settings else {"network": {"hidden": [10]}}
+    lifetime = {"steps": 500 if part.kind in BREEDS else 3000}
+    longer = subject.experiment.replace(population={"size": 20}, lifetime=lifetime, **network)
+    value = baseline
+    if part.kind in ("sense", "world feature"):
+        value = f'["{baseline}"]' if baseline else "[]"
+    settings = [f"{PATHS[part.kind]}={value}", *_default_settings(part)]
+    seconds, built_in_seconds = _seconds(longer, assign(longer, settings))
+    return f"{built_in_seconds / seconds:.2f} times the speed of {title}"
 
 
-def _without(part: type[Part]) -> list[str]:
-    """What the part needs, as it would be without the part; who learns still does not."""
-    usual = {path: look_up(load("evo/A"), path)[0] for path in part.required_settings}
+def _default_settings(part: type[Part]) -> list[str]:
+    """Return the settings that the part requires, with their defaults."""
+    defaults = {path: look_up(load("evo/A"), path)[0] for path in part.required_settings}
     return [
         f"{path}={list(value) if isinstance(value, tuple) else value}"
-        for path, value in usual.items()
+        for path, value in defaults.items()
     ]
 
 
 def _seconds(*experiments: Any) -> list[float]:
-    """Of each experiment the least time of several, taken in turns."""
-    least = [float("inf")] * len(experiments)
-    for _ in range(ROUNDS + 1):  # the first one compiles
+    """Return the smallest of several times of each experiment, measured in turns."""
+    smallest = [float("inf")] * len(experiments)
+    # The first round compiles.
+    for _ in range(ROUNDS + 1):
         for number, experiment in enumerate(experiments):
             began = time.perf_counter()
             simulate_batch(experiment, SEED, range(4))
-            least[number] = min(least[number], time.perf_counter() - began)
-    return least
+            smallest[number] = min(smallest[number], time.perf_counter() - began)
+    return smallest
