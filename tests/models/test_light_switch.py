@@ -14,7 +14,7 @@ from baldwinlab import papers
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.models.light_switch import CHANGED, INPUTS, WORLD, LightSwitch, OnePointOfBits
-from baldwinlab.models.miniworld.learning.hebbian import change
+from baldwinlab.models.miniworld.learning.hebbian import strength_change
 from baldwinlab.parts import LIFE, uniforms
 
 KINDS: dict[str, dict[str, Any]] = {
@@ -130,7 +130,7 @@ class Life:
                 for synapse, x in zip(row, before, strict=True):
                     if self.model.plasticity:
                         delta = float(
-                            change(
+                            strength_change(
                                 synapse["rule"],
                                 np.float32(synapse["w"]),
                                 np.float32(x),

@@ -1,4 +1,4 @@
-"""Birth: of a generation at the start of a lifetime, or of one agent during it, if a world feature replaces the dead."""
+"""Birth of a generation at the start of a lifetime, and of single agents during it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ init_features = for_each_part(init_world)
 
 @compiled
 def load_genome(model: Model, state: State, world: int, agent: int) -> None:
-    """Give a newborn what its genome says: weights, the genes of the other modules, and how fast it learns."""
-    lane, weights = world * model.agents + agent, state.weights.shape[0]
-    last_module, last_gene = state.genome.shape[2] - 1, state.genome.shape[3] - 1
+    """Set the weights, genes and learning rate of a newborn agent from its genome."""
+    lane = world * model.agents + agent
+    weights = state.weights.shape[0]
+    last_module = state.genome.shape[2] - 1
+    last_gene = state.genome.shape[3] - 1
     for weight in range(weights):
         state.weights[weight, lane] = state.genome[world, agent, 0, weight]
     for gene in range(state.genes.shape[0]):
@@ -35,7 +37,7 @@ def load_genome(model: Model, state: State, world: int, agent: int) -> None:
 
 @compiled
 def reset_senses(state: State, lane: int) -> None:
-    """A newborn has sensed nothing yet, and remembers nothing."""
+    """Clear the activations and the last inputs of a newborn agent."""
     for unit in range(state.activations.shape[0]):
         state.activations[unit, lane] = ZERO
     state.code[0, lane] = -1
@@ -44,20 +46,23 @@ def reset_senses(state: State, lane: int) -> None:
 
 @compiled
 def init_agent_state(model: Model, state: State, world: int, agent: int) -> None:
-    """A life begins with this agent: nobody has lived in its place."""
+    """Initialize the arrays of an agent at the start of a lifetime."""
     lane = world * model.agents + agent
     load_genome(model, state, world, agent)
     reset_senses(state, lane)
     for region in range(state.eaten_in_life.shape[0]):
-        state.eaten_in_life[region, lane] = state.eaten_before[region, lane] = 0
+        state.eaten_in_life[region, lane] = 0
+        state.eaten_before[region, lane] = 0
     state.born[world, agent] = 0
-    state.origin[world, agent, 0] = state.origin[world, agent, 1] = agent
+    state.origin[world, agent, 0] = agent
+    state.origin[world, agent, 1] = agent
 
 
 @compiled
 def init_generation(model: Model, state: State) -> None:
-    """The beginning of a life: everybody's weights and place, items, and senses that have sensed nothing yet."""
-    state.activations[:] = ZERO  # of the lanes past the last agent, too
+    """Initialize all agents and items at the start of a lifetime."""
+    # The lanes after the last agent are set, too.
+    state.activations[:] = ZERO
     state.touched[:] = -1
     state.appearances[:] = 0
     for world in range(model.worlds):
@@ -80,9 +85,10 @@ def init_generation(model: Model, state: State) -> None:
 
 @compiled
 def replace_agent(model: Model, state: State, world: int, agent: int, number: int) -> None:
-    """Let a newborn of the genome `state.genome[world, agent]` live in the place of an agent that has died.
+    """Replace an agent that died by a newborn with the genome `state.genome[world, agent]`.
 
-    It is the birth of that number in this world and life, after the first newborns', from 0; so it has a birthplace of its own.
+    `number` counts the births of this world and lifetime from 0, without those at the start.
+    It selects the random numbers of the birthplace.
     """
     lane = world * model.agents + agent
     load_genome(model, state, world, agent)

@@ -1,6 +1,7 @@
-"""How the items of a region are sorted into cells, and from how far it is reached.
+"""The grid cells of a region of items, and the images of the torus from which it can be reached.
 
-Written once for whoever allocates: Python, and compiled code in a browser. Lengths are float64, in units of length.
+Python and the compiled code of the browser use the same functions.
+Lengths are float64, in units of length.
 """
 
 from __future__ import annotations
@@ -11,46 +12,54 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import WIDTH, square_root
 
 FEW_ITEMS: Final = 8 * WIDTH
-ITEMS_PER_CELL: Final = 4  # on average
-CELL_HEIGHT_RATIO: Final = 3  # times its width: items of a row lie side by side, so few rows, and narrow cells, have few in vain
-MAX_SCANNED_FRACTION: Final = (
-    0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
-)
-MANY_AGENTS: Final = 12  # agents, for whom twice as much is worth sorting, as they share in it
+# Average number of items in a cell.
+ITEMS_PER_CELL: Final = 4
+# Height of a cell, in widths. Items of a row are contiguous in memory,
+# so few rows of narrow cells contain few items out of reach.
+CELL_HEIGHT_RATIO: Final = 3
+# Maximum fraction of a region's area that an agent scans.
+# Above it, a scan of all items is faster.
+MAX_SCANNED_FRACTION: Final = 0.25
+# Number of agents from which the maximum fraction is doubled, as they share the sorting.
+MANY_AGENTS: Final = 12
 
 
 @compiled
 def compute_cell_size(width: float, height: float, count: int) -> Any:
-    """Width and height of the cells that a region's items are sorted into: in a strip, however thin, as long as hold so many."""
+    """Return the width and height of a cell of a region. Cells of a thin strip are longer."""
     area, items = width * height, max(1, count)
-    high = min(
+    cell_height = min(
         height,
         max(
             square_root(area * ITEMS_PER_CELL * CELL_HEIGHT_RATIO / items),
             height * ITEMS_PER_CELL / items,
         ),
     )
-    return area * ITEMS_PER_CELL / (items * high), high
+    return area * ITEMS_PER_CELL / (items * cell_height), cell_height
 
 
 @compiled
 def scanned_fraction(width: float, height: float, count: int, radius: float, agents: int) -> Any:
-    """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
+    """Return the fraction of a region's area in the cells that an agent scans.
+
+    Return 1 if sorting the items does not save time.
+    """
     cell_width, cell_height = compute_cell_size(width, height, count)
-    looked_at = min(width, 2 * radius + cell_width) * min(height, 2 * radius + cell_height)
-    worth = MAX_SCANNED_FRACTION * width * height * (2 if agents >= MANY_AGENTS else 1)
-    if count <= FEW_ITEMS or looked_at >= worth:  # equal where both are less than any float
+    scanned_area = min(width, 2 * radius + cell_width) * min(height, 2 * radius + cell_height)
+    max_scanned_area = MAX_SCANNED_FRACTION * width * height * (2 if agents >= MANY_AGENTS else 1)
+    # Both are equal if they are below the smallest float.
+    if count <= FEW_ITEMS or scanned_area >= max_scanned_area:
         return 1.0
-    return looked_at / (width * height)
+    return scanned_area / (width * height)
 
 
 @compiled
 def compute_grid_shape(
     width: float, height: float, count: int, radius: float, agents: int
 ) -> tuple[Any, Any]:
-    """Of the cells that a region's items are sorted into.
+    """Return the numbers of columns and rows of the grid of a region.
 
-    One cell for a few items, and where an agent would have to look at most cells anyway.
+    There is one cell for few items, and if an agent would scan most cells anyway.
     """
     if scanned_fraction(width, height, count, radius, agents) == 1.0:
         return 1, 1
@@ -60,14 +69,15 @@ def compute_grid_shape(
 
 @compiled
 def compute_alert_radius(reach: float, square: bool, stride: float) -> float:
-    """Nothing farther than this when sensed can be touched after a move of `stride`."""
+    """Return the distance beyond which no item can be touched after a move of `stride`."""
     farthest_touch = reach * (1.4142135623730951 if square else 1.0)
-    return (farthest_touch + stride) * 1.001 + 0.25  # with room for rounding
+    # The factor and the constant cover rounding.
+    return (farthest_touch + stride) * 1.001 + 0.25
 
 
 @compiled
 def count_images(
     width: float, height: float, margin: float, world_width: float, world_height: float
 ) -> int:
-    """From how many images of the torus a region may be reached that one can be `margin` away from: 1, or 9."""
+    """Return the number of images of the torus within `margin` of a region: 1 or 9."""
     return 1 if 2 * (width + margin) < world_width and 2 * (height + margin) < world_height else 9

@@ -1,11 +1,12 @@
-"""Items: where they appear, which of them are near an agent, and eating.
+"""Items: their positions, the items near an agent, and eating.
 
-The items of a region with many of them are kept sorted by square cells, so that an agent looks only at cells within its reach:
-the items of neighbouring cells of a row lie side by side, in *slots*, and are looked at sixteen at a time. A region with few
-items is one cell, whose items never change slots. Behind each region's slots are sixteen with nothing in them, so that nobody who
-looks at one region sees another.
+The items of a large region are sorted by grid cells. An agent tests only the cells in reach.
+The items of neighboring cells in a row are contiguous in *slots*, and are tested as SIMD blocks.
+A region with few items is a single cell, and its items never change slots.
+An empty SIMD block follows the slots of each region. A block never contains items of two regions.
 
-Source: the paper, "The Simulated World of Foods and Agents"; docs/explanation/model.md for what the paper leaves open.
+Source: the paper, "The Simulated World of Foods and Agents".
+`docs/explanation/model.md` lists the choices that the paper leaves open.
 """
 
 from __future__ import annotations
@@ -29,20 +30,24 @@ from baldwinlab.engine.simd import (
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.models.miniworld.state import Model, State
 
-ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
-MAX_ATTEMPTS = 100_000  # that are tried, before an item takes one that is forbidden
-DIAGONAL = np.float32(1.5)  # a square reaches farther than a circle, by less than this factor
+ZERO = np.float32(0)
+HALF = np.float32(0.5)
+ONE = np.float32(1)
+# Attempts to find an allowed position. After the last, a blocked position is used.
+MAX_ATTEMPTS = 100_000
+# Upper bound of the ratio of the reach of a square to that of a circle.
+DIAGONAL = np.float32(1.5)
 
 
 @compiled
 def has_single_cell(model: Model, region: int) -> bool:
-    """Whether the items of a region are few, and not sorted."""
+    """Return whether the items of a region are few, and not sorted."""
     return bool(model.region_cells[region + 1] - model.region_cells[region] == 1)
 
 
 @compiled
 def find_slots(model: Model, region: int) -> tuple[int, int]:
-    """All slots of a region: from the first, without the second."""
+    """Return the first slot of a region, and the slot after its last."""
     return model.region_items[region] + region * WIDTH, model.region_items[
         region + 1
     ] + region * WIDTH
@@ -50,19 +55,24 @@ def find_slots(model: Model, region: int) -> tuple[int, int]:
 
 @compiled
 def place_item(model: Model, state: State, world: int, region: int, item: int) -> None:
-    """Let an item appear at its next place: uniformly in its region, where nothing forbids it."""
-    seed, run = state.keys[world, 0], state.keys[world, 1]
-    left, width = model.regions[region, 0], model.regions[region, 1]
-    upper, height = model.regions[region, 2], model.regions[region, 3]
-    x, y, searching = ZERO, ZERO, MAX_ATTEMPTS
-    while searching > 0:
+    """Draw the next position of an item: uniform in its region, where no feature blocks it."""
+    seed = state.keys[world, 0]
+    run = state.keys[world, 1]
+    left = model.regions[region, 0]
+    width = model.regions[region, 1]
+    upper = model.regions[region, 2]
+    height = model.regions[region, 3]
+    x = ZERO
+    y = ZERO
+    attempts_left = MAX_ATTEMPTS
+    while attempts_left > 0:
         words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
-        x, y = (
-            wrap_position(left + width * unit(words[0]), model.width),
-            wrap_position(upper + height * unit(words[1]), model.height),
-        )
+        x = wrap_position(left + width * unit(words[0]), model.width)
+        y = wrap_position(upper + height * unit(words[1]), model.height)
         state.appearances[world, item] += 1
-        searching = searching - 1 if is_placement_blocked(state.features, model, x, y) else 0
+        attempts_left = (
+            attempts_left - 1 if is_placement_blocked(state.features, model, x, y) else 0
+        )
     state.item_x[world, item] = x
     state.item_y[world, item] = y
     if has_single_cell(model, region):
@@ -75,17 +85,16 @@ def place_item(model: Model, state: State, world: int, region: int, item: int) -
 
 @compiled
 def _assign_cells(model: Model, state: State, world: int, region: int) -> None:
-    """Fill `item_cell` of the items of a region: the cell that each lies in."""
-    left, upper, first_cell = (
-        model.regions[region, 0],
-        model.regions[region, 2],
-        model.region_cells[region],
-    )
-    width, height = model.cell_size[region, 0], model.cell_size[region, 1]
-    columns, rows = model.grid[region, 0], model.grid[region, 1]
-    for item in range(
-        model.region_items[region], model.region_items[region + 1]
-    ):  # by `get`, which lets compilers take many
+    """Set `item_cell` of the items of a region."""
+    left = model.regions[region, 0]
+    upper = model.regions[region, 2]
+    first_cell = model.region_cells[region]
+    width = model.cell_size[region, 0]
+    height = model.cell_size[region, 1]
+    columns = model.grid[region, 0]
+    rows = model.grid[region, 1]
+    # `get` permits vectorization.
+    for item in range(model.region_items[region], model.region_items[region + 1]):
         column = np.int32((get(state.item_x, world, item) - left) / width)
         row = np.int32((get(state.item_y, world, item) - upper) / height)
         cell = first_cell + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1)
@@ -94,9 +103,11 @@ def _assign_cells(model: Model, state: State, world: int, region: int) -> None:
 
 @compiled
 def sort_into_cells(model: Model, state: State, world: int, region: int) -> None:
-    """Put the items of a region in the order of their cells, by counting."""
-    first, last = model.region_items[region], model.region_items[region + 1]
-    first_cell, last_cell = model.region_cells[region], model.region_cells[region + 1]
+    """Sort the items of a region by cell, with a counting sort."""
+    first = model.region_items[region]
+    last = model.region_items[region + 1]
+    first_cell = model.region_cells[region]
+    last_cell = model.region_cells[region + 1]
     for cell in range(first_cell, last_cell):
         state.cell_next[world, cell] = 0
     _assign_cells(model, state, world, region)
@@ -124,38 +135,41 @@ def sort_into_cells(model: Model, state: State, world: int, region: int) -> None
 def position_in_image(
     model: Model, region: int, number: int, x: np.float32, y: np.float32
 ) -> tuple[np.float32, np.float32]:
-    """The same place, seen from the region: beside it if there is but one image to look at, else a map's span off or not."""
+    """Return a position in the image `number` of the torus.
+
+    If the region can be reached from one image only, return the image nearest to the region.
+    """
     if model.images[region] == 1:
-        centre_x = model.regions[region, 0] + model.regions[region, 1] * HALF
-        centre_y = model.regions[region, 2] + model.regions[region, 3] * HALF
-        return nearest_image(x, centre_x, model.width), nearest_image(y, centre_y, model.height)
+        center_x = model.regions[region, 0] + model.regions[region, 1] * HALF
+        center_y = model.regions[region, 2] + model.regions[region, 3] * HALF
+        return nearest_image(x, center_x, model.width), nearest_image(y, center_y, model.height)
     return x + np.float32(number % 3 - 1) * model.width, y + np.float32(
         number // 3 - 1
     ) * model.height
 
 
 @compiled
-def nearest_image(position: Value, centre: np.float32, span: np.float32) -> Value:
-    """`position`, or the same place a map's span farther or nearer: whichever is nearest to `centre`."""
+def nearest_image(position: Value, center: np.float32, span: np.float32) -> Value:
+    """Return `position`, shifted by `span` or not, so that it is nearest to `center`."""
     half = span * HALF
-    position = choose(centre - position > half, position + span, position)
-    return choose(centre - position < -half, position - span, position)
+    position = choose(center - position > half, position + span, position)
+    return choose(center - position < -half, position - span, position)
 
 
 @compiled
 def find_cells_within(
     model: Model, region: int, axis: int, position: np.float32, radius: np.float32
 ) -> tuple[int, int]:
-    """The columns (axis 0) or rows (axis 1) of cells within `radius` of a position: from the first, without the second."""
+    """Return the first column (axis 0) or row (axis 1) of cells within `radius`, and the end."""
     if model.grid[region, axis] == 1 and model.images[region] == 1:
         return 0, 1
     offset = position - model.regions[region, 2 * axis]
-    reach = radius + ONE  # with room for rounding
+    # The margin covers rounding.
+    reach = radius + ONE
     if offset + reach < ZERO or offset - reach > model.regions[region, 2 * axis + 1]:
         return 0, 0
-    first = int(
-        (offset - reach) / model.cell_size[region, axis]
-    )  # math.floor would be a call, of a seventh of the time
+    # `math.floor` would be a call, which takes a seventh of the time.
+    first = int((offset - reach) / model.cell_size[region, axis])
     last = int((offset + reach) / model.cell_size[region, axis])
     return max(first, 0), min(last + 1, model.grid[region, axis])
 
@@ -164,7 +178,7 @@ def find_cells_within(
 def find_slots_in_row(
     model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]
 ) -> tuple[int, int]:
-    """The slots of a row's cells from the first of `columns`, without the second: from the first slot, without the second."""
+    """Return the first slot of the cells in a row of the grid, and the slot after the last."""
     cell = model.region_cells[region] + region + row * model.grid[region, 0]
     return get(state.cell_slots, world, cell + columns[0]), get(
         state.cell_slots, world, cell + columns[1]
@@ -175,7 +189,7 @@ def find_slots_in_row(
 def is_touching(
     model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32
 ) -> Mask:
-    """Whether a body at (x, y) touches the item (R2)."""
+    """Return whether a body at (x, y) touches the item in a slot (R2)."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
     if model.square_contact:
@@ -194,7 +208,7 @@ def _eat_in_region(
     x: np.float32,
     y: np.float32,
 ) -> None:
-    """Eat what a body at (x, y) touches of a region."""
+    """Eat the items of a region that a body at (x, y) touches."""
     columns = find_cells_within(model, region, 0, x, DIAGONAL * model.reach)
     first_row, last_row = find_cells_within(model, region, 1, y, DIAGONAL * model.reach)
     for row in range(first_row, last_row):
@@ -213,7 +227,10 @@ def _eat_in_region(
 
 @compiled
 def eat_items(model: Model, state: State, world: int, agent: int, step: int) -> None:
-    """Eat every item that the agent touches, but none that has been eaten in this step already. Each reappears at once."""
+    """Eat every item that the agent touches, except those eaten earlier in this step.
+
+    An eaten item reappears at once.
+    """
     lane = world * model.agents + agent
     if get(state.alert, 0, lane) == 0:
         return
@@ -227,7 +244,7 @@ def eat_items(model: Model, state: State, world: int, agent: int, step: int) -> 
 
 @compiled
 def resort_stale_cells(model: Model, state: State, world: int) -> None:
-    """Put in order whatever has moved."""
+    """Sort the regions whose items have moved."""
     for region in range(model.regions.shape[0]):
         if state.stale[world, region] != 0:
             sort_into_cells(model, state, world, region)

@@ -1,6 +1,7 @@
-"""The map: births, and what may get in the way on a torus.
+"""The map: birthplaces, and movement on a torus.
 
-Source: the paper, "The Simulated World of Foods and Agents"; docs/explanation/model.md for what the paper leaves open.
+Source: the paper, "The Simulated World of Foods and Agents".
+`docs/explanation/model.md` lists the choices that the paper leaves open.
 """
 
 from __future__ import annotations
@@ -16,35 +17,37 @@ from baldwinlab.engine.simd import Lane, Mask, Value, choose, get, put
 from baldwinlab.models.miniworld.state import HEADING_COUNT, Model, State
 from baldwinlab.parts.agent_parts import blocks_movement, blocks_placement, move
 
-ZERO, ONE, TWO, HALF = np.float32(0), np.float32(1), np.float32(2), np.float32(0.5)
+ZERO = np.float32(0)
+ONE = np.float32(1)
+TWO = np.float32(2)
+HALF = np.float32(0.5)
 HEADINGS = np.float32(HEADING_COUNT)
-MAX_ATTEMPTS = 100_000  # that are tried, before somebody is born where it is forbidden
+# Attempts to find an allowed birthplace. After the last, a blocked position is used.
+MAX_ATTEMPTS = 100_000
 
 
 @compiled
-def combine_masks(one: Mask, other: Mask) -> Mask:
-    """Where any of two masks is true."""
-    return one | other
+def combine_masks(first_mask: Mask, second_mask: Mask) -> Mask:
+    """Return where either mask is true."""
+    return first_mask | second_mask
 
 
-is_placement_blocked = for_each(
-    blocks_placement, False, combine_masks
-)  # True if any feature blocks placement
-is_movement_blocked = for_each(
-    blocks_movement, False, combine_masks
-)  # True if any feature blocks movement
+# True if any feature blocks placement.
+is_placement_blocked = for_each(blocks_placement, False, combine_masks)
+# True if any feature blocks movement.
+is_movement_blocked = for_each(blocks_movement, False, combine_masks)
 
 
 @compiled
 def wrap_position(position: Value, span: np.float32) -> Value:
-    """`position`, at most one map's span outside of it, brought back into [0, span)."""
+    """Return a position in [0, span). It can be up to first_mask span outside."""
     position = choose(position < ZERO, position + span, position)
     return choose(position < span, position, position - span)
 
 
 @compiled
 def shortest_difference(difference: Value, span: np.float32) -> Value:
-    """The difference of two positions on a circle of length `span`, the short way round."""
+    """Return the shortest difference of two positions on a circle of length `span`."""
     half = span * HALF
     difference = choose(difference > half, difference - span, difference)
     return choose(difference < -half, difference + span, difference)
@@ -52,26 +55,32 @@ def shortest_difference(difference: Value, span: np.float32) -> Value:
 
 @compiled
 def place_newborn(model: Model, state: State, world: int, agent: int, number: int) -> None:
-    """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere: each number has its own."""
-    seed, run = state.keys[world, 0], state.keys[world, 1]
-    x, y, attempt = ONE, ONE, 0
-    lane, searching = world * model.agents + agent, True
-    while (
-        searching
-    ):  # of a square's points, the first that lies in the disc, and where no feature blocks it
+    """Set the position and heading of a newborn agent, uniform in the start disc.
+
+    The heading is 0, or random with `model.random_headings`. `number` selects the random numbers.
+    """
+    seed = state.keys[world, 0]
+    run = state.keys[world, 1]
+    x = ONE
+    y = ONE
+    attempt = 0
+    lane = world * model.agents + agent
+    is_searching = True
+    # Rejection sampling from the enclosing square, until a point is in the disc and allowed.
+    while is_searching:
         words = philox(attempt, number, state.generation[0], BIRTHPLACE, seed, run)
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
         state.positions[0, lane] = wrap_position(model.start[0] + model.start[2] * x, model.width)
         state.positions[1, lane] = wrap_position(model.start[1] + model.start[2] * y, model.height)
-        taken = (
+        is_blocked = (
             is_placement_blocked(
                 state.features, model, state.positions[0, lane], state.positions[1, lane]
             )
             and attempt < MAX_ATTEMPTS
         )
-        searching = bool(x * x + y * y > ONE) or taken
+        is_searching = bool(x * x + y * y > ONE) or is_blocked
     state.heading[0, lane] = ZERO
     if model.random_headings:
         words = philox(0, number, state.generation[0], HEADING, seed, run)
@@ -82,7 +91,7 @@ def place_newborn(model: Model, state: State, world: int, agent: int, number: in
 def apply_motor_noise(
     model: Model, state: State, world: int, lane: int, agent: int, step: int
 ) -> None:
-    """Motor noise: now and then, another action than the chosen one, drawn at random of all there are."""
+    """Replace the chosen action by a random first_mask, with probability `model.action_noise`."""
     words = philox(
         step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1]
     )
@@ -92,10 +101,12 @@ def apply_motor_noise(
 
 @compiled
 def _move_unless_blocked(features: Any, model: Model, state: State, lane: Lane) -> None:
-    """Do the action. An agent whose way is blocked stays where it is."""
-    old_x, old_y = get(state.positions, 0, lane), get(state.positions, 1, lane)
+    """Move the agents. A blocked agent keeps its position."""
+    old_x = get(state.positions, 0, lane)
+    old_y = get(state.positions, 1, lane)
     move(state.body, model, state, lane)
-    x, y = get(state.positions, 0, lane), get(state.positions, 1, lane)
+    x = get(state.positions, 0, lane)
+    y = get(state.positions, 1, lane)
     stopped = is_movement_blocked(features, model, x, y)
     put(state.positions, 0, lane, choose(stopped, old_x, x))
     put(state.positions, 1, lane, choose(stopped, old_y, y))
@@ -103,7 +114,7 @@ def _move_unless_blocked(features: Any, model: Model, state: State, lane: Lane) 
 
 @compiled
 def _move_freely(features: Any, model: Model, state: State, lane: Lane) -> None:
-    """Do the action, where there is nothing that could stop anybody."""
+    """Move the agents, if no feature blocks movement."""
     move(state.body, model, state, lane)
 
 

@@ -1,10 +1,12 @@
-"""One lifetime: the phases of a step, in the order of the paper, written once for everybody who takes one.
+"""Take one time step: the phases of the paper, in its order. All backends use this code.
 
-A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
+A lifetime is a pure function of the experiment, the seed, the run, the generation and the genomes.
 
-Who takes a step is a type: `AllAgents` of a batch, a bundle of lanes at a time, phase by phase; or
-`SingleAgent` agent, as under the sequential update (R7). A venue may add its own (kernels.py): what is done
-per world differs between them, and where a venue needs a barrier, it puts it there.
+The type of the argument `agents` selects the agents that take a step:
+
+- `AllAgents`: all agents of a batch, one SIMD block at a time, phase by phase.
+- `SingleAgent`: one agent, for the sequential update (R7).
+- A backend can add its own types (`cuda_kernels.py`), which contain its barriers.
 """
 
 from __future__ import annotations
@@ -38,95 +40,96 @@ prepare_all_senses = for_each_part(prepare_senses)
 
 
 @hook
-def lane_of(who: Any, first: int) -> Lane:
-    """The lanes that begin with `first`, as many as are worked on at a time."""
+def lane_of(agents: Any, first: int) -> Lane:
+    """Return the lanes that start with `first`: one lane, or a SIMD block."""
     return first
 
 
 @hook
-def prepare_senses_per_world(who: Any, model: Model, state: State, step: int) -> None:
-    """Per world: the senses' look at others, before anybody senses."""
+def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    """Per world: call `prepare_senses` of all senses, before any agent senses."""
 
 
 @hook
-def observe_others_per_world(who: Any, model: Model, state: State, step: int) -> None:
-    """Per world: the learning rule's look at others, when all have acted."""
+def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    """Per world: call `observe_others` of the learning rule, after all actions."""
 
 
 @hook
-def eat_all(who: Any, model: Model, state: State, step: int) -> None:
-    """All eat. Who touches an item first in the step's order has it."""
+def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+    """Let the agents eat. The first agent in the order of the step gets a touched item."""
 
 
 @compiled
-def take_step(who: Any, model: Model, state: State, step: int) -> None:
-    """Sense, think, act, learn, eat."""
-    sense_environment(who, model, state, step)
-    for first in range(who.first, who.last, who.stride):
-        compute_outputs(state.lookup, model, state, lane_of(who, first))
-    act_and_learn(who, model, state, step)
+def take_step(agents: Any, model: Model, state: State, step: int) -> None:
+    """Sense, compute the outputs, act, learn and eat."""
+    sense_environment(agents, model, state, step)
+    for first in range(agents.first, agents.last, agents.stride):
+        compute_outputs(state.lookup, model, state, lane_of(agents, first))
+    act_and_learn(agents, model, state, step)
 
 
 @compiled
-def sense_environment(who: Any, model: Model, state: State, step: int) -> None:
-    """Sense."""
-    for first in range(who.first, who.last, who.stride):
-        mark_agents_near_regions(model, state, lane_of(who, first))
-    prepare_senses_per_world(who, model, state, step)
-    for world in range(who.first_world, who.last_world):
+def sense_environment(agents: Any, model: Model, state: State, step: int) -> None:
+    """Set the inputs of the agents."""
+    for first in range(agents.first, agents.last, agents.stride):
+        mark_agents_near_regions(model, state, lane_of(agents, first))
+    prepare_senses_per_world(agents, model, state, step)
+    for world in range(agents.first_world, agents.last_world):
         for number in range(
-            list_sensing_agents(model, state, world, who.first_agent, who.last_agent)
+            list_sensing_agents(model, state, world, agents.first_agent, agents.last_agent)
         ):
             perceive(
                 model,
                 state,
                 world,
-                get(state.near_agents, 0, world * model.agents + who.first_agent + number),
+                get(state.near_agents, 0, world * model.agents + agents.first_agent + number),
             )
 
 
 @compiled
-def act_and_learn(who: Any, model: Model, state: State, step: int) -> None:
-    """Act as the outputs say, learn, eat."""
-    for first in range(who.first, who.last, who.stride):
-        choose_action(state.body, model, state, lane_of(who, first))
+def act_and_learn(agents: Any, model: Model, state: State, step: int) -> None:
+    """Act on the outputs, then learn and eat."""
+    for first in range(agents.first, agents.last, agents.stride):
+        choose_action(state.body, model, state, lane_of(agents, first))
     if model.action_noise > ZERO:
-        for world in range(who.first_world, who.last_world):
-            for agent in range(who.first_agent, who.last_agent):
+        for world in range(agents.first_world, agents.last_world):
+            for agent in range(agents.first_agent, agents.last_agent):
                 apply_motor_noise(model, state, world, world * model.agents + agent, agent, step)
-    for first in range(who.first, who.last, who.stride):
-        move_agents(state.features, model, state, lane_of(who, first))
-    observe_others_per_world(who, model, state, step)
+    for first in range(agents.first, agents.last, agents.stride):
+        move_agents(state.features, model, state, lane_of(agents, first))
+    observe_others_per_world(agents, model, state, step)
     if step < model.learning_steps:
-        for first in range(who.first, who.last, who.stride):
-            learn(state.rule, model, state, step, lane_of(who, first))
-    eat_all(who, model, state, step)
+        for first in range(agents.first, agents.last, agents.stride):
+            learn(state.rule, model, state, step, lane_of(agents, first))
+    eat_all(agents, model, state, step)
 
 
 class _AllAgents:
-    """All agents of a batch, at the same time."""
+    """Hooks for all agents of a batch, which act at the same time."""
 
     @staticmethod
-    def lane_of(who: Any, first: int) -> Lane:
+    def lane_of(agents: Any, first: int) -> Lane:
         return simd_block(first)
 
     @staticmethod
-    def prepare_senses_per_world(who: Any, model: Model, state: State, step: int) -> None:
+    def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
             prepare_all_senses(state.senses, model, state, world, step)
 
     @staticmethod
-    def observe_others_per_world(who: Any, model: Model, state: State, step: int) -> None:
+    def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
             observe_others(state.rule, model, state, world, step)
 
     @staticmethod
-    def eat_all(who: Any, model: Model, state: State, step: int) -> None:
+    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
             alert = 0
             for agent in range(model.agents):
                 alert |= get(state.alert, 0, world * model.agents + agent)
-            if alert != 0:  # told many at a time, and most worlds have nobody who is
+            # A test of the sum skips the loop in most worlds, and it is vectorized.
+            if alert != 0:
                 agent = step % model.agents
                 for _ in range(model.agents):
                     eat_items(model, state, world, agent, step)
@@ -135,35 +138,27 @@ class _AllAgents:
 
 
 class _SingleAgent:
-    """One agent, when it is its turn."""
+    """Hooks for one agent, when it is its turn."""
 
     lane_of = staticmethod(lane_of.default)
 
     @staticmethod
-    def prepare_senses_per_world(who: Any, model: Model, state: State, step: int) -> None:
-        prepare_all_senses(state.senses, model, state, who.first_world, step)
+    def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+        prepare_all_senses(state.senses, model, state, agents.first_world, step)
 
     @staticmethod
-    def observe_others_per_world(who: Any, model: Model, state: State, step: int) -> None:
-        observe_others(state.rule, model, state, who.first_world, step)
+    def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+        observe_others(state.rule, model, state, agents.first_world, step)
 
     @staticmethod
-    def eat_all(who: Any, model: Model, state: State, step: int) -> None:
-        eat_items(model, state, who.first_world, who.first_agent, step)
-        resort_stale_cells(model, state, who.first_world)
+    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+        eat_items(model, state, agents.first_world, agents.first_agent, step)
+        resort_stale_cells(model, state, agents.first_world)
 
 
 class AllAgents(NamedTuple):
-    first: int  # lanes, from the first up to, and without, the last
-    last: int
-    stride: int
-    first_world: int
-    last_world: int
-    first_agent: int
-    last_agent: int
+    """All agents of a batch. The ends of the ranges are exclusive."""
 
-
-class SingleAgent(NamedTuple):
     first: int
     last: int
     stride: int
@@ -173,11 +168,25 @@ class SingleAgent(NamedTuple):
     last_agent: int
 
 
-AllAgents.part, SingleAgent.part = _AllAgents, _SingleAgent  # type: ignore[attr-defined]
+class SingleAgent(NamedTuple):
+    """One agent. The ends of the ranges are exclusive."""
+
+    first: int
+    last: int
+    stride: int
+    first_world: int
+    last_world: int
+    first_agent: int
+    last_agent: int
+
+
+AllAgents.part = _AllAgents  # type: ignore[attr-defined]
+SingleAgent.part = _SingleAgent  # type: ignore[attr-defined]
 
 
 @compiled
 def all_agents(model: Model, state: State) -> AllAgents:
+    """Return the range of all agents of a batch."""
     return AllAgents(
         0, state.positions.shape[1], lanes_in_block(), 0, model.worlds, 0, model.agents
     )
@@ -186,13 +195,17 @@ def all_agents(model: Model, state: State) -> AllAgents:
 def simulate_simultaneous(
     model: Model, state: State, newborn: bool, first_step: int, last_step: int
 ) -> None:
-    """Be born, if newborn, and live through the steps from `first_step` up to, and without, `last_step`; all at a time."""
-    model, state = as_pointer(model), as_pointer(state)
+    """Simulate the steps from `first_step` to `last_step` - 1, with all agents at the same time.
+
+    If `newborn`, initialize the generation first.
+    """
+    model = as_pointer(model)
+    state = as_pointer(state)
     if newborn:
         init_generation(model, state)
-    everyone = all_agents(model, state)
+    agents = all_agents(model, state)
     for step in range(first_step, last_step):
-        take_step(everyone, model, state, step)
+        take_step(agents, model, state, step)
         for world in range(model.worlds):
             end_step_of_features(state.features, model, state, world, step)
 
@@ -200,8 +213,9 @@ def simulate_simultaneous(
 def simulate_sequential(
     model: Model, state: State, newborn: bool, first_step: int, last_step: int
 ) -> None:
-    """As `simulate_simultaneous`, but agent after agent (R7)."""
-    model, state = as_pointer(model), as_pointer(state)
+    """Simulate steps as `simulate_simultaneous`, but one agent after another (R7)."""
+    model = as_pointer(model)
+    state = as_pointer(state)
     if newborn:
         init_generation(model, state)
     for step in range(first_step, last_step):
