@@ -129,7 +129,7 @@ def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(autouse=True)
 def _parts_of_a_test_are_its_own() -> Iterator[None]:
     """A part that a test loads is not there in the next one, whose sentences list what may be chosen."""
-    before = registry.foreign()
+    before = registry.custom_parts()
     yield
-    for kind, name in registry.foreign().keys() - before.keys():
-        registry.forget(kind, name)
+    for kind, name in registry.custom_parts().keys() - before.keys():
+        registry.remove(kind, name)

@@ -85,14 +85,14 @@ def of_record(experiment: Any) -> Mapping[str, Variable]:
         item.kind for feature in experiment.parts("world.features") for item in feature.items()
     }
     eaten = RECORD["food_eaten"]
-    own = {
+    further = {
         f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds
     }
     if experiment.births_in_life:
-        own["born"] = Variable(
+        further["born"] = Variable(
             OF_AGENT, np.int32, "agents", "number of births in the place of the agent during life"
         )
-    return dict(RECORD) | own
+    return dict(RECORD) | further
 
 
 TRACE: Mapping[str, Variable] = {
@@ -139,17 +139,15 @@ TRACE: Mapping[str, Variable] = {
 
 
 def of_trace(experiment: Any) -> Mapping[str, Variable]:
-    """What a trace of an experiment holds: `TRACE`, with inputs as float32 where any is real-valued."""
+    """Return the variables of a trace: `TRACE`, with inputs as float32 if one is real-valued."""
     if not experiment.real_valued:
         return TRACE
     return dict(TRACE) | {
-        "sensor": TRACE["sensor"]._replace(
-            dtype=np.float32, meaning="what each input is, in [0, 1]"
-        )
+        "sensor": TRACE["sensor"]._replace(dtype=np.float32, meaning="inputs, in [0, 1]")
     }
 
 
-# What the assays measure, a dataset for each assay and condition; docs/explanation/assays.md.
+# Variables of the datasets of each assay (docs/explanation/assays.md).
 ASSAYS: Mapping[str, Mapping[str, Variable]] = {
     "innate": {
         "energy": Variable(
@@ -233,17 +231,17 @@ WEIGHT_ORDER = (
 
 
 def to_storage(run: xr.Dataset) -> xr.Dataset:
-    """A run as `RUN` declares it, or is stored already, as it is stored."""
+    """Return a run in the form of a record. A record is returned unchanged."""
     if "kept_genome" in run:
         return run
-    kept = run.genome.notnull().any(("agent", "module", "weight")).values
+    is_stored = run.genome.notnull().any(("agent", "module", "weight")).values
     return run.drop_vars("genome").assign(
-        kept_genome=run.genome[kept].rename(generation="kept_generation")
+        kept_genome=run.genome[is_stored].rename(generation="kept_generation")
     )
 
 
 def from_storage(record: xr.Dataset) -> xr.Dataset:
-    """A run as `RUN` declares it, from how it is stored: its genomes are NaN in generations that are not kept."""
+    """Return a record in the form of a run. Genomes that are not stored are NaN."""
     genome = record.kept_genome.rename(kept_generation="generation").reindex(
         generation=record.generation
     )

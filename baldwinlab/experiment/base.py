@@ -222,7 +222,7 @@ class BaseExperiment(Fields):
         """Return the experiment without learning during life, so that fitness is innate."""
         return self.replace(**{key_of(self.model): self.of_model.without_learning()})
 
-    def neutral_twin(self) -> Self:
+    def neutral_control(self) -> Self:
         """Return the neutral control: the same births with random parents.
 
         Raises
@@ -258,14 +258,14 @@ class BaseExperiment(Fields):
         table = vars(section).get(key_of(name))
         if isinstance(table, Fields):
             return table
-        if table is not None or not registry.is_here(kind, name):
+        if table is not None or not registry.is_available(kind, name):
             raise ExperimentError(
                 f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
             )
         return registry.find(kind, name)()
 
 
-def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+def custom_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
     """Yield kind and name of each custom part of an experiment."""
     for kind, name in added_choices(experiment):
         if name not in registry.packaged(kind):
@@ -303,11 +303,11 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
     if name == "miniworld" or name not in registry.names("model"):
         experiment: type[BaseExperiment] = registry.find("model", "miniworld")
         return experiment
-    return _of_foreign_model(registry.find("model", name), name)
+    return _class_of_model(registry.find("model", name), name)
 
 
 @cache
-def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
+def _class_of_model(model: type[Fields], name: str) -> type[BaseExperiment]:
     tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
     made = {
         key: with_defaults(table, getattr(model, "defaults", {}).get(key, {}))
@@ -359,12 +359,14 @@ def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
     """Return the experiment of a tree, without the checks of its parts."""
     model = tree.get("model", "miniworld")
     if not lenient and model not in registry.names("model"):
-        raise ExperimentError(f"model = {model!r}: {registry.refusal('model', str(model))}")
+        raise ExperimentError(
+            f"model = {model!r}: {registry.unknown_part_message('model', str(model))}"
+        )
     made = _class_of(tree, lenient)
     try:
         experiment = made.model_validate(tree, context={"lenient": lenient})
     except ValidationError as error:
-        plainer = _class_of(tree, lenient, foreign=False) if lenient else made
+        plainer = _class_of(tree, lenient, with_custom_parts=False) if lenient else made
         # The loaded part may be another part of the same name.
         if plainer is not made:
             with suppress(ValidationError):
@@ -397,13 +399,13 @@ def _require_separate_groups(experiment: BaseExperiment) -> None:
         )
 
 
-def _class_of(tree: dict[str, Any], lenient: bool, foreign: bool = True) -> Any:
+def _class_of(tree: dict[str, Any], lenient: bool, with_custom_parts: bool = True) -> Any:
     """Return the class of the experiment of a tree, with or without custom parts."""
-    model_names = registry.names("model") if foreign else registry.BUILT_IN["model"]
+    model_names = registry.names("model") if with_custom_parts else registry.BUILT_IN["model"]
     base = (
         _Unread if lenient and tree.get("model", "miniworld") not in model_names else _base_of(tree)
     )
-    return class_for(base, chosen_parts(base, tree, lenient, foreign))
+    return class_for(base, chosen_parts(base, tree, lenient, with_custom_parts))
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
@@ -423,16 +425,16 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     ExperimentError
         If a path does not exist, or the copy is invalid.
     """
-    given = [paths.parse(assignment) for assignment in assignments]
+    given = [paths.parse_assignment(assignment) for assignment in assignments]
     choosing = {path for path, _, _ in choosing_fields(_base_of(experiment.to_dict()))}
     tree = experiment.to_dict()
     first = [(path, value) for path, value in given if path in choosing]
     for path, value in first:
-        paths.put(tree, path, value)
+        paths.set_value(tree, path, value)
     if first:
         # This adds the tables of the chosen parts.
         tree = _made(_without_idle_tables(experiment, tree, {})).to_dict()
     for path, value in given:
         if path not in choosing:
-            paths.put(tree, path, value)
+            paths.set_value(tree, path, value)
     return validate(tree)

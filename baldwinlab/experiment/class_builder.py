@@ -45,9 +45,12 @@ def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str
 
 
 def chosen_parts(
-    base: type[BaseModel], tree: dict[str, Any], lenient: bool = False, foreign: bool = True
+    base: type[BaseModel],
+    tree: dict[str, Any],
+    lenient: bool = False,
+    with_custom_parts: bool = True,
 ) -> Chosen:
-    """Return the chosen parts that have settings, with or without custom (`foreign`) parts."""
+    """Return the chosen parts that have settings, with or without custom parts."""
     result: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in choosing_fields(base):
         *steps, last = path.split(".")
@@ -60,11 +63,11 @@ def chosen_parts(
         ):
             where = ".".join([*steps, key_of(str(name))])
             if lenient and name not in (
-                registry.names(kind) if foreign else registry.packaged(kind)
+                registry.names(kind) if with_custom_parts else registry.packaged(kind)
             ):
                 if isinstance(table, dict) and key_of(str(name)) in table:
                     result.append((where, None))
-            elif kind != "model" and (part := registry.own_fields(kind, str(name))):
+            elif kind != "model" and (part := registry.settings_class(kind, str(name))):
                 result.append((where, part))
     return tuple(result)
 

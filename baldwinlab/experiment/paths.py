@@ -74,7 +74,7 @@ def _which(path: str, experiment: BaseModel) -> str:
     return ""
 
 
-def put(tree: dict[str, Any], path: str, value: Any) -> None:
+def set_value(tree: dict[str, Any], path: str, value: Any) -> None:
     """Set the value at a path of a tree of dicts and lists.
 
     Raises
@@ -108,7 +108,7 @@ def _absent(table: Any, step: str, path: str) -> str:
     return f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}"
 
 
-def parse(assignment: str) -> tuple[str, Any]:
+def parse_assignment(assignment: str) -> tuple[str, Any]:
     """Return path and value of an assignment such as "lifetime.steps=1000".
 
     A value that is not TOML is a text.

@@ -132,7 +132,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
     "fitness": {},
 }
-_FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
+_CUSTOM: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 
 
 class Choice(NamedTuple):
@@ -153,7 +153,7 @@ class Choice(NamedTuple):
     def _check(self, name: str, info: Any) -> str:
         if name not in names(self.kind) and not (info.context or {}).get("lenient"):
             raise PydanticCustomError(
-                "unknown_part", "{refusal}", {"refusal": refusal(self.kind, name)}
+                "unknown_part", "{message}", {"message": unknown_part_message(self.kind, name)}
             )
         return name
 
@@ -165,23 +165,23 @@ def packaged(kind: str) -> dict[str, str]:
 
 def names(kind: str) -> list[str]:
     """Return the names of all parts of a kind."""
-    return [*packaged(kind), *_FOREIGN[kind]]
+    return [*packaged(kind), *_CUSTOM[kind]]
 
 
-def is_here(kind: str, name: str) -> bool:
+def is_available(kind: str, name: str) -> bool:
     """Return whether a part exists."""
-    return any(name in parts[kind] for parts in (BUILT_IN, LIBRARY, _FOREIGN))
+    return any(name in parts[kind] for parts in (BUILT_IN, LIBRARY, _CUSTOM))
 
 
-def foreign() -> dict[tuple[str, str], type]:
+def custom_parts() -> dict[tuple[str, str], type]:
     """Return the classes of the loaded custom parts, by kind and name."""
-    return {(kind, name): part for kind, parts in _FOREIGN.items() for name, part in parts.items()}
+    return {(kind, name): part for kind, parts in _CUSTOM.items() for name, part in parts.items()}
 
 
 def find(kind: str, name: str) -> Any:
     """Return the class of a part. Raises KeyError if it does not exist."""
-    if name in _FOREIGN[kind]:
-        return _FOREIGN[kind][name]
+    if name in _CUSTOM[kind]:
+        return _CUSTOM[kind][name]
     module, _, attribute = (BUILT_IN[kind].get(name) or LIBRARY[kind][name]).partition(":")
     return getattr(import_module(module), attribute)
 
@@ -206,15 +206,15 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
 
 def add(kind: str, name: str, part: type) -> None:
     """Register a custom part. It replaces a custom part of the same name."""
-    _FOREIGN[kind][name] = part
+    _CUSTOM[kind][name] = part
 
 
-def forget(kind: str, name: str) -> None:
+def remove(kind: str, name: str) -> None:
     """Remove a custom part."""
-    _FOREIGN[kind].pop(name, None)
+    _CUSTOM[kind].pop(name, None)
 
 
-def refusal(kind: str, name: str) -> str:
+def unknown_part_message(kind: str, name: str) -> str:
     """Return the message for an unknown name."""
     if current := new_name(kind, name):
         return f"the {kind} {name!r} was renamed to {current!r}: use the new name"
@@ -223,9 +223,9 @@ def refusal(kind: str, name: str) -> str:
     return f"there is no such {kind}{hint}; {quoted}; --part FILE loads a custom {kind}"
 
 
-def own_fields(kind: str, name: str) -> Any:
+def settings_class(kind: str, name: str) -> Any:
     """Return the class of a part with settings, or None for a part without settings."""
-    part: Any = find(kind, name) if name in LIBRARY.get(kind, {}) else _FOREIGN[kind].get(name)
+    part: Any = find(kind, name) if name in LIBRARY.get(kind, {}) else _CUSTOM[kind].get(name)
     return part if part is not None and part.model_fields else None
 
 

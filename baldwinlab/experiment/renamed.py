@@ -1,6 +1,6 @@
 """Settings and parts that were renamed after version 0.1.
 
-Stored experiments keep their old names, and `upgrade` translates them when they are read. Elsewhere an
+Stored experiments keep their old names, and `upgrade` translates them when they are read. In user input an
 old name is an error, and `new_path` and `new_name` give the name for its message.
 """
 

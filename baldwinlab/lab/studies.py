@@ -239,7 +239,9 @@ def _presets() -> list[dict[str, Any]]:
         }
         for name, factors in presets.factors().items()
     ]
-    models = [(name, part) for (kind, name), part in registry.foreign().items() if kind == "model"]
+    models = [
+        (name, part) for (kind, name), part in registry.custom_parts().items() if kind == "model"
+    ]
     return built_in + [
         {
             "name": name,

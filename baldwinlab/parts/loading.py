@@ -60,7 +60,7 @@ def load_file(path: str | Path) -> ModuleType:
 def load_text(text: str, place: Path) -> ModuleType:
     """Load a part from the text of its file, as remote workers do. See `load_file`."""
     name = f"{PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    before = registry.foreign()
+    before = registry.custom_parts()
     if name in sys.modules:
         _make_known(sys.modules[name])
         return sys.modules[name]
@@ -111,9 +111,9 @@ def _make_known(module: ModuleType) -> bool:
 
 
 def _restore(before: dict[tuple[str, str], type]) -> None:
-    for kind, name in registry.foreign():
+    for kind, name in registry.custom_parts():
         if (kind, name) not in before:
-            registry.forget(kind, name)
+            registry.remove(kind, name)
     for (kind, name), part in before.items():
         registry.add(kind, name, part)
 
@@ -128,7 +128,7 @@ def load_entry_points() -> None:
     PartError
         If a module cannot be imported.
     """
-    before = registry.foreign()
+    before = registry.custom_parts()
     for entry in entry_points(group=GROUP):
         try:
             entry.load()
@@ -142,9 +142,9 @@ def load_entry_points() -> None:
 
 def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
     """Return the custom parts that experiments choose, sorted by kind and name."""
-    from baldwinlab.experiment.base import foreign_choices
+    from baldwinlab.experiment.base import custom_choices
 
-    chosen = {each for experiment in experiments for each in foreign_choices(experiment)}
+    chosen = {each for experiment in experiments for each in custom_choices(experiment)}
     return tuple(source_of(kind, name) for kind, name in sorted(chosen))
 
 
@@ -156,7 +156,7 @@ def source_of(kind: str, name: str) -> Source:
     PartError
         If the part is not loaded, or has no source file.
     """
-    part = registry.foreign().get((kind, name))
+    part = registry.custom_parts().get((kind, name))
     if part is None:
         raise PartError(f"{name!r} is a {kind} that is not here: give it by --part FILE")
     module = sys.modules[part.__module__]

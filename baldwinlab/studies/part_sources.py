@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import require_inside_study, write_exclusively
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.experiment.base import foreign_choices
+from baldwinlab.experiment.base import custom_choices
 from baldwinlab.experiment.file import require_files
 
 if TYPE_CHECKING:  # to load it takes a while, and where there is no foreign part nobody needs it
@@ -43,7 +43,7 @@ def read_part_records(facts: Mapping[str, Any]) -> tuple[PartRecord, ...]:
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
     """The foreign parts that experiments choose. Raises PartError for one that is not here."""
     if not (
-        choosing := [experiment for experiment in experiments if any(foreign_choices(experiment))]
+        choosing := [experiment for experiment in experiments if any(custom_choices(experiment))]
     ):
         return ()
     from baldwinlab.parts.loading import sources_of
@@ -80,7 +80,7 @@ def require_same_parts(
     """Raise PartError where a part or a data file of experiments of a study is not here, or is another."""
     known = list(experiments)
     _require_parts(
-        where, stored, {choice for experiment in known for choice in foreign_choices(experiment)}
+        where, stored, {choice for experiment in known for choice in custom_choices(experiment)}
     )
     for experiment in known:
         require_files(experiment, f" in {where}")

@@ -72,7 +72,7 @@ def test_of_equals_anybody_lives_on() -> None:
 
 def test_with_parents_at_random_anybody_lives_on_whatever_the_fitness() -> None:
     """So an elitist population has a neutral twin: as many live on there."""
-    assert experiment_of(2).neutral_twin().evolution.elite == 2
+    assert experiment_of(2).neutral_control().evolution.elite == 2
     kept = [bred(2, "neutral", generation=generation)[2][:2, 0] for generation in range(1, 301)]
     assert all(one != other for one, other in kept)
     assert chisquare(np.bincount(np.concatenate(kept), minlength=8)).pvalue > 0.001
@@ -134,7 +134,7 @@ def one_lives_on() -> Iterator[str]:
             parents[-1, 0], parents[-1, 1] = fitness.size - 1, ITSELF
 
     yield OneLivesOn.name
-    registry.forget("selection", OneLivesOn.name)
+    registry.remove("selection", OneLivesOn.name)
 
 
 def test_a_scheme_of_ones_own_may_let_an_agent_live_on(one_lives_on: str) -> None:

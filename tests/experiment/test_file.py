@@ -39,7 +39,7 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     path = tmp_path / "worth.txt"
     path.write_bytes(b"5\n6\n7\n")
     yield path
-    registry.forget("fitness", "tabled")
+    registry.remove("fitness", "tabled")
 
 
 def tabled() -> Experiment:

@@ -93,7 +93,7 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     )
     with serving(root) as server:
         yield server
-    registry.forget("model", "hawks-and-doves")
+    registry.remove("model", "hawks-and-doves")
 
 
 @contextmanager

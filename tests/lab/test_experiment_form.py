@@ -27,7 +27,7 @@ def pulling() -> Iterator[str]:
         strength: float = Field(0.5, ge=0, le=1, description="how strongly")
 
     yield Pulling.name
-    registry.forget("learning rule", "pulling")
+    registry.remove("learning rule", "pulling")
 
 
 def test_a_form_of_an_experiment_has_its_fields_and_what_may_be_chosen() -> None:

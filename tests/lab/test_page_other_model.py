@@ -30,7 +30,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     with serving(tmp_path_factory.mktemp("models")) as found:
         yield found
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        registry.forget(kind, name)
+        registry.remove(kind, name)
 
 
 def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServer) -> None:
@@ -65,7 +65,7 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
 
 def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabServer) -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        registry.forget(kind, name)
+        registry.remove(kind, name)
     (study,) = data(server.address, "studies")["studies"]
     assert [(one["name"], one["steps"]) for one in study["conditions"]] == [("bit-strings", None)]
     results = data(server.address, "results", study="bits")

@@ -148,4 +148,6 @@ def test_a_study_keeps_the_card_of_a_user_s_paper(tmp_path: Path) -> None:
     (folder / "paper.toml").write_text(OWN)
     shutil.copy(papers.load("mayley-1996").folder / CARD, folder)
     papers.save_copy(open_paper(folder), tmp_path / "study")
-    assert (tmp_path / "study" / papers.COPY_FOLDER / CARD).read_bytes() == (folder / CARD).read_bytes()
+    assert (tmp_path / "study" / papers.COPY_FOLDER / CARD).read_bytes() == (
+        folder / CARD
+    ).read_bytes()

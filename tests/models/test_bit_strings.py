@@ -26,7 +26,7 @@ def part() -> Iterator[None]:
     load_file(FILE)
     yield
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        registry.forget(kind, name)
+        registry.remove(kind, name)
 
 
 def model(**fields: Any) -> Any:

@@ -59,7 +59,7 @@ LACKING = "'unknown' needs a model that is not loaded: pass its file with --part
 
 def forget() -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        registry.forget(kind, name)
+        registry.remove(kind, name)
 
 
 @pytest.fixture

@@ -25,12 +25,12 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 
 @pytest.fixture(scope="module", autouse=True)
 def _parts() -> Iterator[None]:
-    before = registry.foreign()
+    before = registry.custom_parts()
     for path in sorted(EXAMPLES.glob("*.py")):
         load_file(path)
     yield
-    for kind, name in registry.foreign().keys() - before.keys():
-        registry.forget(kind, name)
+    for kind, name in registry.custom_parts().keys() - before.keys():
+        registry.remove(kind, name)
 
 
 def with_settings(condition: str, *assignments: str, **changes: Any) -> Any:

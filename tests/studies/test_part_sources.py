@@ -35,7 +35,7 @@ def nothing_stays() -> Iterator[None]:
 
 def forget() -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
-        registry.forget(kind, name)
+        registry.remove(kind, name)
 
 
 @pytest.fixture

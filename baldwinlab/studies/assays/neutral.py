@@ -49,7 +49,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     experiment, compared = sample.experiment, assayed_generations(sample.experiment)
     shape = (len(compared), len(NEWBORNS), 2, len(sample.runs), experiment.population.size)
     energy = np.full(shape, np.nan)
-    twin = experiment.neutral_twin()
+    twin = experiment.neutral_control()
     twins = np.stack(
         [draw_genomes(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
     )

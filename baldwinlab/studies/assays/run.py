@@ -205,7 +205,7 @@ def _experiments_to_compile(
             if "innate" in missing[experiment.name] and innate.drift_generations(experiment):
                 yield innate.with_drift(experiment)
         if "neutral" in missing[experiment.name]:
-            yield experiment.neutral_twin()
+            yield experiment.neutral_control()
 
 
 def run_assays(

@@ -19,7 +19,7 @@ def without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def write_part(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
     """Writes a file with parts, which are forgotten after the test."""
-    before = registry.foreign()
+    before = registry.custom_parts()
 
     def write(text: str) -> Path:
         path = tmp_path / "part.py"
@@ -27,5 +27,5 @@ def write_part(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
         return path
 
     yield write
-    for kind, name in registry.foreign().keys() - before.keys():
-        registry.forget(kind, name)
+    for kind, name in registry.custom_parts().keys() - before.keys():
+        registry.remove(kind, name)

@@ -40,7 +40,7 @@ GROWS = "put(state.weights, 0, lane, get(state.weights, 0, lane) + np.float32(0.
 @pytest.fixture
 def write(tmp_path: Path) -> Any:
     """Writes a file with a learning rule; what is not said otherwise is a rule by which the first weight grows."""
-    before = registry.foreign()
+    before = registry.custom_parts()
 
     def write(learn: str = GROWS, **changes: str) -> Path:
         told = {
@@ -55,8 +55,8 @@ def write(tmp_path: Path) -> Any:
         return path
 
     yield write
-    for kind, name in registry.foreign().keys() - before.keys():
-        registry.forget(kind, name)
+    for kind, name in registry.custom_parts().keys() - before.keys():
+        registry.remove(kind, name)
 
 
 def failures(path: Path, *only: str) -> str:
@@ -114,7 +114,7 @@ def test_a_rule_that_looks_at_a_neighbour_is_refused_before_it_runs(write: Any, 
         match=r"Liar.learn looks at other agents \(.*liar.py:\d+: .*\); .* own column alone",
     ):
         load_file(path)
-    assert ("learning rule", "liar") not in registry.foreign()
+    assert ("learning rule", "liar") not in registry.custom_parts()
 
 
 def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:

@@ -37,7 +37,7 @@ HONEST = "state.positions[1, lane] / model.height"
 @pytest.fixture(autouse=True)
 def _forgotten(without_compilation: None) -> Iterator[None]:
     yield
-    registry.forget("sense", "height")
+    registry.remove("sense", "height")
 
 
 def failures(tmp_path: Path, measured: str) -> str:

@@ -214,7 +214,7 @@ def test_with_parents_at_random_fitness_does_not_say_whose_structure_is_inherite
             ]
         )
         for of in (
-            experiment(400).neutral_twin(),
+            experiment(400).neutral_control(),
             experiment(400, evolution={"selection": "tournament"}),
         )
     )

@@ -48,8 +48,8 @@ def swamp() -> Iterator[None]:
         sectors: ClassVar[Any] = (None, (135, 225))
 
     yield
-    registry.forget("world feature", "swamp")
-    registry.forget("sense", "damp")
+    registry.remove("world feature", "swamp")
+    registry.remove("sense", "damp")
 
 
 def test_the_built_in_world_looks_as_the_paper_says() -> None:

@@ -56,7 +56,7 @@ def test_agents_that_do_not_learn_have_a_twin_that_does_not(study: StudyStore) -
 
 
 def test_the_twin_has_the_parents_of_a_run_with_neutral_selection_whatever_that_gains() -> None:
-    twin = small("evo", evolution={"generations": 6}).neutral_twin()
+    twin = small("evo", evolution={"generations": 6}).neutral_control()
     run = bl.simulate(twin, seed=3, run=2)
     for generation in range(1, 6):
         before, nothing = run.genome.values[generation - 1], np.zeros(twin.population.size)
@@ -100,7 +100,7 @@ def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path
     study = measured(tmp_path, [experiment], ["neutral"], runs=2)
     genome, twin, nothing = (
         draw_genomes(experiment, GenerationKey(5, 1, 0)),
-        experiment.neutral_twin(),
+        experiment.neutral_control(),
         np.zeros(6),
     )
     for generation in range(11):
@@ -138,7 +138,7 @@ def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]
     ("experiment", "why"),
     [
         (small("self-taught"), "where nothing is inherited it builds nothing"),
-        (small("evo").neutral_twin(), "parents at random are their own neutral twin"),
+        (small("evo").neutral_control(), "parents at random are their own neutral twin"),
     ],
 )
 def test_where_selection_builds_nothing_there_is_no_such_assay(

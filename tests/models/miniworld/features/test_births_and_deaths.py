@@ -228,7 +228,7 @@ def test_foraging_evolves_by_births_and_deaths_in_mid_life_alone_and_not_in_the_
 ):
     selected = load("evo/births-and-deaths").replace(evolution={"generations": 12})
     eaten = []
-    for experiment in (selected, selected.neutral_twin()):
+    for experiment in (selected, selected.neutral_control()):
         runs = simulate_batch(experiment, 1, range(8))
         eaten.append([float(run["food_eaten"][-4:].mean()) for run in runs])
     assert np.median(eaten[0]) > 15 > 5 > np.median(eaten[1])
