@@ -17,7 +17,7 @@ BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: help reproduce test docs dist nightly faults lint format lock prose oldest newest bench cuda slurm \
+.PHONY: help reproduce test docs dist nightly faults lint format lock prose docstrings oldest newest bench cuda slurm \
   browser firefox wasm clean
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
 	@echo "make lint        check style, docstrings, imports and types"
 	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
+	@echo "make docstrings  check the docstrings of public functions and classes"
 	@echo "make format      format the code"
 	@echo "make bench       compare the speed with alternatives, and write docs/development/benchmarks.md"
 	@echo "make cuda        install the requirements of the GPU backend"
@@ -60,19 +61,19 @@ nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators browser f
 faults: $(VENV)/.dev
 	FAULTS=all $(BIN)/python -m pytest -n logical --dist worksteal tests/faults
 
-# Modules whose public functions have complete docstrings.
-DOCUMENTED = $(shell git ls-files 'baldwinlab/analysis/statistics/*.py')
-
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/numpydoc lint $(DOCUMENTED)
+	$(BIN)/python -m scripts.docstrings analysis/statistics
 	$(BIN)/mypy
 
 # make prose WHERE="docs baldwinlab/engine" checks these folders only.
 prose: $(VENV)/.dev
 	-$(BIN)/python -m scripts.prose $(WHERE)
+
+docstrings: $(VENV)/.dev
+	$(BIN)/python -m scripts.docstrings $(WHERE)
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .

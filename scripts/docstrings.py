@@ -1,6 +1,7 @@
-"""Check docstrings with numpydoc: `python -m scripts.docstrings`.
+"""Check docstrings with numpydoc: `python -m scripts.docstrings [PACKAGE ...]`.
 
-The script checks the packages of `PACKAGES`, and every name of `baldwinlab.__all__`.
+The script checks the given packages or, by default, those of `PACKAGES` and every name of
+`baldwinlab.__all__`.
 The checks are in `[tool.numpydoc_validation]` of pyproject.toml.
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from numpydoc.hooks.validate_docstrings import parse_config, process_file
@@ -19,9 +20,9 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("api", "parts", "analysis/statistics")
 
 
-def source_files() -> list[Path]:
-    """Return the modules of the checked packages."""
-    folders = [ROOT / "baldwinlab" / package for package in PACKAGES]
+def source_files(packages: Sequence[str]) -> list[Path]:
+    """Return the modules of packages."""
+    folders = [ROOT / "baldwinlab" / package for package in packages]
     return [path for folder in folders for path in sorted(folder.rglob("*.py"))]
 
 
@@ -33,11 +34,12 @@ def public_objects() -> Iterator[tuple[Path, str]]:
             yield Path(inspect.getfile(value)), value.__qualname__
 
 
-def main() -> int:
+def main(packages: Sequence[str]) -> int:
     """Print the errors of all docstrings, and return 1 if there are any."""
     config = parse_config(ROOT)
-    errors = [error for path in source_files() for error in process_file(path, config)]
-    for path, name in public_objects():
+    files = source_files(packages or PACKAGES)
+    errors = [error for path in files for error in process_file(path, config)]
+    for path, name in () if packages else public_objects():
         prefix = f"{path.stem}.{name}"
         errors += [
             error
@@ -50,4 +52,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

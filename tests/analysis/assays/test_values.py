@@ -60,7 +60,9 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
     assert read_factors(found["innate"][A]) == Factors(learner=A)
     assert (
-        read_factors(read_assays(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
+        read_factors(
+            read_assays(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]
+        ).map
         == "A"
     )
     assert (
@@ -226,7 +228,10 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
     shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
     study = StudyStore(tmp_path / "own")
     again = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
-    for refused in (lambda: read_assays(study), lambda: open_assay(study.directory, "innate", CONDITION)):
+    for refused in (
+        lambda: read_assays(study),
+        lambda: open_assay(study.directory, "innate", CONDITION),
+    ):
         with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
             refused()
     missing = find_missing_assays(study, ["innate"])
