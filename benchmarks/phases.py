@@ -27,7 +27,7 @@ from baldwinlab.models.miniworld.items import eat_items
 from baldwinlab.models.miniworld.lookup import compute_outputs
 from baldwinlab.models.miniworld.map import move_agents
 from baldwinlab.models.miniworld.senses.sight import (
-    list_sensing_agents,
+    list_near_agents,
     mark_agents_near_regions,
     perceive,
 )
@@ -68,7 +68,7 @@ def _sense(model: Any, state: Any, rounds: int) -> None:
         for first in range(0, state.positions.shape[1], WIDTH):
             mark_agents_near_regions(model, state, simd_block(first))
         for world in range(model.worlds):
-            for number in range(list_sensing_agents(model, state, world, 0, model.agents)):
+            for number in range(list_near_agents(model, state, world, 0, model.agents)):
                 perceive(
                     model, state, world, get(state.near_agents, 0, world * model.agents + number)
                 )

@@ -1,4 +1,4 @@
-"""Models and states, made of an experiment: everything is allocated here, and nothing in compiled code."""
+"""Allocate the model and state of an experiment. Compiled code allocates nothing."""
 
 from __future__ import annotations
 
@@ -31,23 +31,24 @@ from baldwinlab.models.miniworld.state import (
 )
 from baldwinlab.parts.agent_parts import ItemRegion, Part, compiled_values
 
-FOOD_COLOR: Final = "green"  # of `baldwinlab.analysis.figures.palette`
+# Name of a color in `baldwinlab.analysis.figures.palette`.
+FOOD_COLOR: Final = "green"
 
 
 def _block_count(count: int) -> int:
-    """How many SIMD blocks it takes to hold `count` lanes."""
+    """Return the number of SIMD blocks that contain `count` lanes."""
     return -(-count // WIDTH)
 
 
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
-    """Allocate an array that begins on a cache line, so that no bundle straddles two."""
+    """Allocate an array on a cache line, so that no SIMD block spans two lines."""
     array = poison.allocate(shape, np.dtype(declared.dtype))
     array[...] = declared.fill or 0
     return array
 
 
 def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
-    """All regions of items: the world's food, then what features add."""
+    """Return all regions of items: the food of the world, then those of features."""
     food = tuple(
         ItemRegion(kind=FOOD, x=r.x, y=r.y, count=r.count, energy=r.energy, color=FOOD_COLOR)
         for r in experiment.world.food
@@ -58,23 +59,24 @@ def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
 
 
 def item_kinds(experiment: Experiment) -> tuple[str, ...]:
-    """The kinds of items there are, by number; food is the first, whether there is any or not."""
+    """Return the kinds of items by number. The first is food, even without food."""
     return tuple(dict.fromkeys([FOOD, *(region.kind for region in item_regions(experiment))]))
 
 
 def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
-    """For a part's `derived`: the number of a kind of items, -1 where there are none."""
+    """For `derived` of a part: return the number of a kind of items, or -1."""
     return lambda part, experiment: (
         item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
     )
 
 
 def _span(region: ItemRegion) -> tuple[float, float]:
+    """Return the width and height of a region."""
     return region.x[1] - region.x[0], region.y[1] - region.y[0]
 
 
 def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
-    """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
+    """Return the fraction of a region's area that an agent scans."""
     return float(
         scanned_fraction(
             *_span(region),
@@ -86,23 +88,28 @@ def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
 
 
 def _grid_shape(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
-    """Columns and rows of the cells that a region's items are sorted into."""
+    """Return the numbers of columns and rows of the grid of a region."""
     return compute_grid_shape(
         *_span(region), region.count, experiment.senses.visual_radius, experiment.population.size
     )
 
 
 def estimate_scanned_items(experiment: Experiment) -> int:
-    """How many items are looked at in an agent's step, about; one by one (R7), all are sorted anew after each that eats."""
-    one_by_one = experiment.lifetime.update == "sequential"
+    """Return the approximate number of items that an agent scans in a step.
+
+    With the sequential update, all items are sorted again after each agent that eats.
+    """
+    is_sequential = experiment.lifetime.update == "sequential"
     shares = (
         (region, _scanned_fraction(region, experiment)) for region in item_regions(experiment)
     )
-    return sum(math.ceil(region.count * (1 if one_by_one else share)) for region, share in shares)
+    return sum(
+        math.ceil(region.count * (1 if is_sequential else share)) for region, share in shares
+    )
 
 
 def _heading_vectors() -> tuple[Floats, Floats]:
-    """Cosine and sine of every heading; rounded, so that a quarter turn is exactly 0 or 1."""
+    """Return the cosine and sine of each heading. Quarter turns are exact."""
     angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
     cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
     sine = np.array([round(math.sin(angle), 15) + 0.0 for angle in angles], np.float32)
@@ -110,9 +117,12 @@ def _heading_vectors() -> tuple[Floats, Floats]:
 
 
 def make_model(experiment: Experiment, worlds: int) -> Model:
-    world, contact = experiment.world, experiment.contact
+    """Return the constants of a batch of `worlds` worlds."""
+    world = experiment.world
+    contact = experiment.contact
     cosine, sine = _heading_vectors()
-    regions, stride = item_regions(experiment), experiment.part("motor.body").stride
+    regions = item_regions(experiment)
+    stride = experiment.part("motor.body").stride
     boxes = np.array(
         [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32
     ).reshape(-1, 4)
@@ -122,7 +132,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         -1, 2
     )
     images = [count_images(*_span(region), margin, world.width, world.height) for region in regions]
-    looked_for = {sense.item_kind for sense in experiment.parts("senses.kinds")}
+    sensed_kinds = {sense.item_kind for sense in experiment.parts("senses.kinds")}
     return Model(
         worlds=worlds,
         agents=experiment.population.size,
@@ -154,22 +164,23 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         least_near=np.float32(
             0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5
         ),
-        always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
+        always_alert=int(not sensed_kinds.issuperset(region.kind for region in regions)),
     )
 
 
 def count_fixed_weights(experiment: Experiment) -> int:
-    """Weights of the modules beside the action module; where there is none, of that, which then stands for them."""
+    """Return the number of weights of the modules after the action module.
+
+    With a single module, return its number of weights.
+    """
     return max(1, len(experiment.modules) - 1) * experiment.weight_count
 
 
 def array_dimensions(experiment: Experiment) -> dict[str, int]:
-    """How many there are of what arrays are declared with."""
+    """Return the lengths of the named dimensions of arrays."""
     regions = item_regions(experiment)
-    items, cells = (
-        sum(region.count for region in regions),
-        sum(math.prod(_grid_shape(region, experiment)) for region in regions),
-    )
+    items = sum(region.count for region in regions)
+    cells = sum(math.prod(_grid_shape(region, experiment)) for region in regions)
     return {
         "agents": experiment.population.size,
         "modules": len(experiment.modules),
@@ -190,11 +201,9 @@ def array_dimensions(experiment: Experiment) -> dict[str, int]:
 
 
 def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
-    """What gives the shape of a declared array in a batch of so many worlds."""
-    lanes, sizes = (
-        _block_count(worlds * experiment.population.size) * WIDTH,
-        array_dimensions(experiment),
-    )
+    """Return a function from a declared array to its shape in a batch of `worlds` worlds."""
+    lanes = _block_count(worlds * experiment.population.size) * WIDTH
+    sizes = array_dimensions(experiment)
 
     def shape(array: Array) -> tuple[int, ...]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
@@ -209,48 +218,46 @@ def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tu
 
 
 def state_bytes(experiment: Experiment, worlds: int) -> int:
-    """What the arrays of `make_state` take; nothing is allocated."""
-    shape, paths = (
-        _shape_function(experiment, worlds),
-        ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features"),
-    )
+    """Return the size of the arrays of `make_state`, in bytes. Nothing is allocated."""
+    shape = _shape_function(experiment, worlds)
+    paths = ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features")
     holders: list[Mapping[str, Array]] = [
         type(part).arrays for path in paths for part in experiment.parts(path)
     ]
     arrays = [
         array
-        for held in (ARRAYS, choose_lookup(experiment).arrays, *holders)
-        for array in held.values()
+        for declared_arrays in (ARRAYS, choose_lookup(experiment).arrays, *holders)
+        for array in declared_arrays.values()
     ]
     return sum(math.prod(shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
 
 
 def make_state(experiment: Experiment, worlds: int) -> State:
-    """Allocate a state; its content is undefined unless an array declares `fill`."""
+    """Allocate a state. Its content is undefined unless an array declares `fill`."""
     shape = _shape_function(experiment, worlds)
 
     def allocate(array: Array) -> npt.NDArray[Any]:
         return _allocate_array(shape(array), array)
 
-    def made(part: Part) -> Any:
+    def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
 
     lookup = choose_lookup(experiment)
     state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
         lookup=lookup.Compiled(*map(allocate, lookup.arrays.values())),
-        network=made(experiment.part("network.kind")),
-        rule=made(experiment.part("learning.rule")),
-        body=made(experiment.part("motor.body")),
-        senses=tuple(map(made, experiment.parts("senses.kinds"))),
-        features=tuple(map(made, experiment.parts("world.features"))),
+        network=compile_part(experiment.part("network.kind")),
+        rule=compile_part(experiment.part("learning.rule")),
+        body=compile_part(experiment.part("motor.body")),
+        senses=tuple(map(compile_part, experiment.parts("senses.kinds"))),
+        features=tuple(map(compile_part, experiment.parts("world.features"))),
     )
     poison_state(state, worlds * experiment.population.size)
     return state
 
 
 def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
-    """Every array of a state, its parts' too, always in the same order."""
+    """Yield every array of a state and its parts, always in the same order."""
     for entry in state:
         if isinstance(entry, np.ndarray):
             yield entry
@@ -259,7 +266,10 @@ def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
 
 
 def poison_state(state: State, agents: int) -> None:
-    """Poison the arrays that a lifetime must write before it reads them, but no lanes past the last of all `agents`."""
+    """Poison the arrays that a lifetime must write before it reads them.
+
+    The lanes after the last of `agents` agents are not poisoned.
+    """
     if poison.is_on():
         lanes = slice(agents)
         filled = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
@@ -270,30 +280,34 @@ def poison_state(state: State, agents: int) -> None:
 
 
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
-    """Return the state and its parts, each with the arrays that it declares, by the prefix of their names."""
+    """Return the state and its parts with their declared arrays, by name prefix."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
     for name in ("lookup", "network", "rule", "body", "senses", "features"):
         part = getattr(state, name)
-        for number, each in enumerate(part if name in ("senses", "features") else [part]):
-            holders[f"{name}[{number}]."] = each, type(each).part.arrays
+        for number, member in enumerate(part if name in ("senses", "features") else [part]):
+            holders[f"{name}[{number}]."] = member, type(member).part.arrays
     return holders
 
 
 def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
-    """A copy of every array, by name, of so many worlds with so many agents in each, without what fills up a batch."""
+    """Return copies of all arrays by name, for the first worlds of a batch.
+
+    Padding worlds and lanes are left out.
+    """
     lanes = slice(worlds * agents)
-    kept = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
+    selection = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
     return {
-        f"{of}{name}": getattr(holder, name)[kept[array.owner]].copy()
-        for of, (holder, arrays) in array_holders(state).items()
+        f"{prefix}{name}": getattr(holder, name)[selection[array.owner]].copy()
+        for prefix, (holder, arrays) in array_holders(state).items()
         for name, array in arrays.items()
     }
 
 
 def list_hooks(state: State) -> tuple[Any, ...]:
-    """The types of a state's parts, and their hooks: what is compiled in beside the step itself."""
+    """Return the types of the parts of a state, and their hooks, which the step compiles."""
     parts = [state.lookup, state.network, state.rule, state.body, *state.senses, *state.features]
-    parts += [
-        value for part in parts for value in part if hasattr(type(value), "part")
-    ]  # those that parts call in turn
-    return tuple(each for part in parts for each in (type(part), *hook_functions(type(part).part)))
+    # Parts that other parts call.
+    parts += [value for part in parts for value in part if hasattr(type(value), "part")]
+    return tuple(
+        value for part in parts for value in (type(part), *hook_functions(type(part).part))
+    )

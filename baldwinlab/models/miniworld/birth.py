@@ -53,7 +53,7 @@ def init_agent_state(model: Model, state: State, world: int, agent: int) -> None
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_in_life[region, lane] = 0
         state.eaten_before[region, lane] = 0
-    state.born[world, agent] = 0
+    state.birth_count[world, agent] = 0
     state.origin[world, agent, 0] = agent
     state.origin[world, agent, 1] = agent
 
@@ -95,7 +95,7 @@ def replace_agent(model: Model, state: State, world: int, agent: int, number: in
     reset_senses(state, lane)
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
-    state.born[world, agent] += 1
+    state.birth_count[world, agent] += 1
     load_genes(state.rule, model, state, state.genes, lane)
     place_newborn(model, state, world, agent, model.agents + number)
     init_agent(state.rule, model, state, world, agent)

@@ -44,7 +44,7 @@ def collect_results(
         runs = slice(len(genomes))
         final_population = FinalPopulation(state.genome[runs].copy(), state.origin[runs].copy())
         genomes = final_population.genome
-        births = {"born": state.born[runs].copy()}
+        births = {"born": state.birth_count[runs].copy()}
     energies = np.array([region.energy for region in regions] or [0.0], np.float64)
     learned = batch.weights() if experiment.learns else None
     learned_by_run = [None] * len(genomes) if learned is None else learned

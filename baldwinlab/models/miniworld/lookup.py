@@ -1,8 +1,10 @@
-"""What follows from the inputs alone: looked up, while there are few inputs, all binary, and the network has no memory.
+"""Lookup tables of network outputs, for fits_table binary inputs and networks without memory.
 
-A module of the genome that does not change in life is a table of answers, one for each combination of inputs, made at birth: the
-reinforcement module, and the action module of agents that do not learn. Where a table would be too large, or the network has
-a memory, the module is asked in every step. Which of these holds is a type, so the step is compiled for it.
+A module whose weights do not change during life has a table of outputs, tuple_type at birth.
+The table has an entry for each combination of inputs.
+Such modules are the reinforcement module, and the action module of agents that do not learn.
+If a table would be too large, or the network has a memory, the module is evaluated in every step.
+The type of the lookup selects the method, and the step is compiled for it.
 """
 
 from __future__ import annotations
@@ -17,27 +19,28 @@ from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import forward
 
-MAX_TABLE_INPUTS: Final = 6  # a table of 64 answers
+# At most 64 entries in a table.
+MAX_TABLE_INPUTS: Final = 6
 
 
 @hook
 def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
-    """At birth: what the module answers whose weights are the first of `fixed` [weight, lane]."""
+    """At birth: store the outputs for the first weights of `fixed` [weight, lane]."""
 
 
 @hook
 def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
-    """When an agent has looked: look up what follows from its inputs."""
+    """After sensing: look up the outputs for the inputs of an agent."""
 
 
 @hook
 def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
-    """In every step: the action module's outputs."""
+    """In every step: compute the outputs of the action module."""
     forward(state.network, state.weights, state.activations, lane)
 
 
 class DirectEvaluation:
-    """Nothing is looked up, and there is no reinforcement module."""
+    """Evaluate the action module in every step. There is no reinforcement module."""
 
     arrays: ClassVar[dict[str, Array]] = {}
     Compiled: ClassVar[Any]
@@ -47,7 +50,10 @@ class DirectEvaluation:
 
 
 class _LookupTable(DirectEvaluation):
-    arrays: ClassVar[dict[str, Array]] = {"answers": per_lane("answers")}  # code * actions + action
+    """Store the outputs for all combinations of inputs."""
+
+    # Column: code * actions + action.
+    arrays: ClassVar[dict[str, Array]] = {"answers": per_lane("answers")}
 
     @staticmethod
     def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
@@ -57,18 +63,18 @@ class _LookupTable(DirectEvaluation):
             for k in range(model.inputs):
                 put(state.activations, k, lane, np.float32((code >> k) & 1))
             forward(state.network, fixed, state.activations, lane)
-            for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
+            for column in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
                 for k in range(actions):
                     put(
                         part.answers,
-                        one,
+                        column,
                         code * actions + k,
-                        get(state.activations, outputs + k, one),
+                        get(state.activations, outputs + k, column),
                     )
 
 
 class TeacherTable(_LookupTable):
-    """The reinforcement module's answers are the targets."""
+    """Look up the outputs of the reinforcement module, which are the targets."""
 
     @staticmethod
     def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
@@ -83,7 +89,7 @@ class TeacherTable(_LookupTable):
 
 
 class ActionTable(_LookupTable):
-    """The action module's own answers: of an agent that does not learn, so that it need not think."""
+    """Look up the outputs of the action module of an agent that does not learn."""
 
     @staticmethod
     def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
@@ -99,11 +105,11 @@ class ActionTable(_LookupTable):
 
     @staticmethod
     def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
-        """It has been looked up."""
+        """Do nothing, as `look_up_outputs` has set the outputs."""
 
 
 class DirectTeacher(DirectEvaluation):
-    """The reinforcement module is asked in every step, and may have a memory of its own."""
+    """Evaluate the reinforcement module in every step. It can have its own memory."""
 
     arrays: ClassVar[dict[str, Array]] = {
         "weights": per_agent("weights"),
@@ -134,23 +140,25 @@ class DirectTeacher(DirectEvaluation):
 
 
 def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
-    """What is looked up in an experiment's lives."""
-    few = (
+    """Return the type of lookup that an experiment uses."""
+    fits_table = (
         len(experiment.inputs) <= MAX_TABLE_INPUTS
         and not experiment.real_valued
         and experiment.part("network.kind").is_memoryless
     )
-    taught = "reinforcement" in experiment.modules
-    if taught:
-        return TeacherTable if few else DirectTeacher
-    return ActionTable if few and not experiment.learns else DirectEvaluation
+    has_teacher = "reinforcement" in experiment.modules
+    if has_teacher:
+        return TeacherTable if fits_table else DirectTeacher
+    return ActionTable if fits_table and not experiment.learns else DirectEvaluation
 
 
 def _make_tuple_type(kind: type[DirectEvaluation]) -> Any:
-    made: Any = namedtuple("Compiled", list(kind.arrays))  # type: ignore[misc]
-    made.__module__, made.__qualname__ = __name__, f"{kind.__name__}.Compiled"
-    setattr(made, "part", kind)  # noqa: B010
-    return made
+    """Return the NamedTuple type of a lookup, for Numba."""
+    tuple_type: Any = namedtuple("Compiled", list(kind.arrays))  # type: ignore[misc]
+    tuple_type.__module__ = __name__
+    tuple_type.__qualname__ = f"{kind.__name__}.Compiled"
+    setattr(tuple_type, "part", kind)  # noqa: B010
+    return tuple_type
 
 
 for _kind in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):

@@ -1,4 +1,4 @@
-"""Data that compiled hooks work on: `Model`, which is constant in a lifetime, and `State`, which changes.
+"""Data of compiled hooks: `Model`, which is constant in a lifetime, and `State`, which changes.
 
 A batch simulates several worlds of the same experiment and generation at the same time.
 
@@ -8,7 +8,7 @@ Conventions:
   The lane of an agent is `world * model.agents + agent`.
 - The number of lanes is a multiple of the width of a SIMD block.
   The lanes after the last agent are computed, and their results are not used.
-- x grows to the right and y grows downwards. Positions lie in [0, width) and [0, height).
+- x grows to the right and y grows downwards. Positions are in [0, width) and [0, height).
 - A heading is a whole number of turns of 9 degrees, clockwise from +x, in [0, 40).
 - The map is a torus: opposite edges are connected.
 - The position `NOWHERE` (1e9) is out of reach of all sensors and agents.
@@ -80,7 +80,8 @@ class Model(NamedTuple):
     alert_radius : float32
         Distance beyond which an agent cannot touch an item after its next move.
     open_boundaries : bool
-        Whether an item at exactly 15 or 345 degrees is in no sector. Otherwise it is in the front sector.
+        Whether an item at exactly 15 or 345 degrees is in no sector. Otherwise it is in the front
+        sector.
     square_contact : bool
         Whether contact is tested in a square instead of a circle.
     reach : float32
@@ -96,7 +97,8 @@ class Model(NamedTuple):
     evolved_rate : bool
         Whether a gene changes the learning rate.
     least_near : float32
-        1/2 if a sense depends on more than items, so that it is evaluated in every step. Otherwise 0.
+        1/2 if a sense depends on more than items, so that it is evaluated in every step.
+        Otherwise 0.
     always_alert : int
         1 if there are items that no sense looks for. Otherwise 0.
     """
@@ -149,7 +151,7 @@ class State(NamedTuple):
         Set at birth, before `load_genes`.
     origin
         The two agents of the start of the lifetime from which an agent descends, the fitter first.
-    born
+    birth_count
         Number of births in the place of an agent since the start of the lifetime. 0 at the start.
     eaten_before
         Items eaten by the earlier agents of the same place. 0 at the start.
@@ -185,7 +187,8 @@ class State(NamedTuple):
     slot_item
         Number of the item in a slot.
     cell_slots
-        First slot of each grid cell. The entry after the last cell of a region is the next free slot.
+        First slot of each grid cell.
+        The entry after the last cell of a region is the next free slot.
     cell_next
         Scratch. The next slot to fill of each cell.
     item_cell
@@ -222,7 +225,7 @@ class State(NamedTuple):
     genome: Floats
     genes: Floats
     origin: Integers
-    born: Integers
+    birth_count: Integers
     eaten_before: Integers
     positions: Floats
     image_x: Floats
@@ -266,7 +269,7 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "genome": per_world("agents", "modules", "genome length"),
     "genes": per_agent("fixed weights"),
     "origin": per_world("agents", 2, dtype="int32"),
-    "born": per_world("agents", dtype="int32"),
+    "birth_count": per_world("agents", dtype="int32"),
     "eaten_before": per_agent("regions", dtype="int32"),
     "positions": per_agent(2),
     "image_x": per_agent("regions"),

@@ -22,7 +22,7 @@ from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
 from baldwinlab.models.miniworld.lookup import compute_outputs
 from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise, move_agents
 from baldwinlab.models.miniworld.senses.sight import (
-    list_sensing_agents,
+    list_near_agents,
     mark_agents_near_regions,
     perceive,
 )
@@ -77,7 +77,7 @@ def sense_environment(agents: Any, model: Model, state: State, step: int) -> Non
     prepare_senses_per_world(agents, model, state, step)
     for world in range(agents.first_world, agents.last_world):
         for number in range(
-            list_sensing_agents(model, state, world, agents.first_agent, agents.last_agent)
+            list_near_agents(model, state, world, agents.first_agent, agents.last_agent)
         ):
             perceive(
                 model,

@@ -1,8 +1,10 @@
-"""Binary senses in addition to the sight of food: patches, other agents, the last action, touch and the heading.
+"""Binary senses in addition to the sight of food: patches, agents, last action, touch, heading.
 
-Sources of the ideas; the readings here are ours. What an agent did a step ago as an input: S. Nolfi, J. L. Elman and D. Parisi,
-"Learning and evolution in neural networks", Adaptive Behavior 3 (1994), whose networks are told their last motor action. Bumpers
-and compasses: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
+The implementation of the ideas is our interpretation. Sources:
+
+- Last action: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
+  Adaptive Behavior 3 (1994). Their networks get the last motor action as an input.
+- Bumpers and compasses: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
 """
 
 from __future__ import annotations
@@ -48,9 +50,8 @@ class Neighbours(Sense, name="neighbours"):
 
     inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
     sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
-    arrays: ClassVar[Mapping[str, Array]] = {
-        "positions": per_world(2, "agents")
-    }  # x and y of each, for all to see
+    # x and y of all agents of a world.
+    arrays: ClassVar[Mapping[str, Array]] = {"positions": per_world(2, "agents")}
 
     @staticmethod
     def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
@@ -62,16 +63,15 @@ class Neighbours(Sense, name="neighbours"):
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        lane, bits = world * model.agents + agent, 0
-        x, y, heading = (
-            state.positions[0, lane],
-            state.positions[1, lane],
-            int(state.heading[0, lane]),
-        )
-        for other in range(model.agents):
-            if other != agent:
-                dx = shortest_difference(part.positions[world, 0, other] - x, model.width)
-                dy = shortest_difference(part.positions[world, 1, other] - y, model.height)
+        lane = world * model.agents + agent
+        bits = 0
+        x = state.positions[0, lane]
+        y = state.positions[1, lane]
+        heading = int(state.heading[0, lane])
+        for neighbor in range(model.agents):
+            if neighbor != agent:
+                dx = shortest_difference(part.positions[world, 0, neighbor] - x, model.width)
+                dy = shortest_difference(part.positions[world, 1, neighbor] - y, model.height)
                 left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
                 bits |= pack_sectors(left, front, right)
         return bits
@@ -92,23 +92,25 @@ class LastAction(Sense, name="last-action"):
     sectors: ClassVar[Sectors] = (None, None, None)
 
     def check(self, experiment: Any) -> None:
-        """How many inputs a sense has cannot depend on the body."""
+        """Raise ValueError if the body has more actions than the sense has inputs."""
         if len(experiment.actions) > len(self.inputs):
             raise ValueError(
-                f"senses.kinds: 'last-action' tells of {len(self.inputs)} actions, and there are {len(experiment.actions)} of "
+                f"senses.kinds: 'last-action' has {len(self.inputs)} inputs, but there are "
+                f"{len(experiment.actions)} actions of "
                 f"motor.body = {experiment.motor.body!r}"
             )
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         lane = world * model.agents + agent
-        if state.code[0, lane] < 0:  # its first look
+        # The agent has not sensed before.
+        if state.code[0, lane] < 0:
             return 0
         return 1 << int(state.action[0, lane])
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        """`agent.own` is empty at birth, and what is put there stays."""
+        """Use `agent.own`, which is empty at birth and persists during life."""
         newborn = not agent.own
         agent.own["alive"] = True
         return [not newborn and agent.action == action for action in range(3)]
@@ -119,17 +121,21 @@ class Touch(Sense, name="touch"):
 
     inputs: ClassVar[tuple[str, ...]] = ("stopped",)
     sectors: ClassVar[Sectors] = (None,)
-    arrays: ClassVar[Mapping[str, Array]] = {
-        "place": per_agent(2)
-    }  # where it was when it last sensed
+    # Position when the agent last sensed.
+    arrays: ClassVar[Mapping[str, Array]] = {"last_position": per_agent(2)}
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         lane = world * model.agents + agent
-        x, y = state.positions[0, lane], state.positions[1, lane]
-        stayed = state.code[0, lane] >= 0 and x == part.place[0, lane] and y == part.place[1, lane]
-        part.place[0, lane] = x
-        part.place[1, lane] = y
+        x = state.positions[0, lane]
+        y = state.positions[1, lane]
+        stayed = (
+            state.code[0, lane] >= 0
+            and x == part.last_position[0, lane]
+            and y == part.last_position[1, lane]
+        )
+        part.last_position[0, lane] = x
+        part.last_position[1, lane] = y
         return 1 if stayed else 0
 
     @staticmethod
@@ -150,11 +156,11 @@ class Compass(Sense, name="compass"):
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        """A quarter begins 45 degrees before its middle, and ends short of 45 degrees behind it."""
+        """Return the quarter of the heading. It starts 45 degrees before its middle."""
         turned = int(state.heading[0, world * model.agents + agent]) + QUARTER // 2
         return 1 << (turned // QUARTER % 4)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         quarter = int((agent.heading + 45) % 360 // 90)
-        return [quarter == each for each in range(4)]
+        return [quarter == number for number in range(4)]

@@ -1,13 +1,17 @@
-"""Real-valued senses: the nearest food, food along rays, its smell at two nostrils, and one's own energy.
+"""Real-valued senses: the nearest item, items along rays, their smell, and the agent's energy.
 
-What they tell of food, they tell of another kind of items where their field `of` says so.
+The senses of items sense food, or the kind that their field `target_kind` names.
 
-Each input is a float32 in [0, 1]. What is seen, or smelled, lies within `senses.visual_radius`; walls hide it from sight, but
-not its smell. A network's answers to such inputs are not looked up but calculated in every step.
+Each input is a float32 in [0, 1]. Sensed items are within `senses.visual_radius`.
+Walls block sight but not smell.
+The network computes its outputs in every step, because real-valued inputs cannot be looked up.
 
-Sources: the nearest food by angle and distance, S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
-Adaptive Behavior 3 (1994); rays and a sense of one's energy, S. Nolfi and D. Floreano, Evolutionary Robotics (2000); a smell
-at two places of the body, V. Braitenberg, Vehicles (1984). Their shapes here are readings of ours.
+The implementation of the ideas is our interpretation. Sources:
+
+- Angle and distance of the nearest food: S. Nolfi, J. L. Elman and D. Parisi, "Learning and
+  evolution in neural networks", Adaptive Behavior 3 (1994).
+- Rays and energy: S. Nolfi and D. Floreano, Evolutionary Robotics (2000).
+- Smell at two points of the body: V. Braitenberg, Vehicles (1984).
 """
 
 from __future__ import annotations
@@ -43,9 +47,12 @@ from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, Model, State
 from baldwinlab.parts.agent_parts import Sense
 
-ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+ZERO = np.float32(0)
+HALF = np.float32(0.5)
+ONE = np.float32(1)
 FAR = np.float32(np.inf)
-RAYS, HEADINGS_PER_RAY = 5, 3  # headings from one ray to the next, of 9 degrees each
+# Number of rays, and the headings (of 9 degrees) between two rays.
+RAYS, HEADINGS_PER_RAY = 5, 3
 DEGREES = tuple((ray - RAYS // 2) * HEADINGS_PER_RAY * 360 // HEADING_COUNT for ray in range(RAYS))
 
 
@@ -60,12 +67,13 @@ def record_item(
     dx: np.float32,
     dy: np.float32,
 ) -> None:
-    """Per agent, at (x, y): take account of an item that is (dx, dy) away, within `model.visual_radius`."""
+    """Per agent, at (x, y): record an item (dx, dy) away, within `model.visual_radius`."""
 
 
 @compiled
 def _squared_distance(state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Value:
-    dx, dy = get(state.slot_x, world, slot) - x, get(state.slot_y, world, slot) - y
+    dx = get(state.slot_x, world, slot) - x
+    dy = get(state.slot_y, world, slot) - y
     return dx * dx + dy * dy
 
 
@@ -80,7 +88,7 @@ def _record_region_items(
     x: np.float32,
     y: np.float32,
 ) -> None:
-    """`notice` each item of a region that is near enough, one after another in the order of their slots."""
+    """Call `record_item` for each item of a region in range, in the order of slots."""
     farthest = model.visual_radius * model.visual_radius
     columns = find_cells_within(model, region, 0, x, model.visual_radius)
     first_row, last_row = find_cells_within(model, region, 1, y, model.visual_radius)
@@ -90,13 +98,14 @@ def _record_region_items(
             if any_of(_squared_distance(state, world, simd_block(first), x, y) <= farthest):
                 for slot in range(first, min(first + lanes_in_block(), end)):
                     if _squared_distance(state, world, slot, x, y) <= farthest:
-                        dx, dy = state.slot_x[world, slot] - x, state.slot_y[world, slot] - y
+                        dx = state.slot_x[world, slot] - x
+                        dy = state.slot_y[world, slot] - y
                         record_item(part, model, state, lane, x, y, dx, dy)
 
 
 @compiled
 def record_items(part: Any, model: Model, state: State, world: int, agent: int) -> None:
-    """Per agent: `notice` all items of the part's kind that are near enough."""
+    """Per agent: call `record_item` for all items in range of the kind of the part."""
     lane = world * model.agents + agent
     for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
         if model.region_kind[region] == part.number:
@@ -108,7 +117,7 @@ def record_items(part: Any, model: Model, state: State, world: int, agent: int) 
 
 
 class _ItemSense(Sense):
-    """What senses of items share: the kind that they tell of."""
+    """Base of the senses of items."""
 
     target_kind: str = Field(FOOD, description="Kind of the sensed items.")
     only_items: ClassVar[bool] = True
@@ -139,9 +148,8 @@ class Nearest(_ItemSense, name="nearest"):
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
     sectors: ClassVar[tuple[None, ...]] = (None, None)
-    arrays: ClassVar[Mapping[str, Array]] = {
-        "nearest": per_agent(3)
-    }  # the way to it, squared, and in x and y
+    # Squared distance, and its components in x and y.
+    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(3)}
 
     @staticmethod
     def record_item(
@@ -165,9 +173,12 @@ class Nearest(_ItemSense, name="nearest"):
         lane = world * model.agents + agent
         part.nearest[0, lane] = FAR
         record_items(part, model, state, world, agent)
-        heading, angle, distance = int(state.heading[0, lane]), ZERO, ONE
+        heading = int(state.heading[0, lane])
+        angle = ZERO
+        distance = ONE
         if part.nearest[0, lane] < FAR:
-            dx, dy = part.nearest[1, lane], part.nearest[2, lane]
+            dx = part.nearest[1, lane]
+            dy = part.nearest[2, lane]
             u = dx * model.cosine[heading] + dy * model.sine[heading]
             v = dy * model.cosine[heading] - dx * model.sine[heading]
             angle = share_of_turn(u, v)
@@ -211,7 +222,7 @@ class Smell(_ItemSense, name="smell"):
         5.0,
         gt=0,
         le=100_000,
-        description="Distance of each nostril from the center, in units of length.",
+        description="Distance of degrees nostril from the center, in units of length.",
     )
     inputs: ClassVar[tuple[str, ...]] = ("smell left", "smell right")
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
@@ -246,10 +257,10 @@ class Smell(_ItemSense, name="smell"):
         u = dx * model.cosine[heading] + dy * model.sine[heading]
         v = dy * model.cosine[heading] - dx * model.sine[heading]
         for side in range(2):
-            aside = v - part.nostril_distance if side == 1 else v + part.nostril_distance
-            left = ONE - (u * u + aside * aside) / (part.reach * part.reach)
-            if left > ZERO:
-                part.strength[side, lane] += left * left
+            across = v - part.nostril_distance if side == 1 else v + part.nostril_distance
+            closeness = ONE - (u * u + across * across) / (part.reach * part.reach)
+            if closeness > ZERO:
+                part.strength[side, lane] += closeness * closeness
 
     @staticmethod
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
@@ -302,7 +313,8 @@ class Energy(Sense, name="energy"):
 
     @staticmethod
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
-        lane, gained = world * model.agents + agent, ZERO
+        lane = world * model.agents + agent
+        gained = ZERO
         for region in range(part.energies.size):
             gained += part.energies[region] * np.float32(
                 state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
@@ -317,7 +329,7 @@ class Energy(Sense, name="energy"):
 
 
 class Rays(_ItemSense, name="rays"):
-    """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
+    """Five real-valued inputs: the first item on degrees of five rays, 27 degrees apart.
 
     An input is 1 - distance / `senses.visual_radius`, and 0 if the ray meets no item.
     All rays meet an item that contains the agent.
@@ -335,7 +347,7 @@ class Rays(_ItemSense, name="rays"):
         for degrees in DEGREES
     )
     sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(
-        ((each - 2) % 360, (each + 2) % 360) for each in DEGREES
+        ((degrees - 2) % 360, (degrees + 2) % 360) for degrees in DEGREES
     )
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(RAYS)}  # squared distances
 
@@ -350,25 +362,27 @@ class Rays(_ItemSense, name="rays"):
         dx: np.float32,
         dy: np.float32,
     ) -> None:
-        squared, wide = dx * dx + dy * dy, part.item_radius * part.item_radius
+        squared = dx * dx + dy * dy
+        squared_radius = part.item_radius * part.item_radius
         for ray in range(
             RAYS if select_visible(state.features, model, x, y, dx, dy, squared < FAR) else 0
         ):
-            towards = (
+            direction = (
                 int(state.heading[0, lane]) + HEADING_COUNT + (ray - RAYS // 2) * HEADINGS_PER_RAY
             ) % HEADING_COUNT
-            u = dx * model.cosine[towards] + dy * model.sine[towards]
-            v = dy * model.cosine[towards] - dx * model.sine[towards]
+            u = dx * model.cosine[direction] + dy * model.sine[direction]
+            v = dy * model.cosine[direction] - dx * model.sine[direction]
             if (
                 abs(v) <= part.item_radius
-                and (u >= ZERO or squared <= wide)
+                and (u >= ZERO or squared <= squared_radius)
                 and squared < part.nearest[ray, lane]
             ):
                 part.nearest[ray, lane] = squared
 
     @staticmethod
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
-        lane, farthest = world * model.agents + agent, model.visual_radius * model.visual_radius
+        lane = world * model.agents + agent
+        farthest = model.visual_radius * model.visual_radius
         for ray in range(RAYS):
             part.nearest[ray, lane] = farthest
         record_items(part, model, state, world, agent)
@@ -379,16 +393,16 @@ class Rays(_ItemSense, name="rays"):
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         def closeness(ray: float) -> float:
-            met = []
+            distances = []
             for item in (item for item in items if item.kind == naive.kinds[part.number]):
-                way, aside = (
-                    naive.distance(agent, item),
-                    math.radians(naive.bearing(agent, item) - ray),
-                )
-                if abs(way * math.sin(aside)) <= part.item_radius and (
-                    math.cos(aside) >= 0 or way <= part.item_radius
+                distance = naive.distance(agent, item)
+                angle = math.radians(naive.bearing(agent, item) - ray)
+                if abs(distance * math.sin(angle)) <= part.item_radius and (
+                    math.cos(angle) >= 0 or distance <= part.item_radius
                 ):
-                    met.append(way)
-            return max(0.0, 1 - float(min(met, default=math.inf)) / float(naive.visual_radius))
+                    distances.append(distance)
+            return max(
+                0.0, 1 - float(min(distances, default=math.inf)) / float(naive.visual_radius)
+            )
 
-        return [closeness(each) for each in DEGREES]
+        return [closeness(degrees) for degrees in DEGREES]

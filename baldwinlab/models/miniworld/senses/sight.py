@@ -1,9 +1,11 @@
-"""What an agent sees of items of a kind: three binary sensors, left, front and right.
+"""Sight of items of a kind: three binary sensors, left, front and right.
 
-With u and v an item's coordinates along and across the heading (v to the right, as y points down), its bearing theta is in
-front when |v| <= u tan 15, and at a side when u tan 15 < |v| < u: no angle is ever computed.
+u and v are the coordinates of an item along and across the heading. v is positive to the right.
+An item is in front if |v| <= u tan 15, and at a side if u tan 15 < |v| < u.
+So no angle is computed.
 
-Source: the paper, "The Simulated World of Foods and Agents", on theta; docs/explanation/model.md for the boundaries (R8).
+Source: the paper, "The Simulated World of Foods and Agents", on theta.
+`docs/explanation/model.md` describes the boundaries of the sectors (R8).
 """
 
 from __future__ import annotations
@@ -40,27 +42,30 @@ from baldwinlab.models.miniworld.map import combine_masks, shortest_difference
 from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.parts.agent_parts import Sense, blocks_sight, measure, sense
 
-ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+ZERO = np.float32(0)
+HALF = np.float32(0.5)
+ONE = np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
 
-Hits = tuple[
-    Mask, Mask, Mask, Mask
-]  # where items are at the left, in front, at the right, and near enough to be touched soon
+# Where items are in the left, front and right sector, and near enough to be touched soon.
+Hits = tuple[Mask, Mask, Mask, Mask]
 
 
 @compiled
 def _exclude_hidden(
-    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask
+    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, in_range: Mask
 ) -> Mask:
-    return seen & negated(is_hidden(features, model, x, y, dx, dy))
+    """Return the lanes in range that no feature hides."""
+    return in_range & negated(is_hidden(features, model, x, y, dx, dy))
 
 
 @compiled
 def _exclude_nothing(
-    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask
+    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, in_range: Mask
 ) -> Mask:
-    return seen
+    """Return the lanes in range, if no feature blocks sight."""
+    return in_range
 
 
 is_hidden = for_each(blocks_sight, False, combine_masks)
@@ -69,24 +74,25 @@ select_visible = select_by_type(_exclude_hidden, _exclude_nothing)
 
 @compiled
 def mark_agents_near_regions(model: Model, state: State, lane: Lane) -> None:
-    """Mark the agents that are near any region, for the others sense no items: most often so, and quickly told.
+    """Set `near` of the agents near any region. The others sense no items.
 
-    Who was near in the last step is asked by its senses once more, so that it forgets what it saw.
+    An agent that was near in the last step senses once more, which clears its inputs.
     """
     put(state.near, 0, lane, choose(get(state.near, 0, lane) > HALF, HALF, model.least_near))
-    reach = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
+    # The margin covers rounding.
+    reach = max(model.visual_radius, model.alert_radius) + ONE
     for region in range(model.regions.shape[0]):
         half_width, half_height = model.regions[region, 1] * HALF, model.regions[region, 3] * HALF
-        centre_x, centre_y = (
+        center_x, center_y = (
             model.regions[region, 0] + half_width,
             model.regions[region, 2] + half_height,
         )
         x, y = get(state.positions, 0, lane), get(state.positions, 1, lane)
-        put(state.image_x, region, lane, nearest_image(x, centre_x, model.width))
-        put(state.image_y, region, lane, nearest_image(y, centre_y, model.height))
+        put(state.image_x, region, lane, nearest_image(x, center_x, model.width))
+        put(state.image_y, region, lane, nearest_image(y, center_y, model.height))
         dx, dy = (
-            shortest_difference(x - centre_x, model.width),
-            shortest_difference(y - centre_y, model.height),
+            shortest_difference(x - center_x, model.width),
+            shortest_difference(y - center_y, model.height),
         )
         near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
         put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
@@ -96,34 +102,38 @@ def mark_agents_near_regions(model: Model, state: State, lane: Lane) -> None:
 def test_sectors(
     model: Model, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value, heading: int
 ) -> tuple[Mask, Mask, Mask]:
-    """Where left, front and right see from (x, y) what is (dx, dy) away."""
+    """Return where an item (dx, dy) away from (x, y) is in the left, front and right sector."""
     u = dx * model.cosine[heading] + dy * model.sine[heading]
     v = dy * model.cosine[heading] - dx * model.sine[heading]
     edge = u * TAN_15
-    aside = abs(v)
-    in_sight = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
-    seen = select_visible(state.features, model, x, y, dx, dy, in_sight)
-    front = seen & ((aside < edge) if model.open_boundaries else (aside <= edge))
-    side = seen & (aside > edge) & (aside < u)
+    across = abs(v)
+    in_range = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
+    visible = select_visible(state.features, model, x, y, dx, dy, in_range)
+    front = visible & ((across < edge) if model.open_boundaries else (across <= edge))
+    side = visible & (across > edge) & (across < u)
     return side & (v < ZERO), front, side & (v > ZERO)
 
 
 @compiled
 def pack_sectors(left: Mask, front: Mask, right: Mask) -> int:
-    """Which of left, front and right see anything."""
+    """Return one bit for each sector: whether it contains an item."""
     return LEFT * int(any_of(left)) | FRONT * int(any_of(front)) | RIGHT * int(any_of(right))
 
 
 @compiled
-def _merge_hits(one: Hits, other: Hits) -> Hits:
-    """What is spotted in any of two SIMD blocks."""
-    return one[0] | other[0], one[1] | other[1], one[2] | other[2], one[3] | other[3]
+def _merge_hits(first: Hits, second: Hits) -> Hits:
+    """Return the union of the hits of two SIMD blocks."""
+    left = first[0] | second[0]
+    front = first[1] | second[1]
+    right = first[2] | second[2]
+    near = first[3] | second[3]
+    return left, front, right, near
 
 
 @compiled
-def _pack_hits(spotted: Hits) -> int:
-    """What an agent gets to know, as bits."""
-    left, front, right, near = spotted
+def _pack_hits(hits: Hits) -> int:
+    """Return the sectors with items, and whether an item is near, as bits."""
+    left, front, right, near = hits
     return pack_sectors(left, front, right) | ALERT * int(any_of(near))
 
 
@@ -131,7 +141,7 @@ def _pack_hits(spotted: Hits) -> int:
 def _test_items(
     model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int
 ) -> Hits:
-    """Which items in these slots are seen at the left, in front and at the right, and which may be touched soon."""
+    """Return where the items in `slot` are in a sector, or near enough to be touched soon."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
     near = dx * dx + dy * dy <= model.alert_radius * model.alert_radius
@@ -149,37 +159,44 @@ def _test_slots(
     y: np.float32,
     heading: int,
 ) -> Hits:
-    """As `_test_items`, from the first of `slots`, without the second; but a bundle at least: what is found beyond is there as well."""
+    """Test the items of a range of slots, at least one SIMD block.
+
+    Items after the end of the range are tested as well, which is harmless.
+    """
     begin, end = slots
-    spotted = _test_items(model, state, world, simd_block(begin), x, y, heading)
+    hits = _test_items(model, state, world, simd_block(begin), x, y, heading)
     for first in range(begin + lanes_in_block(), end, lanes_in_block()):
-        spotted = _merge_hits(
-            spotted, _test_items(model, state, world, simd_block(first), x, y, heading)
-        )
-    return spotted
+        hits = _merge_hits(hits, _test_items(model, state, world, simd_block(first), x, y, heading))
+    return hits
 
 
 @compiled
 def _scan_cells(
     model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int
 ) -> int:
-    """What an agent at (x, y) gets to know of a region, as bits: told once, for that takes as long as a bundle."""
+    """Return what an agent at (x, y) senses of a region, as bits.
+
+    The bits are packed once, as packing takes as long as the test of a SIMD block.
+    """
     farthest = max(model.visual_radius, model.alert_radius)
     columns = find_cells_within(model, region, 0, x, farthest)
     first_row, last_row = find_cells_within(model, region, 1, y, farthest)
     if columns[0] == columns[1] or first_row == last_row:
         return 0
     slots = find_slots_in_row(model, state, world, region, first_row, columns)
-    spotted = _test_slots(model, state, world, slots, x, y, heading)
+    hits = _test_slots(model, state, world, slots, x, y, heading)
     for row in range(first_row + 1, last_row):
         slots = find_slots_in_row(model, state, world, region, row, columns)
-        spotted = _merge_hits(spotted, _test_slots(model, state, world, slots, x, y, heading))
-    return _pack_hits(spotted)
+        hits = _merge_hits(hits, _test_slots(model, state, world, slots, x, y, heading))
+    return _pack_hits(hits)
 
 
 @compiled
 def _scan_region(model: Model, state: State, world: int, region: int, lane: int) -> int:
-    """What an agent gets to know of a region, as bits: from beside it, where it is reached from one image alone, as most are."""
+    """Return what an agent senses of a region, as bits.
+
+    Most regions can be reached from one image only, whose position is already computed.
+    """
     heading = int(get(state.heading, 0, lane))
     if model.images[region] == 1:
         x, y = get(state.image_x, region, lane), get(state.image_y, region, lane)
@@ -199,7 +216,10 @@ def _scan_region(model: Model, state: State, world: int, region: int, lane: int)
 
 @compiled
 def sense_items(model: Model, state: State, world: int, agent: int, kind: int) -> int:
-    """Which of left, front and right see an item of a kind (its number), as bits; and be alert to those soon touched."""
+    """Return the sectors with items of a kind, as bits. `kind` is the number of the kind.
+
+    Set `alert` if an item is near enough to be touched after the next move.
+    """
     lane = world * model.agents + agent
     bits = 0
     for region in range(model.regions.shape[0] if get(state.near, 0, lane) > HALF else 0):
@@ -232,11 +252,12 @@ class Sight(Sense, name="food"):
 
 
 def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:
-    """What all senses tell, as bits, one sense's above the other's."""
-    code, first = 0, 0
-    for one in senses:
-        code |= sense(one, model, state, world, agent) << first
-        first += len(type(one).part.inputs)
+    """Return the bits of all senses. The first sense has the lowest bits."""
+    code = 0
+    first = 0
+    for sense_part in senses:
+        code |= sense(sense_part, model, state, world, agent) << first
+        first += len(type(sense_part).part.inputs)
     return code
 
 
@@ -245,10 +266,10 @@ def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: An
         return lambda senses, model, state, world, agent: sense(
             senses[0], model, state, world, agent
         )
-    own = len(part_class(senses[0]).inputs)
+    count = len(part_class(senses[0]).inputs)
     return lambda senses, model, state, world, agent: (
         sense(senses[0], model, state, world, agent)
-        | (sense_all(senses[1:], model, state, world, agent) << own)
+        | (sense_all(senses[1:], model, state, world, agent) << count)
     )
 
 
@@ -257,21 +278,23 @@ sense_all = register(_sense_all, _choose_sense_all)
 
 @compiled
 def _write_bits(
-    one: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int
+    sense_part: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int
 ) -> None:
-    code = sense(one, model, state, world, agent)
+    code = sense(sense_part, model, state, world, agent)
     for k in range(count):
         state.activations[first + k, world * model.agents + agent] = np.float32((code >> k) & 1)
 
 
 def _write_inputs(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-    """Set the agent's inputs from the row `first` on, one sense after the other."""
-    for one in senses:
-        if type(one).part.is_continuous:
-            measure(one, model, state, world, agent, first)
+    """Set the inputs of an agent from the row `first` on."""
+    for sense_part in senses:
+        if type(sense_part).part.is_continuous:
+            measure(sense_part, model, state, world, agent, first)
         else:
-            _write_bits(one, len(type(one).part.inputs), model, state, world, agent, first)
-        first += len(type(one).part.inputs)
+            _write_bits(
+                sense_part, len(type(sense_part).part.inputs), model, state, world, agent, first
+            )
+        first += len(type(sense_part).part.inputs)
 
 
 def _choose_write_inputs(
@@ -297,16 +320,16 @@ write_inputs = register(_write_inputs, _choose_write_inputs)
 
 @compiled
 def _set_continuous_inputs(senses: Any, model: Model, state: State, world: int, agent: int) -> None:
-    """Set the agent's inputs, of which some are real-valued: nothing is looked up then."""
+    """Set the inputs of an agent, some of them real-valued. Nothing is looked up."""
     write_inputs(senses, model, state, world, agent, 0)
     state.code[0, world * model.agents + agent] = 0
 
 
 @compiled
 def _set_binary_inputs(senses: Any, model: Model, state: State, world: int, agent: int) -> None:
-    """Set the agent's inputs, and what follows from them alone, whether they have changed or not.
+    """Set the inputs of an agent, and look up the outputs that follow from them.
 
-    To write them takes less time than the processor loses where it guesses wrong that they have not.
+    Unchanged inputs are written, too: a mispredicted branch costs more than the write.
     """
     lane = world * model.agents + agent
     code = sense_all(senses, model, state, world, agent)
@@ -323,10 +346,11 @@ _set_inputs = select_by_type(
 
 
 @compiled
-def list_sensing_agents(model: Model, state: State, world: int, first: int, last: int) -> int:
-    """List in `awake` whose inputs may have changed, of the agents from `first` up to, and without, `last`; returns how many.
+def list_near_agents(model: Model, state: State, world: int, first: int, last: int) -> int:
+    """List the agents with `near` above 0 in `near_agents`, and return their number.
 
-    Everybody is written down, and the next one over who is near nothing: to ask of each would be the processor's to guess.
+    The range is `first` to `last` - 1. Every agent is written, and the next one overwrites an agent
+    that is not near: a branch per agent would be mispredicted often.
     """
     count = 0
     for agent in range(first, last):
@@ -337,7 +361,7 @@ def list_sensing_agents(model: Model, state: State, world: int, first: int, last
 
 @compiled
 def perceive(model: Model, state: State, world: int, agent: int) -> None:
-    """Let the agent's senses set its inputs."""
+    """Set the inputs of an agent with its senses."""
     lane = world * model.agents + agent
     put(state.alert, 0, lane, model.always_alert)
     _set_inputs(state.senses, model, state, world, agent)

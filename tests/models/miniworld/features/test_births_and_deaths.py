@@ -112,7 +112,7 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
                 batch.weights()[0, agent], batch.state.genome[0, agent, 0]
             )  # nothing is learned yet
         np.testing.assert_allclose(batch.state.genome[0], genome, rtol=1e-6, atol=1e-7)
-        assert batch.state.born[0].tolist() == born
+        assert batch.state.birth_count[0].tolist() == born
     assert sum(born) > 2 * AGENTS and eaten.sum() > AGENTS
 
 
@@ -138,7 +138,7 @@ def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_
         batch.begin(generation, run["genome"].values[generation][None])
         batch.simulate(0, experiment.lifetime.steps)
         living, origin = batch.state.genome[0], batch.state.origin[0]
-        assert run["born"].values[generation].tolist() == batch.state.born[0].tolist()
+        assert run["born"].values[generation].tolist() == batch.state.birth_count[0].tolist()
         for agent, genome in enumerate(run["genome"].values[generation + 1]):
             (place, *_) = np.flatnonzero((living == genome).all(axis=(1, 2)))
             assert run["parents"].values[generation + 1, agent].tolist() == origin[place].tolist()
@@ -157,8 +157,8 @@ def test_a_life_in_pieces_and_one_agent_after_another_has_its_births_all_the_sam
             batch.begin(0, genome)
             for first, last in pairwise(cuts):
                 batch.simulate(first, last)
-        assert whole.state.born.sum() > AGENTS
-        for name in ("genome", "weights", "born", "origin", "positions"):
+        assert whole.state.birth_count.sum() > AGENTS
+        for name in ("genome", "weights", "birth_count", "origin", "positions"):
             np.testing.assert_array_equal(getattr(whole.state, name), getattr(pieces.state, name))
 
 
@@ -196,9 +196,9 @@ def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> N
     batch.begin(0, draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None])
     sensed: list[float] = []
     for step in range(experiment.lifetime.steps):
-        before = batch.state.born[0].copy()
+        before = batch.state.birth_count[0].copy()
         batch.simulate(step, step + 1)
-        newborn = (batch.state.born[0] > before) & (batch.eaten_in_life()[0].sum(axis=1) > 0)
+        newborn = (batch.state.birth_count[0] > before) & (batch.eaten_in_life()[0].sum(axis=1) > 0)
         for agent in np.flatnonzero(newborn).tolist():
             perceive(batch.model, batch.state, 0, agent)
             sensed.append(float(batch.state.activations[3, agent]))
@@ -217,7 +217,7 @@ def test_in_the_neutral_twin_heterozygosity_falls_by_2_in_n_squared_a_birth() ->
     batch.begin(0, np.broadcast_to(of_agents, (len(runs), AGENTS, 1, twin.genome_length)))
     batch.simulate(0, 100)
     shares = (batch.state.genome[:, :, 0, :, None] == np.arange(AGENTS)).mean(axis=1)
-    births = batch.state.born.sum(axis=1)
+    births = batch.state.birth_count.sum(axis=1)
     ratio = (1 - (shares**2).sum(axis=-1).mean(axis=1)) / (1 - 2 / AGENTS**2) ** births
     assert births.min() > AGENTS
     assert abs(ratio.mean() - (1 - 1 / AGENTS)) < 4 * ratio.std(ddof=1) / len(runs) ** 0.5
