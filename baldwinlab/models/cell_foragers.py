@@ -1,20 +1,26 @@
-"""Foragers in cells, each alone in its world, who learn by side outputs: to predict what comes, or from a teacher of their own.
+"""Foragers on a grid, one agent per world, that learn from additional outputs or from a teacher.
 
     baldwinlab reproduce nolfi-parisi-1993
 
-Ten by ten cells hold ten items of food, which vanish when somebody steps on them. An agent senses
-the angle, from its heading, and the distance of the nearest, and the two bits of the action that it
-is about to do; its network says what to do after that: stay (00), turn right (01), turn left (10)
-or go ahead (11). A life is so many environments of so many steps; its fitness is the food of an
-average one. What is learned: nothing; the action, towards the answers of a teaching module on the
-same inputs, both of them inherited (auto-teaching); what will be sensed next, on two outputs more;
-or, as a control for that, random numbers.
+A grid of 10 by 10 cells has ten items of food. An agent eats an item by entering its cell. The
+agent senses the angle of the nearest item, relative to its heading, the distance of this item, and
+the two bits of its next action. Its network computes the action after that: stay (00), turn right
+(01), turn left (10) or go ahead (11). A lifetime has several environments with a number of steps
+each. Fitness is the mean food per environment.
 
-Sources: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
-Behavior 3 (1994), for the world, lives, evolution and prediction; S. Nolfi and D. Parisi,
-"Auto-teaching: networks that develop their own teaching input", ECAL 93. Their numbers here are
-from memory; readings of ours are that moves off the grid do nothing, that an agent begins in any
-cell with any heading, and that without food the angle is 0 and the distance 1.
+`learning` is one of: nothing; the action, with the outputs of an inherited teaching module as
+targets (auto-teaching); the next sensation, on two additional outputs; or random numbers on these
+outputs, as a control.
+
+The world, the lifetimes, the evolution and the prediction follow Nolfi et al. 1994. The numbers of
+both papers are from memory. Our choices are as follows: a move off the grid has no effect; an agent
+begins in any cell with any heading; without food, the angle is 0 and the distance is 1.
+
+References
+----------
+S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive Behavior
+3 (1994).
+S. Nolfi and D. Parisi, "Auto-teaching: networks that develop their own teaching input", ECAL 93.
 """
 
 from __future__ import annotations
@@ -48,34 +54,46 @@ from baldwinlab.parts import (
     unit,
 )
 
-# The angle and the distance of the nearest food, and the two bits of the action about to be done.
+# The angle and the distance of the nearest food, and the two bits of the next action.
 INPUTS: Final = 4
-ACTIONS: Final = 2  # outputs that plan
-SIDE, FOOD = 10, 10  # cells along an edge, and items
+# Number of outputs for the planned action.
+ACTIONS: Final = 2
+# Cells per edge.
+SIDE = 10
+# Number of items.
+FOOD = 10
 FARTHEST: Final = np.float32(SIDE - 1) * np.float32(1.4142135)
-ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
-NOTHING, OWN_TEACHER, NEXT_SENSATION, NOISE = range(4)  # what is learned
-LEARNED: Final = {
+ONE = np.float32(1)
+HALF = np.float32(0.5)
+ZERO = np.float32(0)
+# Learning targets.
+NOTHING, INHERITED_TEACHER, NEXT_SENSATION, NOISE = range(4)
+TARGETS: Final = {
     "none": NOTHING,
-    "auto-teaching": OWN_TEACHER,
+    "auto-teaching": INHERITED_TEACHER,
     "prediction": NEXT_SENSATION,
     "random-targets": NOISE,
 }
-PARTS_OF_LIFE: Final = 6  # of which the first and the last are compared
-WATCHED: Final = 20_000  # moves of a life that can be looked at, about
-DRAWS: Final = 4096  # for an environment: its own numbers, however many are drawn again
+# A lifetime is divided into this number of equal periods. The first and the last are compared.
+PERIODS: Final = 6
+# Approximate maximum number of moves in a view.
+MAX_SHOWN_MOVES: Final = 20_000
+# Number of random draws that are reserved for an environment.
+DRAWS: Final = 4096
 
 
 def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Of the average agent of a generation, or of the last where there are not so many."""
+    """Return the mean gain of a generation, or of the last generation if there are fewer."""
     return lambda runs: (
         runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
     )
 
 
-def _life(model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
-    environments = min(model.environments, max(1, WATCHED // model.steps_per_environment))
-    lived = model.forage(
+def _view_lifetime(
+    model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> GridView:
+    environments = min(model.environments, max(1, MAX_SHOWN_MOVES // model.steps_per_environment))
+    results = model.forage(
         key.seed,
         [key.run],
         key.generation,
@@ -84,18 +102,20 @@ def _life(model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent
         environments,
         environments,
     )
-    return foraged(SIDE, lived.food, lived.track, "environment")
+    return foraged(SIDE, results.food, results.track, "environment")
 
 
-class Foraged(NamedTuple):
-    """What came of lives, and the course of the last that was lived."""
+class ForagingResults(NamedTuple):
+    """Results of lifetimes, and the course of the last simulated environments."""
 
-    learned: npt.NDArray[np.float32]  # [run, agent, weight], the action module at death
-    eaten: npt.NDArray[np.int32]  # [run, agent, environment]
-    food: npt.NDArray[np.int64]  # [environment, item], the cells where food lay
-    track: npt.NDArray[
-        np.int64
-    ]  # [environment, move, (place, heading)]; of both, as many environments at the end as were kept
+    # [run, agent, weight]: the action module at death.
+    learned: npt.NDArray[np.float32]
+    # [run, agent, environment].
+    eaten: npt.NDArray[np.int32]
+    # [environment, item]: the cells of the food.
+    food: npt.NDArray[np.int64]
+    # [environment, move, (cell, heading)].
+    track: npt.NDArray[np.int64]
 
 
 class CellForagers(Model, name="cell-foragers"):
@@ -148,7 +168,7 @@ class CellForagers(Model, name="cell-foragers"):
                 "An agent and its food, step by step. Eaten food disappears. Each "
                 "environment has its own food."
             ),
-            _life,
+            _view_lifetime,
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
@@ -176,7 +196,7 @@ class CellForagers(Model, name="cell-foragers"):
 
     @property
     def outputs(self) -> int:
-        """Two that plan, and two more where something is learned on the side."""
+        """Return the number of outputs: two for the action, and two if targets are additional."""
         return ACTIONS + (2 if self.learning in ("prediction", "random-targets") else 0)
 
     def without_learning(self) -> CellForagers:
@@ -195,7 +215,7 @@ class CellForagers(Model, name="cell-foragers"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         learned, eaten, *_ = self.forage(seed, runs, generation, genomes, 0, self.environments, 1)
-        part = self.environments // PARTS_OF_LIFE
+        part = self.environments // PERIODS
         gain = eaten[..., -part:].mean(axis=-1) - eaten[..., :part].mean(axis=-1)
         energy = eaten.sum(axis=-1) / self.environments
         return LifeResults(
@@ -210,18 +230,34 @@ class CellForagers(Model, name="cell-foragers"):
         genomes: npt.NDArray[np.float32],
         first: int,
         environments: int,
-        kept: int,
-    ) -> Foraged:
-        """So many environments of the lives of agents from number `first` on, the course of `kept` of them."""
+        recorded: int,
+    ) -> ForagingResults:
+        """Simulate environments of the agents from number `first` on.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the study.
+        runs : sequence of int
+            Numbers of the runs.
+        generation : int
+            Number of the generation.
+        genomes : array of shape (runs, agents, modules, weights)
+            Genomes.
+        first : int
+            Number of the first agent.
+        environments : int
+            Number of environments per agent.
+        recorded : int
+            Number of environments whose course is returned, for the last agent.
+        """
         learned = genomes[:, :, 0].copy()
         fixed = np.ascontiguousarray(genomes[:, :, -1])
         eaten = poison.empty((*genomes.shape[:2], environments), np.int32)
         units = poison.empty((3, INPUTS + self.hidden_units + self.outputs), np.float32)
-        food, track = (
-            poison.empty((kept, FOOD), np.int64),
-            poison.empty((kept, self.steps_per_environment, 2), np.int64),
-        )
-        code = LEARNED[self.learning] if self.learns else NOTHING
+        food = poison.empty((recorded, FOOD), np.int64)
+        track = poison.empty((recorded, self.steps_per_environment, 2), np.int64)
+        code = TARGETS[self.learning] if self.learns else NOTHING
         numbers = np.array(
             [seed, generation, code, self.hidden_units, self.outputs, first], np.int64
         )
@@ -235,7 +271,7 @@ class CellForagers(Model, name="cell-foragers"):
             *scratch,
             eaten,
         )
-        return Foraged(learned, eaten, food, track)
+        return ForagingResults(learned, eaten, food, track)
 
 
 @jit_entry_point
@@ -251,17 +287,37 @@ def forage(
     track: Any,
     eaten: Any,
 ) -> None:
-    """Fill `eaten` [run, agent, environment]; `weights` [run, agent, weight] change as agents learn.
+    """Simulate the lifetimes of all agents.
 
-    `numbers` are seed, generation, what is learned, hidden units, outputs and the first agent's
-    number; `fixed` is the teaching module; `units` [3, unit] and `food` [item] are scratch. `sown`
-    and `track` keep the course of as many environments as they have room for, the last ones.
+    Parameters
+    ----------
+    numbers : array of shape (6,)
+        Seed, generation, learning target, number of hidden units, number of outputs, and number of
+        the first agent.
+    runs : array of shape (runs,)
+        Numbers of the runs.
+    rate : float32
+        Learning rate.
+    weights : array of shape (runs, agents, weights)
+        Weights of the action module. They change in place as agents learn.
+    fixed : array of shape (runs, agents, weights)
+        Weights of the teaching module.
+    units : array of shape (3, units)
+        Scratch.
+    food : array of shape (items,)
+        Scratch.
+    sown : array of shape (recorded, items)
+        Output: the cells of the food in the last environments.
+    track : array of shape (recorded, moves, 2)
+        Output: cell and heading after each move in the last environments.
+    eaten : array of shape (runs, agents, environments)
+        Output: the number of eaten items.
     """
-    kept = sown.shape[0]
+    recorded = sown.shape[0]
     for run in range(runs.size):
         for agent in range(weights.shape[1]):
             for environment in range(eaten.shape[2]):
-                seen = sown[environment % kept], track[environment % kept]
+                record = sown[environment % recorded], track[environment % recorded]
                 eaten[run, agent, environment] = _visit(
                     numbers,
                     runs[run],
@@ -272,7 +328,7 @@ def forage(
                     fixed[run, agent],
                     units,
                     food,
-                    seen,
+                    record,
                 )
 
 
@@ -287,57 +343,71 @@ def _visit(
     fixed: Any,
     units: Any,
     food: Any,
-    seen: Any,
+    record: Any,
 ) -> int:
-    """The food that an agent eats in one environment; `seen` are where the food lay and the agent's track."""
-    seed, generation, learned = numbers[0], numbers[1], numbers[2]
-    hidden, outputs, agent = numbers[3], numbers[4], numbers[5] + lane
-    sown, track = seen
+    """Return the number of items that an agent eats in one environment.
+
+    `record` has the arrays for the cells of the food and for the track of the agent.
+    """
+    seed = numbers[0]
+    generation = numbers[1]
+    target = numbers[2]
+    hidden = numbers[3]
+    outputs = numbers[4]
+    agent = numbers[5] + lane
+    sown, track = record
     first = environment * DRAWS
     begin = philox(first, agent, generation, LIFE, seed, run)
-    place, heading = (
-        int(unit(begin[0]) * np.float32(SIDE * SIDE)),
-        int(unit(begin[1]) * np.float32(4)),
-    )
+    cell = int(unit(begin[0]) * np.float32(SIDE * SIDE))
+    heading = int(unit(begin[1]) * np.float32(4))
     _sow(food, first, agent, generation, seed, run)
     for item in range(food.size):
         sown[item] = food[item]
-    values, teacher, scratch = units[0], units[1], units[2]
-    plan, eaten = 0, 0
-    since, stood, fed = (
-        -1,
-        -1,
-        0,
-    )  # a move before, how the agent stood after it, and what it had eaten by then
-    values[0], values[1] = _sense(food, place, heading)
+    values = units[0]
+    teacher = units[1]
+    scratch = units[2]
+    plan = 0
+    eaten = 0
+    # An earlier move, with the state of the agent and the eaten items after it.
+    reference_move = -1
+    reference_state = -1
+    reference_eaten = 0
+    values[0], values[1] = _sense(food, cell, heading)
     for move in range(track.shape[0]):
-        values[2], values[3] = np.float32(plan >> 1), np.float32(plan & 1)
-        _answer(weights, hidden, outputs, values)
-        place, heading = _act(plan, place, heading)
-        eaten += _eat(food, place)
-        track[move, 0], track[move, 1] = place, heading
+        values[2] = np.float32(plan >> 1)
+        values[3] = np.float32(plan & 1)
+        _forward(weights, hidden, outputs, values)
+        cell, heading = _execute(plan, cell, heading)
+        eaten += _eat_item(food, cell)
+        track[move, 0] = cell
+        track[move, 1] = heading
         bits = INPUTS + hidden
         plan = 2 * int(values[bits] > HALF) + int(values[bits + 1] > HALF)
-        if learned == NOTHING:  # who stands as before, among the same food, goes round for good
-            stands = 16 * place + 4 * heading + plan
-            if stands == stood and eaten == fed:
-                _go_round(track, move, move - since)
+        # Without learning, an agent in an earlier state with the same food repeats its moves.
+        if target == NOTHING:
+            state = 16 * cell + 4 * heading + plan
+            if state == reference_state and eaten == reference_eaten:
+                _repeat_moves(track, move, move - reference_move)
                 return eaten
-            if eaten > fed or move > 2 * since:
-                since, stood, fed = move, stands, eaten
-        angle, distance = _sense(food, place, heading)
-        if learned == OWN_TEACHER:
+            if eaten > reference_eaten or move > 2 * reference_move:
+                reference_move = move
+                reference_state = state
+                reference_eaten = eaten
+        angle, distance = _sense(food, cell, heading)
+        if target == INHERITED_TEACHER:
             for k in range(INPUTS):
                 teacher[k] = values[k]
-            _answer(fixed, hidden, outputs, teacher)
-            _learn(
+            _forward(fixed, hidden, outputs, teacher)
+            _backpropagate(
                 weights, hidden, outputs, 0, rate, values, teacher[bits], teacher[bits + 1], scratch
             )
-        elif learned == NEXT_SENSATION:
-            _learn(weights, hidden, outputs, ACTIONS, rate, values, angle, distance, scratch)
-        elif learned == NOISE:
+        elif target == NEXT_SENSATION:
+            _backpropagate(
+                weights, hidden, outputs, ACTIONS, rate, values, angle, distance, scratch
+            )
+        elif target == NOISE:
             coin = philox(first + DRAWS - 1 - move, agent, generation, LIFE, seed, run)
-            _learn(
+            _backpropagate(
                 weights,
                 hidden,
                 outputs,
@@ -348,120 +418,132 @@ def _visit(
                 unit(coin[1]),
                 scratch,
             )
-        values[0], values[1] = angle, distance
+        values[0] = angle
+        values[1] = distance
     return eaten
 
 
 @compiled
-def _go_round(track: Any, move: Any, period: Any) -> None:
-    """Fill what follows a move with what went before."""
+def _repeat_moves(track: Any, move: Any, period: Any) -> None:
+    """Fill the track after a move with the moves of one period before."""
     for later in range(move + 1, track.shape[0]):
-        track[later, 0], track[later, 1] = track[later - period, 0], track[later - period, 1]
+        track[later, 0] = track[later - period, 0]
+        track[later, 1] = track[later - period, 1]
 
 
 @compiled
 def _sow(food: Any, first: Any, agent: Any, generation: Any, seed: Any, run: Any) -> None:
-    """Draw a cell for each item, and again where another lies already."""
+    """Draw a different cell for each item. An occupied cell is drawn again."""
     draw = first
     for item in range(food.size):
-        free = False
-        while not free:
+        is_free = False
+        while not is_free:
             draw += 1
-            cell, free = (
-                int(
-                    unit(philox(draw, agent, generation, LIFE, seed, run)[0])
-                    * np.float32(SIDE * SIDE)
-                ),
-                True,
-            )
-            for other in range(item):
-                free = free and food[other] != cell
+            word = philox(draw, agent, generation, LIFE, seed, run)[0]
+            cell = int(unit(word) * np.float32(SIDE * SIDE))
+            is_free = True
+            for earlier in range(item):
+                is_free = is_free and food[earlier] != cell
             food[item] = cell
 
 
 @compiled
-def _sense(food: Any, place: Any, heading: Any) -> Any:
-    """The angle of the nearest food, clockwise from the heading as a share of a turn, and its distance as one of the farthest."""
-    least, u, v = 2 * SIDE * SIDE, 0, 0
+def _sense(food: Any, cell: Any, heading: Any) -> Any:
+    """Return the angle and the distance of the nearest food.
+
+    The angle is clockwise from the heading, as a share of a turn. The distance is a share of the
+    largest distance.
+    """
+    nearest = 2 * SIDE * SIDE
+    u = 0
+    v = 0
     for item in range(food.size):
         if food[item] >= 0:
-            dx, dy = food[item] % SIDE - place % SIDE, food[item] // SIDE - place // SIDE
-            if dx * dx + dy * dy < least:
-                least, u, v = dx * dx + dy * dy, dx, dy
-    if least == 2 * SIDE * SIDE:
+            dx = food[item] % SIDE - cell % SIDE
+            dy = food[item] // SIDE - cell // SIDE
+            if dx * dx + dy * dy < nearest:
+                nearest = dx * dx + dy * dy
+                u = dx
+                v = dy
+    if nearest == 2 * SIDE * SIDE:
         return ZERO, ONE
     for _ in range(heading):
         u, v = v, -u
-    return share_of_turn(np.float32(u), np.float32(v)), square_root(np.float32(least)) / FARTHEST
+    return share_of_turn(np.float32(u), np.float32(v)), square_root(np.float32(nearest)) / FARTHEST
 
 
 @compiled
-def _act(plan: Any, place: Any, heading: Any) -> Any:
-    """Stay, turn right, turn left, or go ahead where there is a cell: the place and the heading after it."""
+def _execute(plan: Any, cell: Any, heading: Any) -> Any:
+    """Return the cell and the heading after an action: stay, turn right, turn left or go ahead."""
     if plan == 1:
-        return place, (heading + 1) % 4
+        return cell, (heading + 1) % 4
     if plan == 2:
-        return place, (heading + 3) % 4
+        return cell, (heading + 3) % 4
     if plan == 3:
-        x = place % SIDE + (1 if heading == 0 else -1 if heading == 2 else 0)
-        y = place // SIDE + (1 if heading == 1 else -1 if heading == 3 else 0)
+        x = cell % SIDE + int(heading == 0) - int(heading == 2)
+        y = cell // SIDE + int(heading == 1) - int(heading == 3)
         if 0 <= x < SIDE and 0 <= y < SIDE:
             return y * SIDE + x, heading
-    return place, heading
+    return cell, heading
 
 
 @compiled
-def _eat(food: Any, place: Any) -> int:
+def _eat_item(food: Any, cell: Any) -> int:
     eaten = 0
     for item in range(food.size):
-        if food[item] == place:
-            food[item], eaten = -1, 1
+        if food[item] == cell:
+            food[item] = -1
+            eaten = 1
     return eaten
 
 
 @compiled
-def _answer(weights: Any, hidden: Any, outputs: Any, values: Any) -> None:
-    """Fill `values` [unit] from its inputs on: logistic units, each with a bias."""
-    for unit_of in range(hidden):
-        total = weights[INPUTS * hidden + unit_of]
+def _forward(weights: Any, hidden: Any, outputs: Any, values: Any) -> None:
+    """Compute the hidden units and the outputs of `values` [unit] from its inputs.
+
+    All units are logistic and have a bias.
+    """
+    for hidden_unit in range(hidden):
+        total = weights[INPUTS * hidden + hidden_unit]
         for i in range(INPUTS):
-            total += weights[i * hidden + unit_of] * values[i]
-        values[INPUTS + unit_of] = sigmoid(total)
+            total += weights[i * hidden + hidden_unit] * values[i]
+        values[INPUTS + hidden_unit] = sigmoid(total)
     after = (INPUTS + 1) * hidden
     for k in range(outputs):
         total = weights[after + hidden * outputs + k]
-        for unit_of in range(hidden):
-            total += weights[after + unit_of * outputs + k] * values[INPUTS + unit_of]
+        for hidden_unit in range(hidden):
+            total += weights[after + hidden_unit * outputs + k] * values[INPUTS + hidden_unit]
         values[INPUTS + hidden + k] = sigmoid(total)
 
 
 @compiled
-def _learn(
+def _backpropagate(
     weights: Any,
     hidden: Any,
     outputs: Any,
     first: Any,
     rate: Any,
     values: Any,
-    one: Any,
-    other: Any,
+    first_target: Any,
+    second_target: Any,
     scratch: Any,
 ) -> None:
-    """One step of backpropagation from two outputs, the `first` and the next, towards `one` and `other`, and from no more."""
+    """Do one step of backpropagation from the outputs `first` and `first + 1` to two targets."""
     after = (INPUTS + 1) * hidden
     for k in range(2):
         y = values[INPUTS + hidden + first + k]
-        scratch[k] = (y - (one if k == 0 else other)) * y * (ONE - y)
-    for unit_of in range(hidden):
-        h, error = values[INPUTS + unit_of], ZERO
+        scratch[k] = (y - (first_target if k == 0 else second_target)) * y * (ONE - y)
+    for hidden_unit in range(hidden):
+        h = values[INPUTS + hidden_unit]
+        error = ZERO
         for k in range(2):
-            weight = after + unit_of * outputs + first + k
+            weight = after + hidden_unit * outputs + first + k
             error += scratch[k] * weights[weight]
             weights[weight] -= rate * scratch[k] * h
         error = error * h * (ONE - h)
         for i in range(INPUTS):
-            weights[i * hidden + unit_of] -= rate * error * values[i]
-        weights[INPUTS * hidden + unit_of] -= rate * error
+            weights[i * hidden + hidden_unit] -= rate * error * values[i]
+        weights[INPUTS * hidden + hidden_unit] -= rate * error
     for k in range(2):
         weights[after + hidden * outputs + first + k] -= rate * scratch[k]
 
@@ -502,7 +584,7 @@ class FewMutations(Variation, name="few-mutations"):
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         child = [list(module) for module in (fitter if gate < 0.5 else other)]
-        for _, place, size, _ in draws[: part.mutations]:
-            module, weight = divmod(int(place * len(child) * len(child[0])), len(child[0]))
+        for _, position, size, _ in draws[: part.mutations]:
+            module, weight = divmod(int(position * len(child) * len(child[0])), len(child[0]))
             child[module][weight] += (2 * size - 1) * part.size
         return child

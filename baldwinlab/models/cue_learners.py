@@ -1,19 +1,25 @@
-"""A cue that is always the same but noisy trains one that is exact but means something else in every life: smell and colour.
+"""Agents that learn which color means food, with a noisy but constant smell as the teacher.
 
     baldwinlab reproduce todd-miller-1991
 
-An agent lives in one of two patches: in one red is food and green is poison, in the other the
-reverse. Items drift by, each of them food by a coin. Food smells sweet, and poison sour, with the
-probability `accuracy`. Nobody is told what was what: an agent eats or passes, and what that was
-worth is known to selection alone. Its network has a few units, each of which is a sensor of red,
-green, sweet or sour, a hidden unit or the motor unit; all are 1 or -1, and the motor eats where its
-input is above 0. A link is fixed, or Hebbian: it changes by `rate` times the signs at its two ends,
-within -1 and 1. So a fixed link from smell can train a Hebbian one from colour.
+An agent is in one of two patches. In one patch, red is food and green is poison; in the other it is
+the reverse. Items arrive one by one. An item is food with probability 1/2. Food smells sweet, and
+poison smells sour, with the probability `cue_accuracy`. An agent eats an item or passes. It gets no
+feedback: only selection depends on the eaten items.
 
-Sources: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of
-associative learning", From Animals to Animats (1991), as far as its idea, its patches and its few
-units; D. O. Hebb, The Organization of Behavior (1949), for the rule. Their constants were not
-recovered: those here are readings.
+A network has a few units. A unit is a sensor of red, green, sweet or sour, a hidden unit or the
+motor unit. Values are 1 or -1. The agent eats if the input of the motor unit is above 0. A link is
+fixed or Hebbian. A Hebbian link changes by `learning_rate` times the product of the values at its
+two ends, within [-1, 1]. Therefore, a fixed link from smell can train a Hebbian link from color.
+
+The idea, the patches and the few units follow Todd and Miller 1991, the rule follows Hebb 1949. The
+constants of the paper are not known, so the constants here are our choice.
+
+References
+----------
+P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative
+learning", From Animals to Animats (1991).
+D. O. Hebb, The Organization of Behavior (1949).
 """
 
 from __future__ import annotations
@@ -43,27 +49,32 @@ from baldwinlab.parts import (
     unit,
 )
 
-RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)  # what a unit may be
+# Kinds of units.
+RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)
 NOTHING: Final = -1
-ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
+ONE = np.float32(1)
+HALF = np.float32(0.5)
+ZERO = np.float32(0)
 
 
-def _first(there: xr.DataArray) -> xr.DataArray:
-    """The first generation in which it is so; as many as there are where it never is."""
+def _first_generation(condition: xr.DataArray) -> xr.DataArray:
+    """Return the first generation in which a condition is true, or the number of generations."""
     return (
-        there.argmax("generation")
-        .where(there.any("generation"), there.sizes["generation"])
+        condition.argmax("generation")
+        .where(condition.any("generation"), condition.sizes["generation"])
         .astype(np.float64)
     )
 
 
 def _time(runs: xr.Dataset) -> xr.DataArray:
-    return _first(runs["beyond"].astype(np.float64).mean("agent") > 0)
+    """Return the first generation whose average agent is above the midpoint."""
+    return _first_generation(runs["beyond"].astype(np.float64).mean("agent") > 0)
 
 
 def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
+    """Return the first generation in which half of the agents learn to eat by color."""
     learned = runs["by_colour"] * (1 - runs["born_so"])
-    return _first(learned.mean("agent") >= 0.5)
+    return _first_generation(learned.mean("agent") >= 0.5)
 
 
 class CueLearners(Model, name="cue-learners"):
@@ -134,21 +145,28 @@ class CueLearners(Model, name="cue-learners"):
         return self.model_copy(update={"learning": False})
 
     def weights(self) -> int:
-        """A type for each unit, then of each the strengths of its links from all, then whether these are Hebbian."""
+        """Return the number of genes: unit kinds, link strengths and Hebbian flags.
+
+        The links are ordered by their target, then by their source.
+        """
         return self.units + 2 * self.units**2
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
         return np.array(
-            [[[_allele(gene, self.units, draw) for gene, draw in enumerate(one)]] for one in draws],
+            [
+                [[_draw_allele(gene, self.units, draw) for gene, draw in enumerate(row)]]
+                for row in draws
+            ],
             np.float32,
         )
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        shape, learned = genomes.shape[:2], genomes[:, :, 0].copy()
-        life = Life(
+        shape = genomes.shape[:2]
+        learned = genomes[:, :, 0].copy()
+        settings = LifetimeSettings(
             seed,
             generation,
             self.items,
@@ -156,22 +174,26 @@ class CueLearners(Model, name="cue-learners"):
             self.learning,
             np.float32(self.learning_rate),
         )
-        own = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
-        found = Found(
+        units = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
+        results = CueResults(
             poison.empty(shape),
             poison.empty(shape),
             poison.empty(shape, np.int32),
             poison.empty(shape, np.int32),
         )
-        eat(life, np.array(runs, np.int64), learned, own, found)
-        beyond = (found.eaten - found.half_way).astype(np.float32)
-        records = {"beyond": beyond, "by_colour": found.by_colour, "born_so": found.born_so}
-        energy = found.eaten + self.items / 2
+        eat(settings, np.array(runs, np.int64), learned, units, results)
+        beyond = (results.eaten - results.midpoint).astype(np.float32)
+        records = {
+            "beyond": beyond,
+            "by_colour": results.by_color,
+            "born_so": results.innate_by_color,
+        }
+        energy = results.eaten + self.items / 2
         return LifeResults(energy, np.zeros_like(energy), learned, records)
 
 
-class Life(NamedTuple):
-    """What all agents of a generation live through."""
+class LifetimeSettings(NamedTuple):
+    """Settings that all agents of a generation share."""
 
     seed: int
     generation: int
@@ -182,127 +204,159 @@ class Life(NamedTuple):
 
 
 class Units(NamedTuple):
-    """Of a network, unit by unit: what each is, and what it answers. Scratch, for one agent after another."""
+    """Kind and value of each unit of a network. The arrays are scratch, used for each agent."""
 
     kinds: npt.NDArray[np.int64]
     values: npt.NDArray[np.float32]
 
 
-class Found(NamedTuple):
-    """What lives came to, [run, agent]."""
+class CueResults(NamedTuple):
+    """Results of lifetimes, as arrays [run, agent]."""
 
-    eaten: npt.NDArray[np.float64]  # food less poison
-    half_way: npt.NDArray[np.float64]  # from who goes by smell to who knows
-    by_colour: npt.NDArray[np.int32]  # 1 of who goes by the colour at death
-    born_so: npt.NDArray[np.int32]  # 1 of who did at birth
+    # Food minus poison.
+    eaten: npt.NDArray[np.float64]
+    # Midpoint between the gain by smell and the gain by color.
+    midpoint: npt.NDArray[np.float64]
+    # 1 if the agent eats by color at death, else 0.
+    by_color: npt.NDArray[np.int32]
+    # 1 if the agent eats by color at birth, else 0.
+    innate_by_color: npt.NDArray[np.int32]
 
 
 @jit_entry_point
-def eat(life: Life, runs: Any, genomes: Any, own: Units, found: Found) -> None:
-    """Fill what lives came to; strengths in `genomes` [run, agent, gene] change as agents learn."""
+def eat(
+    settings: LifetimeSettings, runs: Any, genomes: Any, units: Units, results: CueResults
+) -> None:
+    """Simulate lifetimes and fill their results.
+
+    Parameters
+    ----------
+    settings : LifetimeSettings
+        Settings that all agents share.
+    runs : array of shape (runs,)
+        Numbers of the runs.
+    genomes : array of shape (runs, agents, genes)
+        Genomes. Their link strengths change in place as agents learn.
+    units : Units
+        Scratch.
+    results : CueResults
+        Output.
+    """
     for run in range(runs.size):
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]
-            _read(genome, own)
+            _read_kinds(genome, units)
             patch = (
                 ONE
-                if unit(philox(0, agent, life.generation, LIFE, life.seed, runs[run])[0]) < HALF
+                if unit(philox(0, agent, settings.generation, LIFE, settings.seed, runs[run])[0])
+                < HALF
                 else -ONE
             )
-            found.born_so[run, agent] = _is_by_colour(genome, own, patch)
-            gained, best, by_smell = ZERO, ZERO, ZERO
-            for item in range(life.items):
-                if item % 2 == 0:  # of one draw of the generator come two items
+            results.innate_by_color[run, agent] = _eats_by_color(genome, units, patch)
+            gained, by_color, by_smell = ZERO, ZERO, ZERO
+            for item in range(settings.items):
+                # One call of the generator gives the numbers of two items.
+                if item % 2 == 0:
                     draw = 1 + item // 2
                     first, second, third, fourth = philox(
-                        draw, agent, life.generation, LIFE, life.seed, runs[run]
+                        draw, agent, settings.generation, LIFE, settings.seed, runs[run]
                     )
                 else:
                     first, second = third, fourth
                 food = ONE if unit(first) < HALF else -ONE
-                sweet = food if unit(second) < life.accuracy else -food
-                gained += food if _eats(genome, own, patch * food, sweet) else ZERO
-                best += food if food > ZERO else ZERO
+                sweet = food if unit(second) < settings.accuracy else -food
+                gained += food if _eats(genome, units, patch * food, sweet) else ZERO
+                by_color += food if food > ZERO else ZERO
                 by_smell += food if sweet > ZERO else ZERO
-                if life.learning:
-                    _learn(genome, own, life.rate)
-            found.eaten[run, agent], found.half_way[run, agent] = gained, HALF * (best + by_smell)
-            found.by_colour[run, agent] = _is_by_colour(genome, own, patch)
+                if settings.learning:
+                    _learn(genome, units, settings.rate)
+            results.eaten[run, agent] = gained
+            results.midpoint[run, agent] = HALF * (by_color + by_smell)
+            results.by_color[run, agent] = _eats_by_color(genome, units, patch)
 
 
 @compiled
-def _read(genome: Any, own: Units) -> None:
-    """What each unit is: a second motor, and any more, are none."""
-    motor = False
-    for one in range(own.kinds.size):
-        own.kinds[one] = NOTHING if motor and int(genome[one]) == MOTOR else int(genome[one])
-        motor = motor or own.kinds[one] == MOTOR
-
-
-@compiled
-def _eats(genome: Any, own: Units, red: Any, sweet: Any) -> bool:
-    """Whether an agent eats an item, of which `red` and `sweet` are 1 or -1; fills the values of its units."""
-    for one in range(own.kinds.size):
-        kind = own.kinds[one]
-        own.values[one] = (
-            red
-            if kind == RED
-            else -red
-            if kind == GREEN
-            else sweet
-            if kind == SWEET
-            else -sweet
-            if kind == SOUR
-            else ZERO
+def _read_kinds(genome: Any, units: Units) -> None:
+    """Fill the kinds of the units. Only the first motor unit of a genome is used."""
+    has_motor = False
+    for unit_number in range(units.kinds.size):
+        units.kinds[unit_number] = (
+            NOTHING if has_motor and int(genome[unit_number]) == MOTOR else int(genome[unit_number])
         )
-    for one in range(own.kinds.size):
-        if own.kinds[one] == HIDDEN:
-            own.values[one] = _answer(genome, own, one)
+        has_motor = has_motor or units.kinds[unit_number] == MOTOR
+
+
+@compiled
+def _eats(genome: Any, units: Units, red: Any, sweet: Any) -> bool:
+    """Return whether an agent eats an item, and fill the values of its units.
+
+    `red` and `sweet` are 1 or -1.
+    """
+    for unit_number in range(units.kinds.size):
+        kind = units.kinds[unit_number]
+        value = ZERO
+        if kind == RED:
+            value = red
+        elif kind == GREEN:
+            value = -red
+        elif kind == SWEET:
+            value = sweet
+        elif kind == SOUR:
+            value = -sweet
+        units.values[unit_number] = value
+    for unit_number in range(units.kinds.size):
+        if units.kinds[unit_number] == HIDDEN:
+            units.values[unit_number] = _activate(genome, units, unit_number)
     eats = False
-    for one in range(own.kinds.size):
-        if own.kinds[one] == MOTOR:
-            own.values[one] = _answer(genome, own, one)
-            eats = own.values[one] > ZERO
+    for unit_number in range(units.kinds.size):
+        if units.kinds[unit_number] == MOTOR:
+            units.values[unit_number] = _activate(genome, units, unit_number)
+            eats = units.values[unit_number] > ZERO
     return eats
 
 
 @compiled
-def _answer(genome: Any, own: Units, one: Any) -> Any:
-    """1 where what a unit hears from all others is above 0, else -1."""
-    total, units = ZERO, own.values.size
-    for other in range(units):
-        if other != one:
-            total += genome[units + one * units + other] * own.values[other]
+def _activate(genome: Any, units: Units, target: Any) -> Any:
+    """Return 1 if the input of a unit from all other units is above 0, else -1."""
+    total = ZERO
+    n_units = units.values.size
+    for source in range(n_units):
+        if source != target:
+            total += genome[n_units + target * n_units + source] * units.values[source]
     return ONE if total > ZERO else -ONE
 
 
 @compiled
-def _learn(genome: Any, own: Units, rate: Any) -> None:
-    """Change the Hebbian links of units that answer to others, by the signs at their two ends."""
-    units = own.values.size
-    for one in range(units):
-        if own.kinds[one] >= HIDDEN:
-            for other in range(units):
-                link = units + one * units + other
-                if other != one and genome[link + units * units] > ZERO:
-                    changed = genome[link] + rate * own.values[one] * own.values[other]
+def _learn(genome: Any, units: Units, rate: Any) -> None:
+    """Update the Hebbian links of hidden and motor units by the values at their two ends."""
+    n_units = units.values.size
+    for target in range(n_units):
+        if units.kinds[target] >= HIDDEN:
+            for source in range(n_units):
+                link = n_units + target * n_units + source
+                if source != target and genome[link + n_units * n_units] > ZERO:
+                    changed = genome[link] + rate * units.values[target] * units.values[source]
                     genome[link] = min(max(changed, -ONE), ONE)
 
 
 @compiled
-def _is_by_colour(genome: Any, own: Units, patch: Any) -> int:
-    """1 where an agent, as it is now, eats what has food's colour in its patch and nothing else, however it smells."""
-    right = True
-    for colour in range(2):
+def _eats_by_color(genome: Any, units: Units, patch: Any) -> int:
+    """Return 1 if an agent with its current weights eats exactly the items with the color of food.
+
+    The color of food is that in its patch. All combinations of color and smell are tested.
+    """
+    is_correct = True
+    for color in range(2):
         for smell in range(2):
-            red, sweet = ONE - np.float32(2 * colour), ONE - np.float32(2 * smell)
-            right = right and _eats(genome, own, red, sweet) == (red == patch)
-    return int(right)
+            red = ONE - np.float32(2 * color)
+            sweet = ONE - np.float32(2 * smell)
+            is_correct = is_correct and _eats(genome, units, red, sweet) == (red == patch)
+    return int(is_correct)
 
 
 @compiled
-def _allele(gene: int, units: int, draw: float) -> Any:
-    """The allele that a uniform number draws for a gene: a type, a strength, or whether a link is Hebbian."""
+def _draw_allele(gene: int, units: int, draw: float) -> Any:
+    """Return the allele of a gene for a uniform number: a kind, a strength or a Hebbian flag."""
     if gene < units:
         return np.float32(int(6 * draw))
     return (
@@ -331,7 +385,7 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     def check(self, experiment: Any) -> None:
         if experiment.model != CueLearners.name:
             raise ValueError(
-                f"evolution.variation = {self.name!r} is for the model {CueLearners.name!r} alone"
+                f"evolution.variation = {self.name!r} is only for the model {CueLearners.name!r}"
             )
 
     @staticmethod
@@ -344,20 +398,19 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
                 fitter[0, gene] if is_from_fitter(gene, cut, draws[0, 0]) else other[0, gene]
             )
             if draws[gene, 1] < part.rate:
-                child[0, gene] = _allele(gene, part.units, draws[gene, 2])
+                child[0, gene] = _draw_allele(gene, part.units, draws[gene, 2])
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         child = cross_at_point(fitter[0], other[0], gate, draws[0][0])
-        types, links = part.units, part.units + part.units**2
+        types = part.units
+        links = part.units + part.units**2
         for gene, draw in enumerate(draws):
             if draw[1] < part.rate:
-                fresh = (
-                    int(6 * draw[2])
-                    if gene < types
-                    else int(5 * draw[2]) / 2 - 1
-                    if gene < links
-                    else int(2 * draw[2])
-                )
-                child[gene] = fresh
+                if gene < types:
+                    child[gene] = int(6 * draw[2])
+                elif gene < links:
+                    child[gene] = int(5 * draw[2]) / 2 - 1
+                else:
+                    child[gene] = int(2 * draw[2])
         return [child]

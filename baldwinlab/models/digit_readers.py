@@ -1,18 +1,23 @@
-"""Networks that learn to read digits, for few trials or many: how much learning lets evolution write the most into the genes.
+"""Networks that learn to classify digits, with few or many trials during life.
 
     baldwinlab reproduce keesing-stork-1991
 
-Digits are 5 by 7 pixels, of which each is turned over with the probability `noise`. A genome is the
-weights of a network of logistic units, 35 pixels, hidden units and ten outputs, each weight one of
-16 from -2 to 2, which is four bits. In life a network is shown so many digits, of a hundred, and
-descends the gradient of its squared error after each; then it reads a hundred others. Both are the
-same for all in a run, and the share read right is fitness. All networks have as many trials, or
-each a number of its own, from none to twice as many.
+A digit has 5 by 7 pixels. Each pixel is inverted with the probability `noise`. A genome has the
+weights of a network of logistic units: 35 pixels, hidden units and ten outputs. A weight has 16
+levels from -2 to 2, which is four bits. During life, a network is trained on digits from a set of a
+hundred, by gradient descent on the squared error. Then it is tested on a hundred other digits. Both
+sets are the same for all agents of a run. Fitness is the share of digits that are classified
+correctly. All networks have the same number of trials, or each has a random number between zero and
+twice the mean.
 
-Source: R. Keesing and D. G. Stork, "Evolution and learning in neural networks: the number and
-distribution of learning trials affect the rate of evolution", Advances in Neural Information
-Processing Systems 3 (1991), and their US patent 5,245,696 for how networks are bred. Digits, sizes
-and rates are ours.
+Reproduction follows the patent of Keesing and Stork. The digits, sizes and rates are our choice.
+
+References
+----------
+R. Keesing and D. G. Stork, "Evolution and learning in neural networks: the number and distribution
+of learning trials affect the rate of evolution", Advances in Neural Information Processing Systems
+3 (1991).
+R. Keesing and D. G. Stork, US patent 5,245,696.
 """
 
 from __future__ import annotations
@@ -46,16 +51,19 @@ from baldwinlab.parts import (
 )
 
 PIXELS, DIGITS = 35, 10
-BEFORE_LIFE: Final = (
-    2**32 - 1
-)  # the generation whose random numbers are those of the digits that all must read
-LEVELS: Final = 16  # of a weight
+# Generation number of the random numbers for the digits.
+BEFORE_LIFE: Final = 2**32 - 1
+# Number of levels of a weight.
+LEVELS: Final = 16
 LARGEST: Final = np.float32(2)
-BETWEEN: Final = np.float32(4 / 15)  # a level and the next
+# Difference between two successive levels.
+LEVEL_STEP: Final = np.float32(4 / 15)
 HIGHEST: Final = np.float32(LEVELS - 1)
-ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
+ONE = np.float32(1)
+HALF = np.float32(0.5)
+ZERO = np.float32(0)
 
-DRAWN: Final = """
+BITMAPS: Final = """
 .###. ..#.. .###. ####. #..#. ##### .###. ##### .###. .###.
 #...# .##.. #...# ....# #..#. #.... #.... ....# #...# #...#
 #...# ..#.. ....# ....# #..#. ####. #.... ...#. #...# #...#
@@ -66,13 +74,14 @@ DRAWN: Final = """
 """
 
 
-def _at_last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
+def _last_mean(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return the mean of a record in the last generation."""
     return lambda runs: runs[name].isel(generation=-1).mean("agent")
 
 
-def bitmaps() -> npt.NDArray[np.float32]:
-    """The ten digits, [digit, pixel], 1 where there is ink."""
-    rows = [line.split() for line in DRAWN.strip().splitlines()]
+def read_bitmaps() -> npt.NDArray[np.float32]:
+    """Return the ten digits as an array [digit, pixel], where 1 is ink."""
+    rows = [line.split() for line in BITMAPS.strip().splitlines()]
     return np.array(
         [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(DIGITS)],
         np.float32,
@@ -80,12 +89,34 @@ def bitmaps() -> npt.NDArray[np.float32]:
 
 
 @lru_cache(maxsize=64)
-def lessons(seed: int, run: int, each: int, noise: float) -> npt.NDArray[np.float32]:
-    """The digits that all agents of a run learn from (0) and must read (1): [which, digit and number, pixel], so many of each."""
-    turned = uniforms(seed, run, BEFORE_LIFE, LIFE, (2 * DIGITS * each, PIXELS))[:, :, 0] < noise
-    shown = np.abs(np.tile(np.repeat(bitmaps(), each, axis=0), (2, 1)) - turned).astype(np.float32)
-    shown.flags.writeable = False  # as it is kept
-    return shown.reshape(2, DIGITS * each, PIXELS)
+def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArray[np.float32]:
+    """Draw the training set and the test set of a run.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the study.
+    run : int
+        Number of the run.
+    copies : int
+        Number of images per digit in each set.
+    noise : float
+        Probability that a pixel is inverted.
+
+    Returns
+    -------
+    array of shape (2, 10 * copies, 35)
+        Training set and test set, ordered by digit. The array is read-only.
+    """
+    is_inverted = (
+        uniforms(seed, run, BEFORE_LIFE, LIFE, (2 * DIGITS * copies, PIXELS))[:, :, 0] < noise
+    )
+    images = np.abs(
+        np.tile(np.repeat(read_bitmaps(), copies, axis=0), (2, 1)) - is_inverted
+    ).astype(np.float32)
+    # The array is cached.
+    images.flags.writeable = False
+    return images.reshape(2, DIGITS * copies, PIXELS)
 
 
 class DigitReaders(Model, name="digit-readers"):
@@ -144,10 +175,11 @@ class DigitReaders(Model, name="digit-readers"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",
-            _at_last("innate_error"),
+            _last_mean("innate_error"),
         ),
         "error": Measure(
-            "share of digits misclassified after learning in the last generation", _at_last("error")
+            "share of digits misclassified after learning in the last generation",
+            _last_mean("error"),
         ),
     }
 
@@ -169,19 +201,17 @@ class DigitReaders(Model, name="digit-readers"):
         levels = (LEVELS * key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(
             np.int64
         )
-        drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * BETWEEN - LARGEST
+        drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - LARGEST
         return drawn
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         learned = genomes[:, :, 0].copy()
-        used, wrong = (
-            poison.empty(learned.shape[:2], np.int32),
-            poison.empty((*learned.shape[:2], 2), np.int32),
-        )
+        used = poison.empty(learned.shape[:2], np.int32)
+        wrong = poison.empty((*learned.shape[:2], 2), np.int32)
         scratch = poison.empty((3, max(self.hidden_units, DIGITS)), np.float32)
-        for place, run in enumerate(runs):
+        for row, run in enumerate(runs):
             numbers = np.array(
                 [
                     seed,
@@ -193,20 +223,21 @@ class DigitReaders(Model, name="digit-readers"):
                 ],
                 np.int64,
             )
-            learnt, read = lessons(seed, run, self.tests_per_digit, self.noise)
-            school(
+            training_set, test_set = draw_digit_sets(seed, run, self.tests_per_digit, self.noise)
+            train_and_test(
                 numbers,
                 self.criterion == "all",
                 np.float32(self.learning_rate),
-                learnt,
-                read,
-                learned[place],
+                training_set,
+                test_set,
+                learned[row],
                 scratch,
-                used[place],
-                wrong[place],
+                used[row],
+                wrong[row],
             )
         errors = wrong / (DIGITS * self.tests_per_digit)
-        innate, error = errors[:, :, 0].astype(np.float32), errors[:, :, 1].astype(np.float32)
+        innate = errors[:, :, 0].astype(np.float32)
+        error = errors[:, :, 1].astype(np.float32)
         energy = 1 - errors[:, :, 1]
         return LifeResults(
             energy,
@@ -217,88 +248,122 @@ class DigitReaders(Model, name="digit-readers"):
 
 
 @jit_entry_point
-def school(
+def train_and_test(
     numbers: Any,
     strict: bool,
     rate: Any,
-    learnt: Any,
-    read: Any,
+    training_set: Any,
+    test_set: Any,
     weights: Any,
     scratch: Any,
     used: Any,
     wrong: Any,
 ) -> None:
-    """Teach all agents of a run, and examine them at birth and afterwards: `wrong` [agent, 2]. `weights` [agent, weight] change.
+    """Train all agents of a run, and test them before and after the training.
 
-    `numbers` are seed, run, generation, hidden units, trials, and whether these are spread;
-    `learnt` and `read` have a digit a row, as many of each; `scratch` has three rows for units.
-    `used` [agent] are trials.
+    Parameters
+    ----------
+    numbers : array of shape (6,)
+        Seed, run, generation, number of hidden units, mean number of trials, and whether the
+        numbers of trials are spread.
+    strict : bool
+        Whether all outputs must be on the correct side of 1/2.
+    rate : float32
+        Learning rate.
+    training_set, test_set : arrays of shape (digits * copies, pixels)
+        Images, ordered by digit.
+    weights : array of shape (agents, weights)
+        Weights. They change in place.
+    scratch : array of shape (3, units)
+        Scratch.
+    used : array of shape (agents,)
+        Output: the number of trials.
+    wrong : array of shape (agents, 2)
+        Output: the number of wrong answers before and after the training.
     """
-    seed, run, generation, hidden, trials, spread = (
-        numbers[0],
-        numbers[1],
-        numbers[2],
-        numbers[3],
-        numbers[4],
-        numbers[5],
-    )
-    units, outputs, errors, each = scratch[0], scratch[1], scratch[2], read.shape[0] // DIGITS
+    seed = numbers[0]
+    run = numbers[1]
+    generation = numbers[2]
+    hidden = numbers[3]
+    trials = numbers[4]
+    is_spread = numbers[5]
+    units = scratch[0]
+    outputs = scratch[1]
+    errors = scratch[2]
+    copies = test_set.shape[0] // DIGITS
     for agent in range(used.size):
-        own = weights[agent]
+        agent_weights = weights[agent]
         share = unit(philox(0, agent, generation, LIFE, seed, run)[0])
-        used[agent] = int(share * np.float32(2 * trials + 1)) if spread else trials
-        wrong[agent, 0] = _misread(read, own, hidden, units, outputs, strict)
+        used[agent] = int(share * np.float32(2 * trials + 1)) if is_spread else trials
+        wrong[agent, 0] = _count_wrong(test_set, agent_weights, hidden, units, outputs, strict)
         for trial in range(used[agent]):
             word = philox(1 + trial, agent, generation, LIFE, seed, run)[0]
-            shown = int(unit(word) * np.float32(learnt.shape[0]))
-            _answer(learnt[shown], own, hidden, units, outputs)
-            _descend(rate, shown // each, learnt[shown], own, hidden, units, outputs, errors)
+            image = int(unit(word) * np.float32(training_set.shape[0]))
+            _forward(training_set[image], agent_weights, hidden, units, outputs)
+            _train(
+                rate,
+                image // copies,
+                training_set[image],
+                agent_weights,
+                hidden,
+                units,
+                outputs,
+                errors,
+            )
         wrong[agent, 1] = (
-            _misread(read, own, hidden, units, outputs, strict)
+            _count_wrong(test_set, agent_weights, hidden, units, outputs, strict)
             if used[agent] > 0
             else wrong[agent, 0]
         )
 
 
 @compiled
-def _misread(read: Any, weights: Any, hidden: Any, units: Any, outputs: Any, strict: bool) -> int:
-    """How many digits are read wrong: another output is the strongest; or, if `strict`, any is on the wrong side of 1/2."""
-    each, wrong = read.shape[0] // DIGITS, 0
-    for shown in range(read.shape[0]):
-        _answer(read[shown], weights, hidden, units, outputs)
-        strongest, off = 0, False
+def _count_wrong(
+    test_set: Any, weights: Any, hidden: Any, units: Any, outputs: Any, strict: bool
+) -> int:
+    """Return the number of wrong answers.
+
+    An answer is wrong if another output is the largest. If `strict`, an answer is wrong if any
+    output is on the wrong side of 1/2.
+    """
+    copies = test_set.shape[0] // DIGITS
+    wrong = 0
+    for image in range(test_set.shape[0]):
+        _forward(test_set[image], weights, hidden, units, outputs)
+        strongest = 0
+        has_wrong_side = False
         for digit in range(DIGITS):
             if outputs[digit] > outputs[strongest]:
                 strongest = digit
-            off = off or (outputs[digit] > HALF) != (digit == shown // each)
-        wrong += int(off if strict else strongest != shown // each)
+            has_wrong_side = has_wrong_side or (outputs[digit] > HALF) != (digit == image // copies)
+        wrong += int(has_wrong_side if strict else strongest != image // copies)
     return wrong
 
 
 @compiled
-def _answer(pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any) -> None:
-    """Fill `units` and `outputs`: logistic units, each with a bias."""
-    for one in range(hidden):
-        units[one] = weights[PIXELS * hidden + one]
+def _forward(pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any) -> None:
+    """Fill `units` and `outputs`. All units are logistic and have a bias."""
+    for hidden_unit in range(hidden):
+        units[hidden_unit] = weights[PIXELS * hidden + hidden_unit]
     for pixel in range(PIXELS):
         if pixels[pixel] > ZERO:
-            for one in range(hidden):
-                units[one] += weights[pixel * hidden + one]
+            for hidden_unit in range(hidden):
+                units[hidden_unit] += weights[pixel * hidden + hidden_unit]
     after = (PIXELS + 1) * hidden
     for digit in range(DIGITS):
         outputs[digit] = weights[after + hidden * DIGITS + digit]
-    for one in range(hidden):
-        units[one] = sigmoid(units[one])
+    for hidden_unit in range(hidden):
+        units[hidden_unit] = sigmoid(units[hidden_unit])
         for digit in range(DIGITS):
-            outputs[digit] += weights[after + one * DIGITS + digit] * units[one]
+            outputs[digit] += weights[after + hidden_unit * DIGITS + digit] * units[hidden_unit]
     for digit in range(DIGITS):
         outputs[digit] = sigmoid(outputs[digit])
 
 
 @compiled
-def _descend(
+def _train(
     rate: Any,
-    right: Any,
+    digit_shown: Any,
     pixels: Any,
     weights: Any,
     hidden: Any,
@@ -306,25 +371,29 @@ def _descend(
     outputs: Any,
     errors: Any,
 ) -> None:
-    """One step down the gradient of half the squared error, where the output of the `right` digit should be 1, all others 0."""
+    """Do one step of gradient descent on half the squared error.
+
+    The target is 1 for the output of the digit `digit_shown`, and 0 for the other outputs.
+    """
     after = (PIXELS + 1) * hidden
     for digit in range(DIGITS):
         y = outputs[digit]
-        errors[digit] = rate * (y - (ONE if digit == right else ZERO)) * y * (ONE - y)
-    for one in range(hidden):
-        h, error = units[one], ZERO
+        errors[digit] = rate * (y - (ONE if digit == digit_shown else ZERO)) * y * (ONE - y)
+    for hidden_unit in range(hidden):
+        h = units[hidden_unit]
+        error = ZERO
         for digit in range(DIGITS):
-            weight = after + one * DIGITS + digit
+            weight = after + hidden_unit * DIGITS + digit
             error += errors[digit] * weights[weight]
             weights[weight] -= errors[digit] * h
-        units[one] = error * h * (ONE - h)
-        weights[PIXELS * hidden + one] -= units[one]
+        units[hidden_unit] = error * h * (ONE - h)
+        weights[PIXELS * hidden + hidden_unit] -= units[hidden_unit]
     for digit in range(DIGITS):
         weights[after + hidden * DIGITS + digit] -= errors[digit]
     for pixel in range(PIXELS):
         if pixels[pixel] > ZERO:
-            for one in range(hidden):
-                weights[pixel * hidden + one] -= units[one]
+            for hidden_unit in range(hidden):
+                weights[pixel * hidden + hidden_unit] -= units[hidden_unit]
 
 
 class FourBitWeights(Variation, name="four-bit-weights"):
@@ -349,22 +418,24 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        length, crossing = child.size, gate < part.crossover_share  # of the modules in a row
-        place = (
+        # The number of weights of all modules.
+        length = child.size
+        crossing = gate < part.crossover_share
+        # A uniform number in (0, 1), with or without crossover.
+        position = (
             gate / part.crossover_share
             if crossing
             else (gate - part.crossover_share) / (1.0 - part.crossover_share)
-        )  # uniform, in either case
-        half = int(place * 2 * (length - 1))
+        )
+        half = int(position * 2 * (length - 1))
         cut = 1 + half // 2 if crossing else length
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                of_fitter = (draw < cut) == (
-                    half % 2 == 0
-                )  # a coin decides whose weights come first
+                # The parity of `half` selects the parent of the first weights.
+                of_fitter = (draw < cut) == (half % 2 == 0)
                 inherited = fitter[module, weight] if of_fitter else other[module, weight]
-                child[module, weight] = _turned(inherited, draws[draw], part.rate)
+                child[module, weight] = _flip_bits(inherited, draws[draw], part.rate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
@@ -374,27 +445,25 @@ class FourBitWeights(Variation, name="four-bit-weights"):
             half = int(gate / part.crossover_share * 2 * (length - 1))
             cut = 1 + half // 2
         else:
-            half, cut = (
-                int((gate - part.crossover_share) / (1 - part.crossover_share) * 2 * (length - 1)),
-                length,
-            )
+            share = (gate - part.crossover_share) / (1 - part.crossover_share)
+            half = int(share * 2 * (length - 1))
+            cut = length
         child = [*parents[half % 2][:cut], *parents[1 - half % 2][cut:]]
         for weight, draw in enumerate(draws):
-            turned = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
-            if turned:
-                child[weight] = (
-                    int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ turned
-                ) * 4 / 15 - 2
+            flipped = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
+            if flipped:
+                level = int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ flipped
+                child[weight] = level * 4 / 15 - 2
         return split_modules(child, len(fitter[0]))
 
 
 @compiled
-def _turned(weight: Any, draws: Any, rate: float) -> Any:
-    """Return a weight after each of its four bits may have flipped, each by one of four `draws`."""
-    turned = 0
+def _flip_bits(weight: Any, draws: Any, rate: float) -> Any:
+    """Return a weight after the mutation of its four bits, each with one of four `draws`."""
+    flipped = 0
     for bit in range(4):
-        turned += (1 << bit) if draws[bit] < rate else 0
-    if turned == 0:
+        flipped += (1 << bit) if draws[bit] < rate else 0
+    if flipped == 0:
         return weight
-    level = int(min(max((weight + LARGEST) / BETWEEN + HALF, ZERO), HIGHEST)) ^ turned
-    return np.float32(level) * BETWEEN - LARGEST
+    level = int(min(max((weight + LARGEST) / LEVEL_STEP + HALF, ZERO), HIGHEST)) ^ flipped
+    return np.float32(level) * LEVEL_STEP - LARGEST

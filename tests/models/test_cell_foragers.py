@@ -1,4 +1,4 @@
-"""Foragers in cells: against a life in plain Python, gradients by finite differences, and learning from a constant teacher."""
+"""Test foragers on a grid against plain Python, finite differences and a constant teacher."""
 
 from __future__ import annotations
 
@@ -32,28 +32,30 @@ def model(learning: Any, **fields: Any) -> CellForagers:
 
 
 def genomes(
-    of: CellForagers, agents: int, seed: int = 1, size: float = 2.0
+    forager_model: CellForagers, agents: int, seed: int = 1, size: float = 2.0
 ) -> npt.NDArray[np.float32]:
-    """[run, agent, module, weight], large enough that agents move."""
+    """Return genomes [run, agent, module, weight] with weights large enough for movement."""
     drawn = np.random.default_rng(seed).uniform(
-        -size, size, (1, agents, len(of.modules), of.weights())
+        -size, size, (1, agents, len(forager_model.modules), forager_model.weights())
     )
     return drawn.astype(np.float32)
 
 
-def answered(weights: Any, values: Any, outputs: int) -> tuple[Any, Any]:
-    """Hidden units and outputs, by matrices in float64."""
+def forward(weights: Any, values: Any, outputs: int) -> tuple[Any, Any]:
+    """Compute hidden units and outputs by matrices in float64."""
     first = np.reshape(weights[: (INPUTS + 1) * HIDDEN], (INPUTS + 1, HIDDEN))
     second = np.reshape(weights[(INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
     hidden = 1 / (1 + np.exp(-(np.append(values, 1) @ first)))
     return hidden, 1 / (1 + np.exp(-(np.append(hidden, 1) @ second)))
 
 
-def taught(weights: Any, values: Any, outputs: int, first: int, wanted: Any, rate: float) -> Any:
-    """The weights after a step down the gradient of half the squared error of two outputs, by the chain rule."""
-    hidden, y = answered(weights, values, outputs)
+def train(weights: Any, values: Any, outputs: int, first: int, targets: Any, rate: float) -> Any:
+    """Return the weights after a step of gradient descent for two outputs, by the chain rule."""
+    hidden, y = forward(weights, values, outputs)
     error = np.zeros(outputs)
-    error[first : first + 2] = (y - np.pad(wanted, (first, outputs - first - 2)))[first : first + 2]
+    error[first : first + 2] = (y - np.pad(targets, (first, outputs - first - 2)))[
+        first : first + 2
+    ]
     delta = error * y * (1 - y)
     second = np.reshape(weights[(INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
     back = (second[:HIDDEN] @ delta) * hidden * (1 - hidden)
@@ -64,25 +66,28 @@ def taught(weights: Any, values: Any, outputs: int, first: int, wanted: Any, rat
     return weights - rate * np.concatenate(steps)
 
 
-def sensed(food: list[int], place: int, heading: int) -> tuple[float, float]:
+def sense(food: list[int], position: int, heading: int) -> tuple[float, float]:
     if not food:
         return 0.0, 1.0
-    away = [(cell % SIDE - place % SIDE, cell // SIDE - place // SIDE) for cell in food]
-    dx, dy = min(away, key=lambda d: d[0] ** 2 + d[1] ** 2)  # of equals the first
+    offsets = [(cell % SIDE - position % SIDE, cell // SIDE - position // SIDE) for cell in food]
+    dx, dy = min(offsets, key=lambda offset: offset[0] ** 2 + offset[1] ** 2)
     turn = math.atan2(dy, dx) / (2 * math.pi) - heading / 4
     return (turn % 1.0 if dx or dy else 0.0), math.hypot(dx, dy) / math.hypot(SIDE - 1, SIDE - 1)
 
 
-def life(of: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
-    """What an agent eats in each environment, and its weights at death."""
-    weights, fixed, eaten = genome[0].astype(float), genome[-1].astype(float), []
-    for environment in range(of.environments):
+def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
+    """Return the number of eaten items in each environment, and the weights at death."""
+    weights = genome[0].astype(float)
+    fixed = genome[-1].astype(float)
+    eaten = []
+    for environment in range(forager_model.environments):
 
         def draw(number: int, first: int = environment * DRAWS) -> list[float]:
-            with np.errstate(over="ignore"):  # as words of 32 bits do
+            # Overflow of words of 32 bits is intended.
+            with np.errstate(over="ignore"):
                 return [float(unit(word)) for word in philox(first + number, agent, 3, LIFE, 7, 0)]
 
-        place, heading = int(draw(0)[0] * SIDE * SIDE), int(draw(0)[1] * 4)
+        position, heading = int(draw(0)[0] * SIDE * SIDE), int(draw(0)[1] * 4)
         food: list[int] = []
         number = 0
         while len(food) < FOOD:
@@ -90,105 +95,130 @@ def life(of: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
             cell = int(draw(number)[0] * SIDE * SIDE)
             food += [] if cell in food else [cell]
         plan, meals = (0, 0), 0
-        for move in range(of.steps_per_environment):
-            values = np.array([*sensed(food, place, heading), *plan])
-            _, y = answered(weights, values, of.outputs)
+        for move in range(forager_model.steps_per_environment):
+            values = np.array([*sense(food, position, heading), *plan])
+            _, y = forward(weights, values, forager_model.outputs)
             if plan == (1, 1):
                 x, row = (
-                    place % SIDE + (1, 0, -1, 0)[heading],
-                    place // SIDE + (0, 1, 0, -1)[heading],
+                    position % SIDE + (1, 0, -1, 0)[heading],
+                    position // SIDE + (0, 1, 0, -1)[heading],
                 )
-                place = row * SIDE + x if 0 <= x < SIDE and 0 <= row < SIDE else place
+                position = row * SIDE + x if 0 <= x < SIDE and 0 <= row < SIDE else position
             heading = (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
-            meals += place in food
-            food = [cell for cell in food if cell != place]
+            meals += position in food
+            food = [cell for cell in food if cell != position]
             plan = (int(y[0] > 0.5), int(y[1] > 0.5))
-            if of.learning == "auto-teaching":
-                weights = taught(
-                    weights, values, 2, 0, answered(fixed, values, 2)[1], of.learning_rate
+            if forager_model.learning == "auto-teaching":
+                weights = train(
+                    weights, values, 2, 0, forward(fixed, values, 2)[1], forager_model.learning_rate
                 )
-            elif of.learning != "none":
+            elif forager_model.learning != "none":
                 coin = draw(DRAWS - 1 - move)
-                wanted = sensed(food, place, heading) if of.learning == "prediction" else coin[:2]
-                weights = taught(weights, values, 4, 2, np.array(wanted), of.learning_rate)
+                targets = (
+                    sense(food, position, heading)
+                    if forager_model.learning == "prediction"
+                    else coin[:2]
+                )
+                weights = train(
+                    weights, values, 4, 2, np.array(targets), forager_model.learning_rate
+                )
         eaten.append(meals)
     return eaten, weights
 
 
 @pytest.mark.parametrize("learning", KINDS)
 def test_a_life_is_as_in_plain_python(learning: str) -> None:
-    of = model(learning)
-    born = genomes(of, 12)
-    found = of.simulate(7, [0], 3, born)
-    assert born.tolist() == genomes(of, 12).tolist(), "what is inherited is left as it was"
-    expected = [life(of, genome, agent) for agent, genome in enumerate(born[0])]
-    food = [sum(eaten) / of.environments for eaten, _ in expected]
-    assert found.energy[0].tolist() == pytest.approx(food) and sum(food) > 0.5
-    assert found.learned is not None
-    assert found.learned[0] == pytest.approx(
+    forager_model = model(learning)
+    newborns = genomes(forager_model, 12)
+    results = forager_model.simulate(7, [0], 3, newborns)
+    assert newborns.tolist() == genomes(forager_model, 12).tolist(), "genomes do not change"
+    expected = [life(forager_model, genome, agent) for agent, genome in enumerate(newborns[0])]
+    food = [sum(eaten) / forager_model.environments for eaten, _ in expected]
+    assert results.energy[0].tolist() == pytest.approx(food) and sum(food) > 0.5
+    assert results.learned is not None
+    assert results.learned[0] == pytest.approx(
         np.array([weights for _, weights in expected]), abs=2e-3
     )
     gains = [eaten[-1] - eaten[0] for eaten, _ in expected]
-    assert found.records["gain"][0].tolist() == gains
+    assert results.records["gain"][0].tolist() == gains
 
 
 @pytest.mark.parametrize("learning", KINDS)
 def test_the_view_of_a_life_is_that_life(learning: str) -> None:
-    """What each environment gains is what the agent eats in it, with all that it learns, and it goes cell by cell."""
-    of = model(learning)
-    born = genomes(of, 12)
+    """The view shows the food that the agent eats in each environment, and moves cell by cell."""
+    forager_model = model(learning)
+    newborns = genomes(forager_model, 12)
     for agent in range(12):
-        seen = of.views["life"].of(of, GenerationKey(7, 0, 3), born[0], agent)
-        assert isinstance(seen, GridView) and seen.ground.shape == (of.steps, SIDE, SIDE)
-        gained, food = (
-            values.reshape(of.environments, of.steps_per_environment, -1)
-            for values in (seen.gained, seen.ground)
+        view = forager_model.views["life"].of(
+            forager_model, GenerationKey(7, 0, 3), newborns[0], agent
         )
-        assert gained[:, -1, 0].tolist() == life(of, born[0, agent], agent)[0]
-        assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "what is not eaten lies there"
+        assert isinstance(view, GridView) and view.ground.shape == (forager_model.steps, SIDE, SIDE)
+        gained, food = (
+            values.reshape(forager_model.environments, forager_model.steps_per_environment, -1)
+            for values in (view.gained, view.ground)
+        )
+        assert gained[:, -1, 0].tolist() == life(forager_model, newborns[0, agent], agent)[0]
+        assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "food that is not eaten remains"
         moved = np.abs(
-            np.diff(seen.place.reshape(of.environments, of.steps_per_environment, 2), axis=1)
+            np.diff(
+                view.place.reshape(
+                    forager_model.environments, forager_model.steps_per_environment, 2
+                ),
+                axis=1,
+            )
         ).sum(axis=-1)
         turned = (
-            np.diff(seen.heading.reshape(of.environments, of.steps_per_environment), axis=1) % 4
+            np.diff(
+                view.heading.reshape(
+                    forager_model.environments, forager_model.steps_per_environment
+                ),
+                axis=1,
+            )
+            % 4
         )
         assert ((moved == 0) | ((moved == 1) & (turned == 0))).all()
-        assert seen.visit.tolist() == [
+        assert view.visit.tolist() == [
             environment
-            for environment in range(of.environments)
-            for _ in range(of.steps_per_environment)
+            for environment in range(forager_model.environments)
+            for _ in range(forager_model.steps_per_environment)
         ]
 
 
 def test_of_a_long_life_the_view_has_the_beginning() -> None:
-    of = model("none", environments=1000, steps_per_environment=50)
-    seen = of.views["life"].of(of, GenerationKey(7, 0, 3), genomes(of, 1)[0], 0)
-    assert isinstance(seen, GridView) and len(seen.ground) == cell_foragers.WATCHED
+    forager_model = model("none", environments=1000, steps_per_environment=50)
+    view = forager_model.views["life"].of(
+        forager_model, GenerationKey(7, 0, 3), genomes(forager_model, 1)[0], 0
+    )
+    assert isinstance(view, GridView) and len(view.ground) == cell_foragers.MAX_SHOWN_MOVES
 
 
 def test_a_step_of_learning_goes_down_the_gradient() -> None:
-    """Of half the squared error of the outputs that learn, by finite differences; the other outputs' weights stay."""
-    of = model("prediction")
-    weights = genomes(of, 1)[0, 0, 0]
+    """The gradient of half the squared error is from finite differences of the learning outputs.
+
+    The weights of the other outputs do not change.
+    """
+    forager_model = model("prediction")
+    weights = genomes(forager_model, 1)[0, 0, 0]
     values = np.array([0.3, 0.6, 1, 0], np.float32)
-    units, wanted = np.zeros(INPUTS + HIDDEN + 4, np.float32), (0.9, 0.2)
+    units = np.zeros(INPUTS + HIDDEN + 4, np.float32)
+    targets = (0.9, 0.2)
     units[:INPUTS] = values
     after = weights.copy()
-    cell_foragers._answer(after, HIDDEN, 4, units)
-    cell_foragers._learn(
+    cell_foragers._forward(after, HIDDEN, 4, units)
+    cell_foragers._backpropagate(
         after,
         HIDDEN,
         4,
         2,
         np.float32(1),
         units,
-        np.float32(wanted[0]),
-        np.float32(wanted[1]),
+        np.float32(targets[0]),
+        np.float32(targets[1]),
         np.zeros(4, np.float32),
     )
 
     def error(of_weights: Any) -> float:
-        return float(((answered(of_weights, values, 4)[1][2:] - wanted) ** 2).sum() / 2)
+        return float(((forward(of_weights, values, 4)[1][2:] - targets) ** 2).sum() / 2)
 
     for weight in range(weights.size):
         nudge = np.zeros(weights.size)
@@ -199,19 +229,17 @@ def test_a_step_of_learning_goes_down_the_gradient() -> None:
     assert (second[:, :2] == 0).all() and (second[:, 2:] != 0).all()
 
 
-def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end_geometrically() -> (
-    None
-):
-    of = model("auto-teaching")
-    weights, fixed = genomes(of, 1)[0, 0]
+def test_the_error_to_a_constant_teacher_falls_in_each_step_and_finally_geometrically() -> None:
+    forager_model = model("auto-teaching")
+    weights, fixed = genomes(forager_model, 1)[0, 0]
     units, teacher = np.zeros((2, INPUTS + HIDDEN + 2), np.float32)
     errors = []
     for _ in range(3000):
         units[:INPUTS] = teacher[:INPUTS] = [0.3, 0.6, 1, 0]
-        cell_foragers._answer(weights, HIDDEN, 2, units)
-        cell_foragers._answer(fixed, HIDDEN, 2, teacher)
+        cell_foragers._forward(weights, HIDDEN, 2, units)
+        cell_foragers._forward(fixed, HIDDEN, 2, teacher)
         errors.append(float(np.abs(units[-2:] - teacher[-2:]).max()))
-        cell_foragers._learn(
+        cell_foragers._backpropagate(
             weights,
             HIDDEN,
             2,
@@ -229,40 +257,42 @@ def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end
         if 1e-4 < errors[step] < 1e-2
     ]
     assert len(shares) > 20 and max(shares) - min(shares) < 0.05, (
-        "by the same share in every twenty steps"
+        "the error falls by the same share in twenty steps"
     )
 
 
 @pytest.mark.parametrize("learning", KINDS[1:])
 def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning: str) -> None:
-    still, born = model(learning, learning_rate=0.0), genomes(model(learning), 20)
-    found, off = (
-        still.simulate(7, [0], 3, born),
-        model(learning).without_learning().simulate(7, [0], 3, born),
-    )
-    assert found.learned is not None and (found.learned == born[:, :, 0]).all()
-    assert found.energy.tolist() == off.energy.tolist()
-    learned = model(learning).simulate(7, [0], 3, born).learned
-    assert learned is not None and (learned != born[:, :, 0]).any(axis=-1).all(), (
-        "at another, by everybody"
+    model_at_rate_0 = model(learning, learning_rate=0.0)
+    newborns = genomes(model(learning), 20)
+    results = model_at_rate_0.simulate(7, [0], 3, newborns)
+    control = model(learning).without_learning().simulate(7, [0], 3, newborns)
+    assert results.learned is not None and (results.learned == newborns[:, :, 0]).all()
+    assert results.energy.tolist() == control.energy.tolist()
+    learned = model(learning).simulate(7, [0], 3, newborns).learned
+    assert learned is not None and (learned != newborns[:, :, 0]).any(axis=-1).all(), (
+        "at another rate, all agents learn"
     )
 
 
-def test_nobody_eats_more_than_there_is_and_a_run_has_the_same_bits_beside_others() -> None:
-    of = model("auto-teaching", steps_per_environment=200)
-    born = np.repeat(genomes(of, 30), 2, axis=0)
-    both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
+def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_alone() -> None:
+    forager_model = model("auto-teaching", steps_per_environment=200)
+    newborns = np.repeat(genomes(forager_model, 30), 2, axis=0)
+    both, single = (
+        forager_model.simulate(7, [0, 5], 3, newborns),
+        forager_model.simulate(7, [5], 3, newborns[1:]),
+    )
     assert both.energy.max() <= FOOD and both.energy.max() > 1
-    assert both.energy[1].tolist() == alone.energy[0].tolist() != both.energy[0].tolist()
+    assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 
 def test_a_child_differs_from_its_parent_in_few_weights_however_long_its_genome() -> None:
     for learning in ("none", "auto-teaching"):
         experiment = assign(bl.load("cell-foragers"), [f"cell_foragers.learning={learning}"])
-        of = CellForagers(learning=learning)
+        forager_model = CellForagers(learning=learning)
         parents_of = (
             np.random.default_rng(0)
-            .uniform(-1, 1, (100, len(of.modules), of.weights()))
+            .uniform(-1, 1, (100, len(forager_model.modules), forager_model.weights()))
             .astype(np.float32)
         )
         children, parents = breed(experiment, parents_of, np.arange(100.0), GenerationKey(0, 0, 1))
@@ -271,8 +301,8 @@ def test_a_child_differs_from_its_parent_in_few_weights_however_long_its_genome(
         assert sorted(set(parents.ravel().tolist())) == list(range(80, 100)), "the best fifth"
 
 
-def test_teaching_oneself_raises_food_within_life() -> None:
-    """Five generations are enough to see it, and more than chance gives the twin."""
+def test_auto_teaching_raises_food_within_life() -> None:
+    """Five generations are enough. The effect is larger than the random effect in the control."""
     changes = ["evolution.generations=8", "population.size=60", "cell_foragers.environments=12"]
     gains = {}
     for name in ("auto-teaching", "auto-teaching-twin"):
@@ -282,8 +312,8 @@ def test_teaching_oneself_raises_food_within_life() -> None:
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
-    found = [
+    findings = [
         *check_part(CellForagers),
         *check_part(FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
-    assert [one for one in found if one.holds is False] == []
+    assert [finding for finding in findings if finding.holds is False] == []

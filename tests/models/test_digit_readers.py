@@ -1,4 +1,4 @@
-"""Networks that learn to read: gradients by finite differences, lives in plain Python, and digits that can be learned."""
+"""Test networks that learn digits: gradients by finite differences, and errors by matrices."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from baldwinlab.models.digit_readers import (
     PIXELS,
     DigitReaders,
     FourBitWeights,
-    bitmaps,
-    lessons,
+    draw_digit_sets,
+    read_bitmaps,
 )
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
@@ -28,8 +28,8 @@ Numbers = npt.NDArray[np.float64]
 HIDDEN = 6
 
 
-def answered(weights: Numbers, pixels: Numbers) -> Numbers:
-    """What the outputs are, by matrices in float64."""
+def forward(weights: Numbers, pixels: Numbers) -> Numbers:
+    """Compute the outputs by matrices in float64."""
     first, second = np.split(weights, [(PIXELS + 1) * HIDDEN])
     hidden = 1 / (1 + np.exp(-(np.append(pixels, 1) @ first.reshape(PIXELS + 1, HIDDEN))))
     outputs: Numbers = 1 / (
@@ -39,36 +39,40 @@ def answered(weights: Numbers, pixels: Numbers) -> Numbers:
 
 
 def error(weights: Numbers, pixels: Numbers, digit: int) -> float:
-    """Half of the squared error."""
-    return float(((answered(weights, pixels) - np.eye(DIGITS)[digit]) ** 2).sum() / 2)
+    """Compute half of the squared error."""
+    return float(((forward(weights, pixels) - np.eye(DIGITS)[digit]) ** 2).sum() / 2)
 
 
 def readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[np.float32]]:
-    """A model with few hidden units, and genomes [run, agent, module, weight] that are not too steep to learn."""
-    of = DigitReaders(hidden_units=HIDDEN, **fields)
-    return of, np.random.default_rng(1).uniform(-0.5, 0.5, (1, agents, 1, of.weights())).astype(
-        np.float32
-    )
+    """Return a model with few hidden units, and genomes [run, agent, module, weight].
+
+    The weights are small enough for learning.
+    """
+    model = DigitReaders(hidden_units=HIDDEN, **fields)
+    return model, np.random.default_rng(1).uniform(
+        -0.5, 0.5, (1, agents, 1, model.weights())
+    ).astype(np.float32)
 
 
-def shown(agent: int, trial: int, count: int) -> int:
-    """Which of the digits to learn from an agent is shown in a trial."""
+def training_image(agent: int, trial: int, count: int) -> int:
+    """Return the number of the training image of a trial."""
     return int(unit(words(3, 0, 2, LIFE, (agent + 1, trial + 2))[agent, trial + 1, 0]) * count)
 
 
 def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
-    of, genomes = readers(4, trials=1, learning_rate=0.25)
-    learned = of.simulate(3, [0], 2, genomes).learned
-    learnt, _ = lessons(3, 0, of.tests_per_digit, of.noise)
+    model, genomes = readers(4, trials=1, learning_rate=0.25)
+    learned = model.simulate(3, [0], 2, genomes).learned
+    training_set, _ = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
     assert learned is not None
     for agent in range(4):
-        number = shown(agent, 0, len(learnt))
-        weights, pixels = genomes[0, agent, 0].astype(np.float64), learnt[number].astype(np.float64)
+        number = training_image(agent, 0, len(training_set))
+        weights = genomes[0, agent, 0].astype(np.float64)
+        pixels = training_set[number].astype(np.float64)
         steps = np.eye(weights.size) * 1e-5
         gradient = [
             (
-                error(weights + step, pixels, number // of.tests_per_digit)
-                - error(weights - step, pixels, number // of.tests_per_digit)
+                error(weights + step, pixels, number // model.tests_per_digit)
+                - error(weights - step, pixels, number // model.tests_per_digit)
             )
             / 2e-5
             for step in steps
@@ -78,56 +82,57 @@ def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
 
 @pytest.mark.parametrize("criterion", ["strongest", "all"])
 def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -> None:
-    of, genomes = readers(12, trials=400, learning_rate=1.5, criterion=criterion)
-    found = of.simulate(3, [0], 2, genomes)
-    learnt, read = lessons(3, 0, of.tests_per_digit, of.noise)
+    model, genomes = readers(12, trials=400, learning_rate=1.5, criterion=criterion)
+    results = model.simulate(3, [0], 2, genomes)
+    training_set, test_set = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
     assert (
-        learnt.shape == read.shape == (100, PIXELS)
-        and (learnt != read).any()
-        and found.learned is not None
+        training_set.shape == test_set.shape == (100, PIXELS)
+        and (training_set != test_set).any()
+        and results.learned is not None
     )
     for agent in range(12):
         for weights, name in (
             (genomes[0, agent, 0], "innate_error"),
-            (found.learned[0, agent], "error"),
+            (results.learned[0, agent], "error"),
         ):
             outputs = np.array(
-                [answered(weights.astype(np.float64), pixels.astype(np.float64)) for pixels in read]
+                [
+                    forward(weights.astype(np.float64), pixels.astype(np.float64))
+                    for pixels in test_set
+                ]
             )
-            right = np.repeat(np.arange(DIGITS), of.tests_per_digit)
+            right = np.repeat(np.arange(DIGITS), model.tests_per_digit)
             wrong = (outputs > 0.5) != np.eye(DIGITS)[right]
             missed = wrong.any(axis=1) if criterion == "all" else outputs.argmax(axis=1) != right
-            assert found.records[name][0, agent] == pytest.approx(missed.mean(), abs=0.011), (
-                "but for a tie"
+            assert results.records[name][0, agent] == pytest.approx(missed.mean(), abs=0.011), (
+                "a tie can differ"
             )
-        assert found.energy[0, agent] == pytest.approx(1 - found.records["error"][0, agent])
-    assert found.records["error"].mean() < found.records["innate_error"].mean() - 0.1
+        assert results.energy[0, agent] == pytest.approx(1 - results.records["error"][0, agent])
+    assert results.records["error"].mean() < results.records["innate_error"].mean() - 0.1
 
 
-def test_digits_can_be_learned_and_without_learning_nothing_is() -> None:
-    of, genomes = readers(8, trials=4000, learning_rate=1.0)
-    assert of.simulate(3, [0], 2, genomes).records["error"].mean() < 0.1
-    off = of.without_learning().simulate(3, [0], 2, genomes)
-    assert off.learned is not None and (off.learned == genomes[:, :, 0]).all()
-    assert (off.records["error"] == off.records["innate_error"]).all() and (
-        off.records["used"] == 1
+def test_digits_can_be_learned_but_not_without_learning() -> None:
+    model, genomes = readers(8, trials=4000, learning_rate=1.0)
+    assert model.simulate(3, [0], 2, genomes).records["error"].mean() < 0.1
+    control = model.without_learning().simulate(3, [0], 2, genomes)
+    assert control.learned is not None and (control.learned == genomes[:, :, 0]).all()
+    assert (control.records["error"] == control.records["innate_error"]).all() and (
+        control.records["used"] == 1
     ).all()
 
 
-def test_digits_are_ten_that_differ_and_their_pixels_are_turned_over_as_often_as_they_should_be() -> (
-    None
-):
-    digits = bitmaps()
+def test_the_ten_digits_differ_and_noise_inverts_the_given_share_of_pixels() -> None:
+    digits = read_bitmaps()
     assert digits.shape == (DIGITS, PIXELS) and set(np.unique(digits)) == {0, 1}
-    apart = np.abs(digits[:, None] - digits[None]).sum(axis=2)[np.triu_indices(DIGITS, 1)]
-    assert apart.min() >= 3, "so that no other is nearer"
-    turned = np.mean(
+    distances = np.abs(digits[:, None] - digits[None]).sum(axis=2)[np.triu_indices(DIGITS, 1)]
+    assert distances.min() >= 3, "a digit with one inverted pixel is nearest to itself"
+    inverted_share = np.mean(
         [
-            np.abs(lessons(1, run, 10, 0.05) - np.repeat(digits, 10, axis=0)).mean()
+            np.abs(draw_digit_sets(1, run, 10, 0.05) - np.repeat(digits, 10, axis=0)).mean()
             for run in range(20)
         ]
     )
-    assert turned == pytest.approx(0.05, abs=4 * np.sqrt(0.05 * 0.95 / (20 * 200 * PIXELS)))
+    assert inverted_share == pytest.approx(0.05, abs=4 * np.sqrt(0.05 * 0.95 / (20 * 200 * PIXELS)))
 
 
 def test_trials_are_as_many_for_all_or_spread_from_none_to_twice_as_many() -> None:
@@ -175,24 +180,24 @@ def test_as_many_children_have_weights_of_both_parents_as_are_crossed() -> None:
     assert cuts.mean() == pytest.approx(234, abs=4 * 470 / np.sqrt(12 * cuts.size)), "anywhere"
 
 
-def test_much_learning_reads_better_at_last_and_worse_at_birth() -> None:
-    """In a few small runs: what is learned hides what is innate."""
-    found = {}
+def test_with_many_trials_the_error_is_lower_at_death_and_higher_at_birth() -> None:
+    """Learning hides innate differences from selection."""
+    errors = {}
     for name in ("trials-5", "trials-320"):
-        lived = simulate_histories(
+        histories = simulate_histories(
             assign(bl.load(name), ["evolution.generations=31", "population.size=60"]), 0, range(2)
         )
-        found[name] = {
-            each: np.mean([one.recorded_values(each)[-1] for one in lived])
-            for each in ("innate_error", "error")
+        errors[name] = {
+            record: np.mean([history.recorded_values(record)[-1] for history in histories])
+            for record in ("innate_error", "error")
         }
-    assert found["trials-320"]["error"] < found["trials-5"]["error"] - 0.2
-    assert found["trials-320"]["innate_error"] > found["trials-5"]["innate_error"] + 0.05
+    assert errors["trials-320"]["error"] < errors["trials-5"]["error"] - 0.2
+    assert errors["trials-320"]["innate_error"] > errors["trials-5"]["innate_error"] + 0.05
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
-    found = [
+    findings = [
         *check_part(DigitReaders),
         *check_part(FourBitWeights, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
-    assert [one for one in found if one.holds is False] == []
+    assert [finding for finding in findings if finding.holds is False] == []

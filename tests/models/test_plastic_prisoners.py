@@ -1,4 +1,4 @@
-"""Plastic prisoners: matches against plain Python, move by move, and what is exact of their strategies."""
+"""Test plastic prisoners against matches in plain Python, and the exact payoffs of strategies."""
 
 from __future__ import annotations
 
@@ -28,8 +28,9 @@ from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.run import open_assay
 
 ROUNDS, NOISE = 50, 1 / 25
-NAMES = [STRATEGIES[number] for number in STRATEGY]  # of each genome
-FREE = [(False, False)]  # of slips
+# Name of the strategy of each genome.
+NAMES = [STRATEGIES[number] for number in STRATEGY]
+NO_SLIP = [(False, False)]
 
 
 def bits(genome: int) -> list[float]:
@@ -46,7 +47,7 @@ def pairs_of_genomes(count: int) -> npt.NDArray[np.int64]:
 
 def test_a_genome_is_a_move_for_each_pair_of_moves_and_whether_it_is_plastic() -> None:
     assert NAMES[0b0000_0000] == "0000" and NAMES[0b0000_1001] == "1001", (
-        "DD and CC are the first and the last"
+        "DD is the first entry, CC the last"
     )
     assert {NAMES[0b1001_0000 | moves] for moves in (0b0000, 0b0001, 0b1000, 0b1001)} == {"x00x"}
     assert NAMES[0b1001_0010] == "x10x" and NAMES[0b1111_0101] == "xxxx"
@@ -61,87 +62,110 @@ def test_a_genome_is_a_move_for_each_pair_of_moves_and_whether_it_is_plastic() -
 
 @pytest.mark.parametrize("learning", [True, False])
 @pytest.mark.parametrize("first", FIRST)
-def test_without_noise_a_match_is_what_it_is_move_by_move(first: str, learning: bool) -> None:
-    model, found = PlasticPrisoners(learning=learning), payoffs(ROUNDS, 0.0, learning, first)
-    for own, other in pairs_of_genomes(150):
+def test_without_noise_the_payoff_is_that_of_matches_in_plain_python(
+    first: str, learning: bool
+) -> None:
+    model = PlasticPrisoners(learning=learning)
+    payoff = payoffs(ROUNDS, 0.0, learning, first)
+    for genome, opponent in pairs_of_genomes(150):
         matches = [
-            model.oracle(bits(own), bits(other), begin, FREE * ROUNDS) for begin in FIRST[first]
+            model.oracle(bits(genome), bits(opponent), begin, NO_SLIP * ROUNDS)
+            for begin in FIRST[first]
         ]
-        assert found[own, other] == pytest.approx(np.mean(matches), abs=1e-12)
+        assert payoff[genome, opponent] == pytest.approx(np.mean(matches), abs=1e-12)
 
 
-def test_with_noise_it_is_the_mean_over_all_ways_in_which_moves_can_go_wrong() -> None:
-    model, noise, rounds = PlasticPrisoners(), 0.2, 3
-    found = payoffs(rounds, noise, True, "cooperation")
+def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> None:
+    model = PlasticPrisoners()
+    noise = 0.2
+    rounds = 3
+    payoff = payoffs(rounds, noise, True, "cooperation")
     slips = list(
         product([(False, False), (False, True), (True, False), (True, True)], repeat=rounds)
     )
-    for own, other in pairs_of_genomes(40):
+    for genome, opponent in pairs_of_genomes(40):
         chances = [
-            np.prod([noise if slip else 1 - noise for both in each for slip in both])
-            for each in slips
+            np.prod([noise if slip else 1 - noise for both in match for slip in both])
+            for match in slips
         ]
-        matches = [model.oracle(bits(own), bits(other), PAIRS.index("CC"), each) for each in slips]
-        assert found[own, other] == pytest.approx(np.dot(chances, matches), abs=1e-12)
+        matches = [
+            model.oracle(bits(genome), bits(opponent), PAIRS.index("CC"), match) for match in slips
+        ]
+        assert payoff[genome, opponent] == pytest.approx(np.dot(chances, matches), abs=1e-12)
 
 
-def test_long_matches_that_are_played_come_to_the_expectation() -> None:
-    model, found, generator = (
-        PlasticPrisoners(),
-        payoffs(ROUNDS, NOISE, True, "any"),
-        np.random.default_rng(8),
-    )
-    for own, other in [(genomes_of("x00x")[0], 0), (0b1001, 0b1001), (0b1111_0000, 0b1001_1001)]:
+def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
+    model = PlasticPrisoners()
+    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    generator = np.random.default_rng(8)
+    for genome, opponent in [
+        (genomes_of("x00x")[0], 0),
+        (0b1001, 0b1001),
+        (0b1111_0000, 0b1001_1001),
+    ]:
         slips = generator.random((400, ROUNDS, 2)) < NOISE
-        begins = generator.integers(0, 4, 400)
+        first_pairs = generator.integers(0, 4, 400)
         played = [
-            model.oracle(bits(own), bits(other), *match)
-            for match in zip(begins, slips.tolist(), strict=True)
+            model.oracle(bits(genome), bits(opponent), *match)
+            for match in zip(first_pairs, slips.tolist(), strict=True)
         ]
-        assert abs(np.mean(played) - found[own, other]) < 4 * np.std(played) / np.sqrt(len(played))
+        assert abs(np.mean(played) - payoff[genome, opponent]) < 4 * np.std(played) / np.sqrt(
+            len(played)
+        )
 
 
-def test_payoffs_of_who_never_changes_her_mind_are_in_closed_form() -> None:
-    """Moves are then independent: C with the chance n of a slip by who always defects, with 1 - n by who always cooperates."""
-    found, chance = payoffs(ROUNDS, NOISE, True, "any"), {0b0000: NOISE, 0b1111: 1 - NOISE}
-    for own, other in product(chance, repeat=2):
-        c, c_of_other = chance[own], chance[other]
-        expected = (1 - c) * (1 - c_of_other) + 5 * (1 - c) * c_of_other + 3 * c * c_of_other
-        assert found[own, other] == pytest.approx(expected, abs=1e-12)
+def test_payoffs_of_strategies_without_conditions_have_a_closed_form() -> None:
+    """Moves are independent. The probability of C is n for defectors and 1 - n for cooperators."""
+    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    chance = {0b0000: NOISE, 0b1111: 1 - NOISE}
+    for genome, opponent in product(chance, repeat=2):
+        c = chance[genome]
+        opponent_c = chance[opponent]
+        expected = (1 - c) * (1 - opponent_c) + 5 * (1 - c) * opponent_c + 3 * c * opponent_c
+        assert payoff[genome, opponent] == pytest.approx(expected, abs=1e-12)
 
 
-def test_a_round_is_worth_two_to_six_to_both_together_and_learning_off_is_having_nothing_plastic() -> (
+def test_both_payoffs_add_up_to_two_to_six_and_plastic_genes_have_no_effect_without_learning() -> (
     None
 ):
-    found, fixed = payoffs(ROUNDS, NOISE, True, "any"), payoffs(ROUNDS, NOISE, False, "any")
-    both = found + found.T
+    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    fixed = payoffs(ROUNDS, NOISE, False, "any")
+    both = payoff + payoff.T
     assert both.min() >= 2 and both.max() <= 6
     moves = np.arange(256) & 0b1111
     assert (fixed == fixed[np.ix_(moves, moves)]).all()
-    assert (found[:16, :16] == fixed[:16, :16]).all() and (found != fixed).any()
+    assert (payoff[:16, :16] == fixed[:16, :16]).all() and (payoff != fixed).any()
 
 
-def test_pavlov_and_the_outstanding_strategy_do_as_they_are_known_to() -> None:
-    """Against who always defects, Pavlov (1001) cooperates in every other round and [x00x] hardly; both do well by themselves."""
-    found, defects, pavlov = payoffs(ROUNDS, NOISE, True, "any"), 0b0000, 0b1001
-    against_defection = [found[own, defects] for own in genomes_of("x00x")]
-    assert against_defection == pytest.approx([0.81] * 4, abs=0.01) and found[
-        pavlov, defects
+def test_payoffs_of_pavlov_and_the_outstanding_strategy_are_the_known_values() -> None:
+    """Against a defector, Pavlov (1001) cooperates in every second round, and [x00x] rarely.
+
+    Both have a high payoff against themselves.
+    """
+    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    defector = 0b0000
+    pavlov = 0b1001
+    against_defection = [payoff[genome, defector] for genome in genomes_of("x00x")]
+    assert against_defection == pytest.approx([0.81] * 4, abs=0.01) and payoff[
+        pavlov, defector
     ] == pytest.approx(0.64, abs=0.005)
-    by_themselves = [found[own, own] for own in genomes_of("x00x")]
-    assert by_themselves == pytest.approx([2.61, 2.64, 2.64, 2.68], abs=0.005)
-    assert found[pavlov, pavlov] == pytest.approx(2.80, abs=0.005)
-    assert found[defects, pavlov] > found[pavlov, pavlov], "so who always defects invades Pavlov"
+    against_themselves = [payoff[genome, genome] for genome in genomes_of("x00x")]
+    assert against_themselves == pytest.approx([2.61, 2.64, 2.64, 2.68], abs=0.005)
+    assert payoff[pavlov, pavlov] == pytest.approx(2.80, abs=0.005)
+    assert payoff[defector, pavlov] > payoff[pavlov, pavlov], "a defector invades Pavlov"
 
 
-def stable(noise: float, rounds: int = ROUNDS) -> dict[str, float]:
-    """The strategies whose genomes earn more against themselves than any other genome does, and the least that they earn so."""
-    found = payoffs(rounds, noise, True, "any")
-    others = np.where(np.eye(256, dtype=bool), -np.inf, found)
-    genomes = np.flatnonzero(found.diagonal() > others.max(axis=0) + 1e-9)
+def find_stable_strategies(noise: float, rounds: int = ROUNDS) -> dict[str, float]:
+    """Return the evolutionarily stable strategies and their smallest payoff against themselves.
+
+    A stable genome has a larger payoff against itself than any other genome has against it.
+    """
+    payoff = payoffs(rounds, noise, True, "any")
+    of_other_genomes = np.where(np.eye(256, dtype=bool), -np.inf, payoff)
+    genomes = np.flatnonzero(payoff.diagonal() > of_other_genomes.max(axis=0) + 1e-9)
     return {
-        name: min(found[own, own] for own in genomes if NAMES[own] == name)
-        for name in {NAMES[own] for own in genomes}
+        name: min(payoff[genome, genome] for genome in genomes if NAMES[genome] == name)
+        for name in {NAMES[genome] for genome in genomes}
     }
 
 
@@ -149,44 +173,49 @@ def stable(noise: float, rounds: int = ROUNDS) -> dict[str, float]:
 def test_the_outstanding_strategy_is_evolutionarily_stable_and_the_only_one_that_cooperates(
     rounds: int,
 ) -> None:
-    found = stable(NOISE, rounds)
-    assert set(found) == {"0000", "0001", "000x", "x00x"}
+    strategies = find_stable_strategies(NOISE, rounds)
+    assert set(strategies) == {"0000", "0001", "000x", "x00x"}
     assert (
-        found["x00x"] > 2.6
-        and max(payoff for name, payoff in found.items() if name != "x00x") < 1.3
+        strategies["x00x"] > 2.6
+        and max(payoff for name, payoff in strategies.items() if name != "x00x") < 1.3
     )
-    every = payoffs(rounds, NOISE, True, "any")
-    for own in genomes_of("x00x"):
-        assert all(every[own, own] > every[other, own] for other in range(256) if other != own), (
-            "whatever its plastic moves"
-        )
+    all_payoffs = payoffs(rounds, NOISE, True, "any")
+    for genome in genomes_of("x00x"):
+        assert all(
+            all_payoffs[genome, genome] > all_payoffs[mutant, genome]
+            for mutant in range(256)
+            if mutant != genome
+        ), "for all values of its plastic moves"
 
 
 def test_without_noise_nothing_is_strictly_stable() -> None:
-    assert stable(0.0) == {}
+    assert find_stable_strategies(0.0) == {}
 
 
 def test_fitness_is_the_mean_payoff_against_all_others() -> None:
-    model, population = (
-        PlasticPrisoners(),
-        np.random.default_rng(1).integers(0, 2, (2, 30, 1, 8)).astype(np.float32),
-    )
-    lives = model.simulate(7, [0, 5], 3, population)
-    found = payoffs(ROUNDS, NOISE, True, "any")
+    model = PlasticPrisoners()
+    generator = np.random.default_rng(1)
+    population = generator.integers(0, 2, (2, 30, 1, 8)).astype(np.float32)
+    results = model.simulate(7, [0, 5], 3, population)
+    payoff = payoffs(ROUNDS, NOISE, True, "any")
     for run in range(2):
         numbers = [
-            sum(int(bit) << place for place, bit in enumerate(genome))
+            sum(int(bit) << position for position, bit in enumerate(genome))
             for genome in population[run, :, 0]
         ]
-        for agent, own in enumerate(numbers):
-            others = [found[own, other] for number, other in enumerate(numbers) if number != agent]
-            assert lives.energy[run, agent] == pytest.approx(np.mean(others), abs=1e-12)
-            assert STRATEGIES[lives.records["strategy"][run, agent]] == NAMES[own]
-    alone = model.simulate(7, [5], 3, population[1:])
-    assert (alone.energy[0] == lives.energy[1]).all() and (lives.cost == 0).all()
+        for agent, genome in enumerate(numbers):
+            expected = [
+                payoff[genome, opponent]
+                for number, opponent in enumerate(numbers)
+                if number != agent
+            ]
+            assert results.energy[run, agent] == pytest.approx(np.mean(expected), abs=1e-12)
+            assert STRATEGIES[results.records["strategy"][run, agent]] == NAMES[genome]
+    single = model.simulate(7, [5], 3, population[1:])
+    assert (single.energy[0] == results.energy[1]).all() and (results.cost == 0).all()
 
 
-def test_founders_are_bits_of_a_coin() -> None:
+def test_bits_of_founders_are_0_and_1_in_equal_shares() -> None:
     genomes = np.concatenate(
         [draw_genomes(bl.load("meta-pavlov"), GenerationKey(0, run, 0)) for run in range(5)]
     )
@@ -194,17 +223,17 @@ def test_founders_are_bits_of_a_coin() -> None:
     assert genomes.mean(axis=0)[0] == pytest.approx([0.5] * 8, abs=4 * 0.5 / np.sqrt(len(genomes)))
 
 
-def of(strategies: list[list[str]]) -> npt.NDArray[np.int8]:
+def strategy_numbers(strategies: list[list[str]]) -> npt.NDArray[np.int8]:
     return np.array(
         [[STRATEGIES.index(name) for name in generation] for generation in strategies], np.int8
     )
 
 
-def test_measures_are_those_of_the_agents_that_lived() -> None:
+def test_measures_are_those_of_the_simulated_agents() -> None:
     strategies = np.stack(
         [
-            of([["0000", "0000", "xxxx"], ["xxxx", "x00x", "x00x"]]),
-            of([["xxxx"] * 3, ["0001", "0001", "x00x"]]),
+            strategy_numbers([["0000", "0000", "xxxx"], ["xxxx", "x00x", "x00x"]]),
+            strategy_numbers([["xxxx"] * 3, ["0001", "0001", "x00x"]]),
         ]
     )
     energy = np.stack([np.array([[1.0, 1, 1], [2, 2, 5]]), np.array([[4.0, 4, 4], [1, 2, 3]])])
@@ -212,15 +241,17 @@ def test_measures_are_those_of_the_agents_that_lived() -> None:
     runs = xr.Dataset(
         {"strategy": (dims, strategies), "energy": (dims, energy)}, {"agent": [0, 1, 2]}
     )
-    found = {
+    measured = {
         name: measure.of(runs).values.tolist()
         for name, measure in PlasticPrisoners.measures.items()
     }
-    assert found["least-payoff"] == [1, 2] and found["payoff-500"] == found["payoff-2000"] == [3, 2]
-    assert found["most-plasticity"] == pytest.approx([200 / 3, 100]) and found[
+    assert measured["least-payoff"] == [1, 2] and measured["payoff-500"] == measured[
+        "payoff-2000"
+    ] == [3, 2]
+    assert measured["most-plasticity"] == pytest.approx([200 / 3, 100]) and measured[
         "plasticity-2000"
     ] == pytest.approx([200 / 3, 100 / 6])
-    assert found["x00x-leads"] == [1, 0] and found["x00x-ahead"] == [1, -1]
+    assert measured["x00x-leads"] == [1, 0] and measured["x00x-ahead"] == [1, -1]
     dead = runs.assign(
         strategy=runs["strategy"].where(runs["agent"] < 1),
         energy=runs["energy"].where(runs["agent"] < 1),
@@ -232,8 +263,10 @@ def test_measures_are_those_of_the_agents_that_lived() -> None:
     assert shares == {"plasticity": [[0, 1], [1, 0]], "[x00x]": [[0, 0], [0, 0]]}
 
 
-def test_the_one_ahead_is_held_against_the_strategy_that_leads_most_other_runs() -> None:
-    strategies = np.stack([of([[name] * 2]) for name in ("x00x", "0001", "xxxx", "xxxx", "1001")])
+def test_the_rival_is_the_strategy_that_is_most_frequent_in_most_other_runs() -> None:
+    strategies = np.stack(
+        [strategy_numbers([[name] * 2]) for name in ("x00x", "0001", "xxxx", "xxxx", "1001")]
+    )
     runs = xr.Dataset({"strategy": (("run", "generation", "agent"), strategies)}, {"agent": [0, 1]})
     assert PlasticPrisoners.measures["x00x-ahead"].of(runs).values.tolist() == [1, 0, -1, -1, 0]
 
@@ -251,16 +284,16 @@ def test_a_report_draws_the_shares_that_follow_from_the_strategies() -> None:
     )
 
 
-def test_a_life_without_learning_is_assayed_though_nobody_has_a_genome_at_death(
+def test_the_innate_assay_applies_although_genomes_at_death_are_not_recorded(
     tmp_path: Path,
 ) -> None:
     experiment = assign(bl.load("meta-pavlov"), ["evolution.generations=3", "population.size=40"])
     study = bl.run(experiment, runs=2, out=tmp_path / "study")
     study.assay("innate")
-    found = open_assay(tmp_path / "study", "innate", "meta-pavlov")
-    payoff = {life: found["energy"].sel(life=life) for life in ("on", "off", "frozen")}
+    values = open_assay(tmp_path / "study", "innate", "meta-pavlov")
+    payoff = {life: values["energy"].sel(life=life) for life in ("on", "off", "frozen")}
     assert (payoff["on"] != payoff["off"]).any() and payoff["off"].notnull().all()
-    assert payoff["frozen"].isnull().all() and found["distance"].isnull().all()
+    assert payoff["frozen"].isnull().all() and values["distance"].isnull().all()
 
 
 def test_one_prisoner_alone_is_refused() -> None:
@@ -269,19 +302,20 @@ def test_one_prisoner_alone_is_refused() -> None:
 
 
 def test_the_part_is_as_a_part_should_be() -> None:
-    assert [one for one in check_part(PlasticPrisoners) if one.holds is False] == []
+    assert [finding for finding in check_part(PlasticPrisoners) if finding.holds is False] == []
 
 
-def test_the_view_shows_what_the_commonest_genomes_get_from_each_other() -> None:
+def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:
     genomes = np.zeros((10, 1, 8), np.float32)
-    genomes[:7, 0, [0, 3, 4, 7]] = 1  # x00x, born with C after DD and CC
+    # The strategy x00x with C after DD and CC at birth.
+    genomes[:7, 0, [0, 3, 4, 7]] = 1
     model = PlasticPrisoners(noise=0)
-    seen = PlasticPrisoners.views["payoffs"].of(model, None, genomes, 0)
-    assert isinstance(seen, MatrixView)
-    assert seen.rows == ["x00x born CDDC, 70.0%", "0000 born DDDD, 30.0%"] and seen.columns == [
+    view = PlasticPrisoners.views["payoffs"].of(model, None, genomes, 0)
+    assert isinstance(view, MatrixView)
+    assert view.rows == ["x00x born CDDC, 70.0%", "0000 born DDDD, 30.0%"] and view.columns == [
         "x00x born CDDC",
         "0000 born DDDD",
     ]
-    assert seen.values[1, 1] == 1, "who always defects gets the punishment from herself"
+    assert view.values[1, 1] == 1, "the payoff between defectors is the punishment"
     both = payoffs(50, 0.0, True, "any")
-    assert seen.values[0, 1] == both[0b10011001, 0]
+    assert view.values[0, 1] == both[0b10011001, 0]
