@@ -114,7 +114,15 @@ class Watch:
         return type(value)(*(self._add_name(each, f"{name}.{field}") for field, each in fields))
 
     def note_read(self, array: str, index: Any) -> None:
-        """Remember the first place where a hook reads poison; later values may follow from it."""
+        """Remember the first place where a hook reads poison; later values may follow from it.
+
+        Parameters
+        ----------
+        array
+            The array.
+        index
+            The index.
+        """
         if not self._calls or self.unwritten_read:
             return
         called = self._calls[-1]

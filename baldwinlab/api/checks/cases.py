@@ -39,7 +39,13 @@ class Case(NamedTuple):
 
 
 def cases(subject: Subject) -> Iterator[Case]:
-    """Yield the cases of a subject, without the combinations that its parts refuse."""
+    """Yield the cases of a subject, without the combinations that its parts refuse.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    """
     make: Callable[..., Case] = _case_of_miniworld
     settings: Iterable[tuple[Any, ...]] = SETTINGS
     if not is_of_miniworld(subject.experiment):

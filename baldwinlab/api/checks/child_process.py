@@ -11,7 +11,15 @@ from typing import Any, Final
 
 
 def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the outcome of each subject, in plain Python with watched hooks."""
+    """Yield the outcome of each subject, in plain Python with watched hooks.
+
+    Parameters
+    ----------
+    request
+        The request, as JSON.
+    parts
+        The parts.
+    """
     from baldwinlab.api.checks.array_access import Watch
     from baldwinlab.api.checks.fixture import subjects
     from baldwinlab.api.checks.plain_python import try_out
@@ -22,7 +30,15 @@ def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
 
 
 def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the findings of each requirement."""
+    """Yield the findings of each requirement.
+
+    Parameters
+    ----------
+    request
+        The request, as JSON.
+    parts
+        The parts.
+    """
     from baldwinlab.api.checks.fixture import subjects
     from baldwinlab.api.checks.requirements import findings_of
 
@@ -33,7 +49,15 @@ def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]
 
 
 def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the bits of run 0 of each experiment, or why the backend cannot be used."""
+    """Yield the bits of run 0 of each experiment, or why the backend cannot be used.
+
+    Parameters
+    ----------
+    request
+        The request, as JSON.
+    parts
+        The parts.
+    """
     from baldwinlab.api.checks.reproducibility import backend_of, hash_runs
     from baldwinlab.experiment import validate
 

@@ -1,4 +1,4 @@
-"""The oracles of parts that breed, against their hooks: plain lists in and out."""
+"""Compare parts of reproduction with their oracles, which use plain lists."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ from baldwinlab.parts.agent_parts import overridden_hooks
 from baldwinlab.parts.evolution_parts import ITSELF, breeding_part
 
 ROUNDS: Final = 200
-AGENTS, GENERATIONS = 30, 40  # of populations that parts look at as a whole
+# Populations of parts that use complete populations.
+AGENTS = 30
+GENERATIONS = 40
 CLOSE: Final = 1e-5
 
 
@@ -59,7 +61,23 @@ def _generations(
 
 
 def compare_pairs(subject: Subject, part: Any) -> None:
-    """oracle(part, genome, fitness, uniforms) -> two parents for each child; the second is `ITSELF` where the first lives on."""
+    """Compare a selection that uses genomes with its oracle.
+
+    `oracle(part, genome, fitness, uniforms)` returns two parents for each child. The second one is
+    `ITSELF` if the first one survives.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
     for experiment, values, genome, fitness, key in _generations(subject, part):
         uniforms = key.uniforms(rng.SELECTION, (AGENTS, 2))
         found = select(experiment, fitness, uniforms, genome).tolist()
@@ -73,7 +91,23 @@ def compare_pairs(subject: Subject, part: Any) -> None:
 
 
 def compare_children(subject: Subject, part: Any) -> None:
-    """oracle(part, genome, fitness, parents, draws) -> all children, [child][module][entry]; `draws` is [child][draw][4]."""
+    """Compare a variation of complete populations with its oracle.
+
+    `oracle(part, genome, fitness, parents, draws)` returns all children, [child][module][entry].
+    `draws` is [child][draw][4].
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
     for experiment, values, genome, fitness, key in _generations(subject, part):
         parents = select(
             experiment, fitness, key.uniforms(rng.SELECTION, (AGENTS, 2)), genome
@@ -95,7 +129,22 @@ def _fitter_first(pairs: Any, fitness: Any) -> Any:
 
 
 def compare_selection(subject: Subject, part: Any) -> None:
-    """oracle(part, fitness, uniforms) -> two parents for each child; their order is that of their fitness, whatever it says."""
+    """Compare a selection with its oracle.
+
+    `oracle(part, fitness, uniforms)` returns two parents for each child, in any order.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
     _, code = breeding_part(subject.experiment, "selection")
     for number, values, of, plain in _rounds(subject, part):
         scratch = of["shares"], of["order"]
@@ -110,7 +159,22 @@ def compare_selection(subject: Subject, part: Any) -> None:
 
 
 def compare_variation(subject: Subject, part: Any) -> None:
-    """oracle(part, fitter, other, draws, gate) -> the child, [module][weight]."""
+    """Compare a variation with its oracle.
+
+    `oracle(part, fitter, other, draws, gate)` returns the child, [module][weight].
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
     for number, values, of, plain in _rounds(subject, part):
         part.vary(values, of["fitter"], of["other"], of["draws"], of["gate"], of["child"])
         expected = part.oracle(
@@ -120,7 +184,23 @@ def compare_variation(subject: Subject, part: Any) -> None:
 
 
 def compare_inheritance(subject: Subject, part: Any) -> None:
-    """oracle(part, born, learned) -> what is inherited, [weight]; of a part that has `assign_teachers`, that and the teacher."""
+    """Compare an inheritance with its oracle.
+
+    `oracle(part, born, learned)` returns the inherited module, [weight]. For a part with
+    `assign_teachers`, it returns the inherited module and the teacher.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
     _, code = breeding_part(subject.experiment, "inheritance")
     for number, values, of, plain in _rounds(subject, part):
         genome = np.stack([of["born"], of["taught"]])[None]
@@ -133,7 +213,22 @@ def compare_inheritance(subject: Subject, part: Any) -> None:
 
 
 def compare_fitness(subject: Subject, part: Any) -> None:
-    """oracle(part, energy, cost) -> the fitness of each agent."""
+    """Compare a fitness with its oracle.
+
+    `oracle(part, energy, cost)` returns the fitness of each agent.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
     _, code = breeding_part(subject.experiment, "fitness")
     for number, values, of, plain in _rounds(subject, part):
         cached_jit(evaluate_agents, code)(values, of["energy"], of["cost"], of["fitness"])
@@ -152,7 +247,15 @@ def _require_close(found: Any, expected: Any, what: str) -> None:
 
 
 def compare_breeding(subject: Subject, part: Any) -> None:
-    """By what the part's oracle is asked, which follows from the hooks that are its own."""
+    """Compare a part of reproduction with its oracle, by the hooks that the part defines.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part.
+    """
     ORACLES_THAT_BREED[oracle_key(part)](subject, part)
 
 

@@ -1,4 +1,4 @@
-"""What a part declares: fields with limits and meaning, and that what lies beyond the limits is refused."""
+"""Check the fields of parts: they have limits and a meaning, and refuse other values."""
 
 from __future__ import annotations
 
@@ -15,6 +15,23 @@ from baldwinlab.parts.agent_parts import Part
 
 
 def fields_are_declared(subject: Subject) -> str:
+    """Check that each field has a description, and each number has limits.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+
+    Returns
+    -------
+    str
+        An empty string.
+
+    Raises
+    ------
+    FailsError
+        If a description or a limit is missing.
+    """
     for part in subject.parts:
         for name, info in part.model_fields.items():
             if not info.description:
@@ -25,6 +42,23 @@ def fields_are_declared(subject: Subject) -> str:
 
 
 def limits_are_refused(subject: Subject) -> str:
+    """Check that values beyond the limits of a field are refused.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+
+    Returns
+    -------
+    str
+        The number of tested values, in words.
+
+    Raises
+    ------
+    FailsError
+        If a value is accepted, or the error does not name the field.
+    """
     count = 0
     for part in subject.parts:
         for name, value in _outside(part):
@@ -47,27 +81,24 @@ def _limits(info: Any) -> list[Any]:
 
 
 def _outside(part: type[Part]) -> Iterator[tuple[str, float]]:
-    """Every number of a part, with a value just beyond each of its limits."""
+    """Yield the numbers of a part, with a value just beyond each limit."""
     for name, info in part.model_fields.items():
         if info.annotation not in (int, float):
             continue
         for mark in _limits(info):
-            limit: Any = next(
-                getattr(mark, each) for each in ("ge", "gt", "le", "lt") if hasattr(mark, each)
-            )
+            bounds = ("ge", "gt", "le", "lt")
+            limit: Any = next(getattr(mark, bound) for bound in bounds if hasattr(mark, bound))
             step = 1 if info.annotation is int else max(1e-6, abs(limit) * 1e-6)
-            yield (
-                name,
-                limit - step
-                if isinstance(mark, Ge)
-                else limit + step
-                if isinstance(mark, Le)
-                else limit,
-            )
+            if isinstance(mark, Ge):
+                yield name, limit - step
+            elif isinstance(mark, Le):
+                yield name, limit + step
+            else:
+                yield name, limit
 
 
 def _table(part: type[Part]) -> str:
-    """The dotted path of a part's table."""
+    """Return the dotted path of the table of a part."""
     if part.kind == "model":
         return key_of(part.name)
     return f"{PATHS[part.kind].rpartition('.')[0]}.{key_of(part.name)}"

@@ -1,4 +1,4 @@
-"""What a check finds, one line a requirement."""
+"""Findings of a check: one line per requirement."""
 
 from __future__ import annotations
 
@@ -8,19 +8,35 @@ from baldwinlab.core.errors import BaldwinLabError
 
 
 class FailsError(BaldwinLabError):
-    """A requirement that does not hold, in a sentence."""
+    """A requirement does not hold."""
 
 
 class NotCheckedError(BaldwinLabError):
-    """A requirement that could not be tried, and why."""
+    """A requirement could not be checked."""
 
 
 class Finding(NamedTuple):
-    requirement: str  # in words
-    holds: bool | None  # None where it could not be tried
-    sentence: str  # what was found, if there is more to say
-    again: str  # how to try it again
-    is_unverified: bool = False  # of a hook without an oracle; `requirement` holds the reason
+    """The result of a requirement.
+
+    Attributes
+    ----------
+    requirement : str
+        The requirement in words, or why no oracle verifies a hook.
+    holds : bool or None
+        Whether it holds, or None if it could not be checked.
+    sentence : str
+        Details, or an empty string.
+    again : str
+        The command that repeats the check.
+    is_unverified : bool
+        Whether the finding is about a hook without an oracle.
+    """
+
+    requirement: str
+    holds: bool | None
+    sentence: str
+    again: str
+    is_unverified: bool = False
 
     def __str__(self) -> str:
         if self.holds is None:

@@ -39,7 +39,15 @@ class Step(NamedTuple):
 
 
 def the_oracle_agrees(subject: Subject) -> str:
-    """Compare each part with its oracle. Raises NotCheckedError where no part has one; the remark names the hooks compared."""
+    """Compare each part with its oracle, and return the names of the compared hooks.
+
+    Raises NotCheckedError if no part has an oracle.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    """
     remarks = []
     for part in subject.parts:
         if not (hooks := verified_hooks(part)):
@@ -76,7 +84,15 @@ def naive_of(experiment: Any, seed: int = 0) -> Naive:
 
 
 def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
-    """A life, step by step, as oracles see it. `part` is the one whose arrays the agents begin with."""
+    """Yield the steps of a lifetime for oracles. Agents start with the arrays of `part`.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    part
+        The part.
+    """
     experiment, seed = subject.experiment, subject.seed
     naive, batch = naive_of(experiment), Batch(experiment, seed, [0])
     genome = draw_genomes(experiment, GenerationKey(seed, 0, 0))

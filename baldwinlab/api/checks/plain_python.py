@@ -27,7 +27,15 @@ Outcome = dict[str, Any]
 
 
 def try_out(subject: Subject, watch: Watch) -> Outcome:
-    """Simulate all cases of a subject in this process, whose hooks are watched."""
+    """Simulate all cases of a subject in this process, whose hooks are watched.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    watch
+        The record of array accesses.
+    """
     watch.unwritten_read = ""
     bits: dict[str, list[str]] = {}
     for case in cases(subject):
@@ -54,7 +62,15 @@ def _sentence(message: str, case: Case) -> str:
 
 
 def try_all(together: Sequence[Subject], seed: int) -> list[list[Outcome]]:
-    """Return the outcomes of all subjects under each pattern of poison, a process for each."""
+    """Return the outcomes of all subjects under each pattern of poison, a process for each.
+
+    Parameters
+    ----------
+    together
+        The parts to check, in several combinations.
+    seed
+        The seed of the random worlds.
+    """
     parts = list(dict.fromkeys(part for subject in together for part in subject.parts))
     environments = [PLAIN | {poison.VARIABLE: str(pattern)} for pattern in poison.PATTERNS]
     processes = [Process("hooks", parts, environment, seed=seed) for environment in environments]
@@ -75,7 +91,17 @@ def findings_of(
     tried: Sequence[Sequence[Outcome]],
     again: Mapping[str, str],
 ) -> Iterator[Finding]:
-    """Yield a finding of each of WORDS or, where one does not hold, that one alone."""
+    """Yield a finding of each of WORDS or, where one does not hold, that one alone.
+
+    Parameters
+    ----------
+    together
+        The parts to check, in several combinations.
+    tried
+        The outcomes under each pattern of unwritten memory.
+    again
+        The command that repeats each check.
+    """
     failures = [_failure(*each) for each in zip(together, *tried, strict=False)]
     for name, words in WORDS.items():
         sentence = next((failure[name] for failure in failures if name in failure), None)

@@ -126,7 +126,13 @@ def _sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
 
 
 def load_parts(sources: Sequence[Mapping[str, str]]) -> list[Any]:
-    """Return the parts of a request, loaded in this process."""
+    """Return the parts of a request, loaded in this process.
+
+    Parameters
+    ----------
+    sources
+        The sources of the parts.
+    """
     parts = []
     for source in sources:
         text, name = source.get("text"), source["module"]

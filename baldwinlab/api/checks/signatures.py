@@ -50,7 +50,13 @@ ORACLES: Final = {
 
 
 def oracle_key(part: type[Part]) -> str:
-    """Return the key of a part in `ORACLES`. A hook that sees a whole population has its own."""
+    """Return the key of a part in `ORACLES`. A hook that sees a whole population has its own.
+
+    Parameters
+    ----------
+    part
+        The part.
+    """
     return next(
         (
             hook
@@ -62,7 +68,13 @@ def oracle_key(part: type[Part]) -> str:
 
 
 def require_oracle_signature(subject: Subject) -> str:
-    """Require of each part with an oracle what `require_signature` does."""
+    """Require of each part with an oracle what `require_signature` does.
+
+    Parameters
+    ----------
+    subject
+        The parts to check.
+    """
     parts = [part for part in subject.parts if hasattr(part, "oracle") and part.kind in ORACLES]
     for part in parts:
         require_signature(part)
@@ -70,7 +82,13 @@ def require_oracle_signature(subject: Subject) -> str:
 
 
 def require_signature(part: Any) -> None:
-    """Raise FailsError for an oracle that cannot be called as `check` calls that of its kind."""
+    """Raise FailsError for an oracle that cannot be called as `check` calls that of its kind.
+
+    Parameters
+    ----------
+    part
+        The part.
+    """
     key = oracle_key(part)
     contract = ORACLES[key]
     reason = f", as it has `{key}`" * (key != part.kind)
@@ -86,7 +104,13 @@ def require_signature(part: Any) -> None:
 
 
 def verified_hooks(part: type[Part]) -> list[str]:
-    """Return the hooks of a part that its oracle verifies."""
+    """Return the hooks of a part that its oracle verifies.
+
+    Parameters
+    ----------
+    part
+        The part.
+    """
     contract = ORACLES.get(oracle_key(part))
     if contract is None or not hasattr(part, "oracle"):
         return []
@@ -94,7 +118,13 @@ def verified_hooks(part: type[Part]) -> list[str]:
 
 
 def unverified_hooks(part: type[Part]) -> Iterator[tuple[str, str]]:
-    """Yield each hook of a part that no oracle verifies, and the reason."""
+    """Yield each hook of a part that no oracle verifies, and the reason.
+
+    Parameters
+    ----------
+    part
+        The part.
+    """
     if part.kind == "model":
         yield "simulate", "check compares no oracle of a model"
     has_oracle = hasattr(part, "oracle")

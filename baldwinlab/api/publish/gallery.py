@@ -160,7 +160,13 @@ def _render_answers(entries: Sequence[Entry], folder: Path, last: int) -> str:
 
 
 def format_percent(share: float) -> str:
-    """Return a share in percent with its sign, such as +12, −3 or 0, or a dash for NaN."""
+    """Return a share in percent with its sign, such as +12, −3 or 0, or a dash for NaN.
+
+    Parameters
+    ----------
+    share
+        The share, 0 to 1.
+    """
     if isnan(share):
         return "–"
     return f"{round(100 * share):+,}".replace("+0", "0").replace("-", "−")

@@ -43,7 +43,13 @@ class Entry:
         return f"{self.paper.name} (changed model)" if self.changes else self.paper.name
 
     def count_claims(self, verdict: str) -> int:
-        """Return the number of claims with a verdict."""
+        """Return the number of claims with a verdict.
+
+        Parameters
+        ----------
+        verdict
+            The verdict.
+        """
         return Counter(self.claims.values())[verdict]
 
 
@@ -91,7 +97,13 @@ def _rank(study: StudyStore) -> tuple[bool, int]:
 
 
 def count_most_runs(study: StudyStore) -> int:
-    """Return the number of runs of the condition with the most runs."""
+    """Return the number of runs of the condition with the most runs.
+
+    Parameters
+    ----------
+    study
+        The study.
+    """
     return max(len(study.runs(name)) for name in study.experiments)
 
 

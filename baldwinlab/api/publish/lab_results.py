@@ -143,7 +143,15 @@ def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "
 
 
 def require_baseline(study: StudyStore, baseline: str) -> None:
-    """Raise StudyError if a baseline is given and the study has no run of it."""
+    """Raise StudyError if a baseline is given and the study has no run of it.
+
+    Parameters
+    ----------
+    study
+        The study.
+    baseline
+        The name of the baseline condition.
+    """
     if baseline:
         study.experiment(baseline)
         if not study.runs(baseline):

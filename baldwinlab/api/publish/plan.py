@@ -89,7 +89,15 @@ def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
 
 
 def can_replay(study: StudyStore, condition: str) -> bool:
-    """Return whether a condition is of the MiniWorld model and its parts are loaded."""
+    """Return whether a condition is of the MiniWorld model and its parts are loaded.
+
+    Parameters
+    ----------
+    study
+        The study.
+    condition
+        The name of the condition.
+    """
     # PartError is a ValueError.
     try:
         study.require_parts(condition)
@@ -99,7 +107,13 @@ def can_replay(study: StudyStore, condition: str) -> bool:
 
 
 def required_memory(plan: ReportPlan) -> Need:
-    """Estimate the memory of a report. A multiverse is processed one variant at a time."""
+    """Estimate the memory of a report. A multiverse is processed one variant at a time.
+
+    Parameters
+    ----------
+    plan
+        The plan of the report.
+    """
     study = plan.study
     groups: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():
@@ -112,7 +126,13 @@ def required_memory(plan: ReportPlan) -> Need:
 
 
 def replay_memory(experiment: BaseExperiment) -> Need:
-    """Estimate the memory of the lifetimes in the figure of emergence."""
+    """Estimate the memory of the lifetimes in the figure of emergence.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    """
     if not isinstance(experiment, Experiment):
         return NOTHING
     lives = len(emergence_generations(experiment.evolution.generations))

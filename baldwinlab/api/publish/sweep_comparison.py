@@ -18,12 +18,28 @@ MAX_COMPARED: Final = 100
 
 
 def are_compared(sweep: Sweep, points: int) -> bool:
-    """Return whether the report of a sweep compares its points: few points of a grid or a list."""
+    """Return whether the report of a sweep compares its points: few points of a grid or a list.
+
+    Parameters
+    ----------
+    sweep
+        The design of the sweep.
+    points
+        The points of the sweep.
+    """
     return points <= MAX_COMPARED and sweep.samples is None
 
 
 def describe_too_few_runs(sweep: Sweep, points: int) -> str:
-    """Return a sentence if the planned runs are too few to compare the points, else ""."""
+    """Return a sentence if the planned runs are too few to compare the points, else "".
+
+    Parameters
+    ----------
+    sweep
+        The design of the sweep.
+    points
+        The points of the sweep.
+    """
     factors = {str(point): Factors() for point in range(points)}
     if not are_compared(sweep, points):
         return ""
@@ -31,7 +47,13 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
 
 
 def has_comparisons(study: StudyStore) -> bool:
-    """Return whether the report of a stored sweep compares its points."""
+    """Return whether the report of a stored sweep compares its points.
+
+    Parameters
+    ----------
+    study
+        The study.
+    """
     path = study.directory / FILE
     return path.exists() and are_compared(read_stored(path), len(study.experiments))
 
@@ -68,7 +90,13 @@ def compare_points(
 
 
 def name_points(study: StudyStore) -> dict[str, str]:
-    """Return a name for each point of a sweep, such as `learning.rule = hebb`."""
+    """Return a name for each point of a sweep, such as `learning.rule = hebb`.
+
+    Parameters
+    ----------
+    study
+        The study.
+    """
     settings = settings_by_path(study)
     columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
     named = [", ".join(values) for values in zip(*columns, strict=True)] or list(study.experiments)
