@@ -43,7 +43,7 @@ PHASE_1: Final = {
 }
 PHASE_2: Final = {
     YES: "; but innate fitness and the innate share rise",
-    NO: "; learned behavior does not become innate, either",
+    NO: "; learned behavior does not become innate",
 }
 
 

@@ -62,7 +62,7 @@ EFFECTS: Final = (
     ),
     Effect(
         "guidance",
-        "Innate fitness relative to the control",
+        "Relative to control",
         "innate fitness in the last generations minus the no-learning control (below 0 if learning "
         "hides innate differences from selection)",
         INNATE,

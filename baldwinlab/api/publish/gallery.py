@@ -82,8 +82,8 @@ def summarize(entries: Sequence[Entry]) -> Iterator[str]:
     systems = [system for entry in entries for system in entry.systems]
     n_papers = sum(bool(entry.systems) for entry in entries)
     yield (
-        f"This page tests {len(systems)} systems of {n_papers} papers with the same assays. A "
-        "system is a condition that evolves and learns."
+        f"This page tests {_count(len(systems), 'system')} of {_count(n_papers, 'paper')} with the "
+        "same assays. A system is a condition that evolves and learns."
     )
     yield from _summarize_phases(systems)
     yield _summarize_guidance(systems)
@@ -99,8 +99,8 @@ def _summarize_phases(systems: Sequence[System]) -> Iterator[str]:
     not_first = sum(system.phases[0] == NO for system in systems)
     both = sum(system.phases == (YES, YES) for system in systems)
     yield (
-        f"Learning guides evolution (phase 1) in {first} systems and does not in {not_first}; the "
-        "others are undecided."
+        f"Learning guides evolution (phase 1) in {_count(first, 'system')} and does not in "
+        f"{not_first}; the others are undecided."
     )
     yield f"Learned behavior also becomes innate (phase 2) in {both}."
 
@@ -114,16 +114,21 @@ def _summarize_guidance(systems: Sequence[System]) -> str:
     )
     return (
         f"Compared with the no-learning control, final innate fitness is higher in {higher} of "
-        f"{len(answers)} systems and lower in {lower}."
+        f"{_count(len(answers), 'system')} and lower in {lower}."
     )
 
 
 def _summarize_claims(entries: Sequence[Entry]) -> str:
     verdicts = [verdict for entry in entries for verdict in entry.claims.values()]
     return (
-        f"Of {len(verdicts)} claims of {len(entries)} papers, {verdicts.count(HOLDS)} hold, "
-        f"{verdicts.count(FAILS)} do not hold, and {verdicts.count(UNDECIDED)} are undecided."
+        f"Verdicts on {_count(len(verdicts), 'claim')} of {_count(len(entries), 'paper')}: "
+        f"{HOLDS} {verdicts.count(HOLDS)}, {FAILS} {verdicts.count(FAILS)}, "
+        f"{UNDECIDED} {verdicts.count(UNDECIDED)}."
     )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
