@@ -1,12 +1,20 @@
-"""An agent: what it senses, what it thinks of that, what it learns by it and does; and how it is bred.
+"""Senses, networks, learning, actions and reproduction of an agent.
 
-Its genome is 336 bits: 84 weights of four each, first the 28 of the evaluation network, then the 56 of the action network. The
-first says how good what is sensed is. If that is better than a step before, what was done then is made likelier, else less
-likely (complementary reinforcement backpropagation, CRBP). Nothing that is learned is inherited.
+A genome has 336 bits: 84 weights of four bits each. The first 28 weights are those of the
+evaluation network, the other 56 are those of the action network. The evaluation network evaluates
+the inputs. If the evaluation is better than in the step before, the last action becomes more
+likely, otherwise less likely (complementary reinforcement backpropagation, CRBP). Learned weights
+are not inherited.
 
-Source: Ackley and Littman 1991, and D. Ackley and M. Littman, "Generalization and scaling in reinforcement learning", NIPS 2
-(1990), for CRBP. To our memory: inputs, networks, bits. Ours: the range of a weight; what agents do to each other; a mate
-is the nearest within ten cells; two cuts; nobody is born where no cell beside the parent is empty.
+From memory are the inputs, the networks and the bits. Our choices are the range of a weight and the
+interactions between agents. The mate is the nearest agent within ten cells. Crossover has two cuts.
+An agent has no child if no cell next to it is empty.
+
+References
+----------
+Ackley and Littman 1991.
+D. Ackley and M. Littman, "Generalization and scaling in reinforcement learning", NIPS 2 (1990), for
+CRBP.
 """
 
 from __future__ import annotations
@@ -26,52 +34,58 @@ from baldwinlab.models.erl.world import (
     EMPTY,
     KINDS,
     LEARNED,
-    NOBODY,
+    NONE,
     PLANT,
     SIGHT,
     TREE,
     WALL,
     World,
-    beside,
-    clear,
-    draw,
-    empty_cell,
+    clear_cell,
+    draw_uniforms,
+    neighbor_cell,
+    random_empty_cell,
 )
 
-INPUTS, OUTPUTS = 4 * KINDS + 4, 2  # and health, energy, whether in a tree, and a bias
+# Six kinds of cells in four directions, health, energy, whether the agent is in a tree, and a bias.
+INPUTS = 4 * KINDS + 4
+OUTPUTS = 2
 BITS_OF_WEIGHT: Final = 4
 BITS: Final = BITS_OF_WEIGHT * INPUTS * (1 + OUTPUTS)
-REACH: Final = 10  # cells, to a mate
-ONE, ZERO = np.float32(1), np.float32(0)
+# Largest distance to a mate, in cells.
+REACH: Final = 10
+ONE = np.float32(1)
+ZERO = np.float32(0)
 
 
 @compiled
 def sense(rules: Any, world: World, agent: int, inputs: Any) -> None:
-    """Fill `inputs` [input]: of each direction and kind the nearest, 1 beside it to 0.5 at the end of sight, 0 for none."""
+    """Fill `inputs` [input] with the nearness of the nearest cell of each kind in each direction.
+
+    The nearness is 1 in the next cell, 0.5 at the limit of sight, and 0 without such a cell.
+    """
     for number in range(INPUTS):
         inputs[number] = ZERO
     for direction in range(4):
-        cell, blocked = world.place[agent], False
+        cell = world.position[agent]
+        is_blocked = False
         for distance in range(SIGHT):
-            if not blocked:
-                cell = beside(rules, cell, direction)
+            if not is_blocked:
+                cell = neighbor_cell(rules, cell, direction)
                 kind = int(world.kind[cell])
-                blocked = kind == WALL
+                is_blocked = kind == WALL
                 if kind != EMPTY and inputs[direction * KINDS + kind] == ZERO:
                     inputs[direction * KINDS + kind] = np.float32(
                         1.0 - distance / (2.0 * (SIGHT - 1))
                     )
-    inputs[4 * KINDS], inputs[4 * KINDS + 1] = (
-        np.float32(world.health[agent]),
-        np.float32(world.energy[agent]),
-    )
-    inputs[4 * KINDS + 2] = ONE if world.kind[world.place[agent]] == TREE else ZERO
+    inputs[4 * KINDS] = np.float32(world.health[agent])
+    inputs[4 * KINDS + 1] = np.float32(world.energy[agent])
+    inputs[4 * KINDS + 2] = ONE if world.kind[world.position[agent]] == TREE else ZERO
     inputs[4 * KINDS + 3] = ONE
 
 
 @compiled
-def answer(weights: Any, inputs: Any) -> Any:
-    """What one output says, in (0, 1)."""
+def activate(weights: Any, inputs: Any) -> Any:
+    """Compute the activation of one output, in (0, 1)."""
     total = ZERO
     for number in range(INPUTS):
         total += weights[number] * inputs[number]
@@ -79,100 +93,127 @@ def answer(weights: Any, inputs: Any) -> Any:
 
 
 @compiled
-def reinforce(weights: Any, inputs: Any, said: Any, better: bool, rate: Any) -> None:
-    """One step of CRBP of one output: towards what it said where that was for the better, else towards the contrary."""
-    found = answer(weights, inputs)
-    wanted = np.float32(said) if better else ONE - np.float32(said)
-    change = rate * (wanted - found) * found * (ONE - found)
+def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any) -> None:
+    """Do one step of CRBP for one output.
+
+    The target is the output's last action after an improvement, otherwise the opposite.
+    """
+    activation = activate(weights, inputs)
+    target = np.float32(action) if is_better else ONE - np.float32(action)
+    change = rate * (target - activation) * activation * (ONE - activation)
     for number in range(INPUTS):
         weights[number] += change * inputs[number]
 
 
 @compiled
-def live_step(rules: Any, world: World, agent: int, inputs: Any) -> None:
-    """Sense, learn by what became of the step before, choose a direction by chance, and go there. `inputs` is scratch."""
-    drawn = draw(world)
+def step_agent(rules: Any, world: World, agent: int, inputs: Any) -> None:
+    """Sense, learn from the last action, choose a random direction and go there.
+
+    `inputs` is scratch.
+    """
+    drawn = draw_uniforms(world)
     if rules.walks:
-        _go(rules, world, agent, int(drawn[0] * np.float32(4)))
+        _move_or_attack(rules, world, agent, int(drawn[0] * np.float32(4)))
         return
     sense(rules, world, agent, inputs)
-    judged = answer(world.judge[agent], inputs)
-    if rules.learns and world.said[agent, 0] >= 0 and judged != world.judged[agent]:
-        better = judged > world.judged[agent]
+    evaluation = activate(world.evaluation_weights[agent], inputs)
+    if (
+        rules.learns
+        and world.last_action[agent, 0] >= 0
+        and evaluation != world.last_evaluation[agent]
+    ):
+        is_better = evaluation > world.last_evaluation[agent]
         for output in range(OUTPUTS):
-            rate = rules.positive_learning_rate if better else rules.negative_learning_rate
+            rate = rules.positive_learning_rate if is_better else rules.negative_learning_rate
             reinforce(
-                world.act[agent, output], world.seen[agent], world.said[agent, output], better, rate
+                world.action_weights[agent, output],
+                world.last_inputs[agent],
+                world.last_action[agent, output],
+                is_better,
+                rate,
             )
         world.counts[LEARNED] += 1
     for output in range(OUTPUTS):
-        world.said[agent, output] = int(drawn[output] < answer(world.act[agent, output], inputs))
+        world.last_action[agent, output] = int(
+            drawn[output] < activate(world.action_weights[agent, output], inputs)
+        )
     for number in range(INPUTS):
-        world.seen[agent, number] = inputs[number]
-    world.judged[agent] = judged
-    _go(rules, world, agent, 2 * int(world.said[agent, 0]) + int(world.said[agent, 1]))
+        world.last_inputs[agent, number] = inputs[number]
+    world.last_evaluation[agent] = evaluation
+    _move_or_attack(
+        rules, world, agent, 2 * int(world.last_action[agent, 0]) + int(world.last_action[agent, 1])
+    )
 
 
 @compiled
-def _go(rules: Any, world: World, agent: int, direction: int) -> None:
-    """To the next cell, if it can be entered: eat what is there; hit who is there."""
-    cell = beside(rules, world.place[agent], direction)
-    kind, who = world.kind[cell], world.who[cell]
+def _move_or_attack(rules: Any, world: World, agent: int, direction: int) -> None:
+    """Move the agent to the next cell and eat its content, or attack the occupant of the cell."""
+    cell = neighbor_cell(rules, world.position[agent], direction)
+    kind = world.kind[cell]
+    occupant = world.occupant[cell]
     if kind == WALL:
         world.health[agent] -= rules.wall_damage
     elif kind == AGENT:
-        world.health[who] -= rules.attack_damage
+        world.health[occupant] -= rules.attack_damage
     elif kind == CARNIVORE:
-        world.wounds[who] -= rules.attack_damage
-    elif kind != TREE or who == NOBODY:
-        gain = rules.plant_energy if kind == PLANT else rules.meat_energy if kind == CORPSE else 0.0
+        world.carnivore_health[occupant] -= rules.attack_damage
+    elif kind != TREE or occupant == NONE:
+        gain = 0.0
+        if kind == PLANT:
+            gain = rules.plant_energy
+        elif kind == CORPSE:
+            gain = rules.meat_energy
         world.energy[agent] = min(1.0, world.energy[agent] + gain)
-        leave(world, agent)
+        leave_cell(world, agent)
         if kind != TREE:
-            clear(world, cell)
+            clear_cell(world, cell)
             world.kind[cell] = AGENT
-        world.who[cell], world.place[agent] = agent, cell
+        world.occupant[cell] = agent
+        world.position[agent] = cell
 
 
 @compiled
-def leave(world: World, agent: int) -> None:
-    """The cell is free again."""
-    cell = world.place[agent]
-    world.who[cell] = NOBODY
+def leave_cell(world: World, agent: int) -> None:
+    """Remove the agent from its cell."""
+    cell = world.position[agent]
+    world.occupant[cell] = NONE
     if world.kind[cell] == AGENT:
         world.kind[cell] = EMPTY
 
 
 @compiled
-def found(rules: Any, world: World, genomes: Any) -> None:
-    """The founders, of these bits [founder, bit], anywhere."""
+def place_founders(rules: Any, world: World, genomes: Any) -> None:
+    """Add the founders with the bits `genomes` [founder, bit] in random cells."""
     for number in range(genomes.shape[0]):
-        cell = empty_cell(rules, world)
+        cell = random_empty_cell(rules, world)
         if cell >= 0:
             for bit in range(BITS):
                 world.bits[world.counts[AGENTS], bit] = int(genomes[number, bit] > ZERO)
-            settle(rules, world, cell)
+            add_agent(rules, world, cell)
 
 
 @compiled
-def settle(rules: Any, world: World, cell: int) -> None:
-    """Let the next agent, whose bits are there, be born in a cell."""
+def add_agent(rules: Any, world: World, cell: int) -> None:
+    """Add an agent in a cell. Its bits must be in the first unused row of `world.bits`."""
     agent = world.counts[AGENTS]
     world.counts[AGENTS] += 1
-    world.kind[cell], world.who[cell], world.place[agent] = AGENT, agent, cell
-    world.energy[agent], world.health[agent] = rules.initial_energy, 1.0
-    world.said[agent, 0] = world.said[agent, 1] = -1
+    world.kind[cell] = AGENT
+    world.occupant[cell] = agent
+    world.position[agent] = cell
+    world.energy[agent] = rules.initial_energy
+    world.health[agent] = 1.0
+    world.last_action[agent, 0] = world.last_action[agent, 1] = -1
     for number in range(INPUTS):
-        world.judge[agent, number] = weight(rules, world.bits[agent], number)
+        world.evaluation_weights[agent, number] = decode_weight(rules, world.bits[agent], number)
         for output in range(OUTPUTS):
-            world.act[agent, output, number] = weight(
+            world.action_weights[agent, output, number] = decode_weight(
                 rules, world.bits[agent], INPUTS * (1 + output) + number
             )
 
 
 @compiled
-def weight(rules: Any, bits: Any, number: int) -> Any:
-    """Of four bits, one of sixteen values from -range to range."""
+def decode_weight(rules: Any, bits: Any, number: int) -> Any:
+    """Return a weight from its four bits: one of sixteen values in [-range, range]."""
     value = 0
     for bit in range(BITS_OF_WEIGHT):
         value = 2 * value + int(bits[BITS_OF_WEIGHT * number + bit])
@@ -180,63 +221,75 @@ def weight(rules: Any, bits: Any, number: int) -> Any:
 
 
 @compiled
-def breed(rules: Any, world: World, agent: int) -> None:
-    """If it has the energy, and there is room: a child beside it, of it and of the nearest mate, or of it alone."""
+def reproduce(rules: Any, world: World, agent: int) -> None:
+    """Add a child next to an agent that has the energy, if a cell is empty.
+
+    The parents are the agent and the nearest mate. Without a mate, the agent is the single parent.
+    """
     child = world.counts[AGENTS]
     if world.energy[agent] < rules.reproduction_threshold or child == rules.max_agents:
         return
-    cell, first = NOBODY, int(draw(world)[0] * np.float32(4))
+    cell = NONE
+    first = int(draw_uniforms(world)[0] * np.float32(4))
     for turn in range(4):
-        near = beside(rules, world.place[agent], (first + turn) % 4)
-        cell = near if cell == NOBODY and world.kind[near] == EMPTY else cell
-    if cell == NOBODY:
+        neighbor = neighbor_cell(rules, world.position[agent], (first + turn) % 4)
+        cell = neighbor if cell == NONE and world.kind[neighbor] == EMPTY else cell
+    if cell == NONE:
         return
     if rules.inherits:
-        _cross(rules, world, agent, _mate(rules, world, agent), child)
+        _cross(rules, world, agent, _nearest_mate(rules, world, agent), child)
     else:
         for first_bit in range(0, BITS, 4):
-            drawn = draw(world)
+            drawn = draw_uniforms(world)
             for bit in range(4):
                 world.bits[child, first_bit + bit] = int(drawn[bit] < np.float32(0.5))
     world.energy[agent] -= rules.reproduction_cost
     world.counts[BORN] += 1
-    settle(rules, world, cell)
+    add_agent(rules, world, cell)
 
 
 @compiled
-def _mate(rules: Any, world: World, agent: int) -> int:
-    """The nearest other within reach; itself where there is none."""
-    mate, nearest = agent, REACH * REACH + 1
-    x, y = world.place[agent] % rules.grid_size, world.place[agent] // rules.grid_size
-    for other in range(world.counts[AGENTS]):
-        dx, dy = world.place[other] % rules.grid_size - x, world.place[other] // rules.grid_size - y
-        if other != agent and dx * dx + dy * dy < nearest:
-            mate, nearest = other, dx * dx + dy * dy
+def _nearest_mate(rules: Any, world: World, agent: int) -> int:
+    """Return the nearest other agent within reach, or the agent itself if there is none."""
+    mate = agent
+    nearest = REACH * REACH + 1
+    x = world.position[agent] % rules.grid_size
+    y = world.position[agent] // rules.grid_size
+    for candidate in range(world.counts[AGENTS]):
+        dx = world.position[candidate] % rules.grid_size - x
+        dy = world.position[candidate] // rules.grid_size - y
+        if candidate != agent and dx * dx + dy * dy < nearest:
+            mate = candidate
+            nearest = dx * dx + dy * dy
     return mate
 
 
 @compiled
-def _cross(rules: Any, world: World, one: int, other: int, child: int) -> None:
-    """Bits of one, but between two cuts of the other; then each may flip."""
-    drawn = draw(world)
+def _cross(rules: Any, world: World, first: int, second: int, child: int) -> None:
+    """Copy the bits of `first`, with those of `second` between two cuts, and mutate each bit."""
+    drawn = draw_uniforms(world)
     cuts = int(drawn[0] * np.float32(BITS + 1)), int(drawn[1] * np.float32(BITS + 1))
     for first_bit in range(0, BITS, 4):
-        flips = draw(world)
+        flips = draw_uniforms(world)
         for number in range(4):
             bit = first_bit + number
-            parent = other if min(cuts) <= bit < max(cuts) else one
+            parent = second if min(cuts) <= bit < max(cuts) else first
             world.bits[child, bit] = world.bits[parent, bit] ^ int(
                 flips[number] < rules.mutation_rate
             )
 
 
 @compiled
-def bury(world: World) -> None:
-    """Who has no energy or no health left becomes a corpse, if it is in no tree; the last takes its number."""
+def remove_dead_agents(world: World) -> None:
+    """Replace each agent without energy or health by a corpse.
+
+    An agent in a tree leaves no corpse. The last agent gets the number of the removed agent.
+    """
     for agent in range(world.counts[AGENTS] - 1, -1, -1):
         if world.energy[agent] <= 0.0 or world.health[agent] <= 0.0:
-            cell, last = world.place[agent], world.counts[AGENTS] - 1
-            leave(world, agent)
+            cell = world.position[agent]
+            last = world.counts[AGENTS] - 1
+            leave_cell(world, agent)
             if world.kind[cell] == EMPTY:
                 world.kind[cell] = CORPSE
             if agent != last:
@@ -246,21 +299,17 @@ def bury(world: World) -> None:
 
 @compiled
 def _renumber(world: World, old: int, new: int) -> None:
-    world.place[new], world.energy[new], world.health[new] = (
-        world.place[old],
-        world.energy[old],
-        world.health[old],
-    )
-    world.judged[new] = world.judged[old]
+    world.position[new] = world.position[old]
+    world.energy[new] = world.energy[old]
+    world.health[new] = world.health[old]
+    world.last_evaluation[new] = world.last_evaluation[old]
     for bit in range(BITS):
         world.bits[new, bit] = world.bits[old, bit]
     for output in range(OUTPUTS):
-        world.said[new, output] = world.said[old, output]
+        world.last_action[new, output] = world.last_action[old, output]
         for number in range(INPUTS):
-            world.act[new, output, number] = world.act[old, output, number]
+            world.action_weights[new, output, number] = world.action_weights[old, output, number]
     for number in range(INPUTS):
-        world.judge[new, number], world.seen[new, number] = (
-            world.judge[old, number],
-            world.seen[old, number],
-        )
-    world.who[world.place[new]] = new
+        world.evaluation_weights[new, number] = world.evaluation_weights[old, number]
+        world.last_inputs[new, number] = world.last_inputs[old, number]
+    world.occupant[world.position[new]] = new

@@ -1,16 +1,21 @@
-"""A population that lives until it is extinct, as a model: its whole history is one life of the laboratory's.
+"""A population that is simulated until it is extinct, as one lifetime of the laboratory.
 
     baldwinlab reproduce ackley-littman-1991
 
-Births and deaths happen at any time here, so that there are no generations. What the laboratory
-calls an agent is a population, whose genome is that of all its founders; its fitness is how many
-steps it survives; a study's runs are populations. Selection is in the world: who gathers energy has
-children.
+Births and deaths occur at any time, so there are no generations. An agent of the laboratory is an
+entire population here. Its genome has the bits of all founders, and its fitness is the number of
+steps that the population survives. The runs of a study are populations. Selection is part of the
+world: agents that collect energy have children.
 
-The five strategies: ERL evolves and learns; E evolves only; L learns, and every newborn has a
-random genome; F does neither, with random genomes; B walks at random. All else is the same for all.
+The five strategies are: ERL evolves and learns; E only evolves; L learns, and each newborn has a
+random genome; F does neither, with random genomes; B moves at random. All other settings are the
+same for all strategies.
 
-Source: Ackley and Littman 1991. Open there, and fields here: all thresholds, damages and rates.
+The thresholds, damages and rates are not in the paper. They are settings here.
+
+References
+----------
+Ackley and Littman 1991.
 """
 
 from __future__ import annotations
@@ -24,28 +29,36 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.models.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
+from baldwinlab.models.erl.agents import (
+    BITS,
+    INPUTS,
+    OUTPUTS,
+    place_founders,
+    remove_dead_agents,
+    reproduce,
+    step_agent,
+)
 from baldwinlab.models.erl.world import (
     AGENTS,
     BORN,
-    CARNIVORE_EVERY,
+    CARNIVORE_INTERVAL,
+    CARNIVORES,
     DRAWN,
-    HUNTERS,
-    MOST_CARNIVORES,
+    MAX_CARNIVORES,
     STEP,
     World,
-    bury_hunters,
-    empty_cell,
-    grow,
-    hunt,
-    hunter_at,
-    prepare,
+    add_carnivore,
+    grow_plants,
+    init_world,
+    random_empty_cell,
+    remove_dead_carnivores,
+    step_carnivore,
 )
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 
 class Rules(NamedTuple):
-    """A world's numbers, as compiled code has them: the model's fields of these names, and what its strategy means."""
+    """Numbers of a world for compiled code, from the settings and the strategy of the model."""
 
     grid_size: int
     max_agents: int
@@ -76,10 +89,12 @@ class Rules(NamedTuple):
 
 
 def _of_population(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a record of the population of each run."""
     return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
-def _lives_on(runs: xr.Dataset) -> xr.DataArray:
+def _survives(runs: xr.Dataset) -> xr.DataArray:
+    """Return whether the population of each run survives the last step."""
     return _of_population("extinct")(runs) < 1
 
 
@@ -119,7 +134,7 @@ class ErlPopulations(Model, name="erl-populations"):
     initial_carnivores: int = Field(
         10,
         ge=0,
-        le=MOST_CARNIVORES,
+        le=MAX_CARNIVORES,
         description="Initial number of carnivores. One more appears every 200 steps.",
     )
     plant_energy: float = Field(
@@ -159,7 +174,7 @@ class ErlPopulations(Model, name="erl-populations"):
     )
     mutation_rate: float = Field(0.003, ge=0, le=1, description="Mutation probability per bit.")
     weight_range: float = Field(
-        3.0, ge=0, le=100, description="Limit R of the weights, which lie in [-R, R]."
+        3.0, ge=0, le=100, description="Limit R of the weights, which are in [-R, R]."
     )
     positive_learning_rate: float = Field(
         0.3, ge=0, le=10, description="Learning rate after an improvement."
@@ -170,14 +185,14 @@ class ErlPopulations(Model, name="erl-populations"):
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1},
-        "evolution": {
-            "generations": 1,
-            "mutation_rate": 0.0,
-        },  # others would be further histories from the same founders
+        # Further generations would be further histories of the same founders.
+        "evolution": {"generations": 1, "mutation_rate": 0.0},
     }
-    check_settings: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
+    # One plant is enough energy for a child, and one bite kills.
+    check_settings: ClassVar[Mapping[str, Any]] = {
         "max_steps": 8, "initial_agents": 4, "max_agents": 8,
-        "grid_size": 12, "initial_plants": 50, "trees": 3, "initial_carnivores": 4, "plant_energy": 1.0, "bite_damage": 1.0,
+        "grid_size": 12, "initial_plants": 50, "trees": 3, "initial_carnivores": 4,
+        "plant_energy": 1.0, "bite_damage": 1.0,
     }  # fmt: skip
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
@@ -197,7 +212,7 @@ class ErlPopulations(Model, name="erl-populations"):
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "survived": Measure(
-            "steps that the population survives", _of_population("energy"), _lives_on
+            "steps that the population survives", _of_population("energy"), _survives
         ),
         "extinct": Measure(
             "1 if the population dies out before the last step, else 0",
@@ -231,13 +246,14 @@ class ErlPopulations(Model, name="erl-populations"):
         return self.initial_agents * BITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        """The bits of all founders of each population, one after another."""
+        """Draw the bits of all founders of each population, as one row per population."""
         bits: npt.NDArray[np.float32] = (
             key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5
         ).astype(np.float32)
         return bits
 
     def rules(self) -> Rules:
+        """Return the numbers of the world for compiled code."""
         strategy = {
             "learns": self.learns,
             "inherits": self.strategy in ("ERL", "E"),
@@ -263,45 +279,49 @@ class ErlPopulations(Model, name="erl-populations"):
         )
 
     def world(self, *key: int) -> World:
-        """One in which nothing is yet."""
-        cells, most, hunters = self.grid_size * self.grid_size, self.max_agents, MOST_CARNIVORES
+        """Allocate a world. `key` is seed, run, generation and number of the population."""
+        cells = self.grid_size * self.grid_size
+        agents = self.max_agents
+        carnivores = MAX_CARNIVORES
         return World(
             counts=np.zeros(7, np.int64),
             key=np.array(key, np.int64),
             kind=np.zeros(cells, np.int8),
-            who=np.zeros(cells, np.int32),
-            place=np.zeros(most, np.int64),
-            energy=np.zeros(most),
-            health=np.zeros(most),
-            bits=np.zeros((most, BITS), np.int8),
-            judge=np.zeros((most, INPUTS), np.float32),
-            act=np.zeros((most, OUTPUTS, INPUTS), np.float32),
-            seen=np.zeros((most, INPUTS), np.float32),
-            judged=np.zeros(most, np.float32),
-            said=np.zeros((most, OUTPUTS), np.int8),
-            lair=np.zeros(hunters, np.int64),
-            hunger=np.zeros(hunters),
-            wounds=np.zeros(hunters),
+            occupant=np.zeros(cells, np.int32),
+            position=np.zeros(agents, np.int64),
+            energy=np.zeros(agents),
+            health=np.zeros(agents),
+            bits=np.zeros((agents, BITS), np.int8),
+            evaluation_weights=np.zeros((agents, INPUTS), np.float32),
+            action_weights=np.zeros((agents, OUTPUTS, INPUTS), np.float32),
+            last_inputs=np.zeros((agents, INPUTS), np.float32),
+            last_evaluation=np.zeros(agents, np.float32),
+            last_action=np.zeros((agents, OUTPUTS), np.int8),
+            carnivore_position=np.zeros(carnivores, np.int64),
+            carnivore_energy=np.zeros(carnivores),
+            carnivore_health=np.zeros(carnivores),
         )
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         shape = genomes.shape[:2]
-        survived, told = poison.empty(shape, np.int64), np.zeros((*shape, 3))
-        rules, inputs = self.rules(), poison.empty(INPUTS, np.float32)
+        survived = poison.empty(shape, np.int64)
+        totals = np.zeros((*shape, 3))
+        rules = self.rules()
+        inputs = poison.empty(INPUTS, np.float32)
         for row, run in enumerate(runs):
             for number in range(shape[1]):
                 bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, BITS)
                 world = self.world(seed, run, generation, number)
-                survived[row, number] = history(
-                    rules, world, bits, self.max_steps, inputs, told[row, number]
+                survived[row, number] = simulate_population(
+                    rules, world, bits, self.max_steps, inputs, totals[row, number]
                 )
         energy = survived.astype(np.float64)
-        means = (told[..., 1:] / np.maximum(1, survived)[..., None]).astype(np.float32)
+        means = (totals[..., 1:] / np.maximum(1, survived)[..., None]).astype(np.float32)
         records = {
             "extinct": (survived < self.max_steps).astype(np.int32),
-            "born": told[..., 0].astype(np.int32),
+            "born": totals[..., 0].astype(np.int32),
             "living": means[..., 0],
             "hunters": means[..., 1],
         }
@@ -309,40 +329,56 @@ class ErlPopulations(Model, name="erl-populations"):
 
 
 @jit_entry_point
-def history(rules: Rules, world: World, genomes: Any, longest: int, inputs: Any, told: Any) -> int:
-    """The steps that a population survives, at most `max_steps`, from founders [founder, bit].
+def simulate_population(
+    rules: Rules, world: World, genomes: Any, max_steps: int, inputs: Any, totals: Any
+) -> int:
+    """Simulate a population and return the number of steps that it survives.
 
-    Fill `told` with births, and agents and carnivores added up over the steps. `inputs` [input] is
-    scratch.
+    Parameters
+    ----------
+    rules : Rules
+        Numbers of the world.
+    world : World
+        The world. All its arrays are overwritten.
+    genomes : array of shape (founders, bits)
+        Bits of the founders.
+    max_steps : int
+        Maximum number of steps.
+    inputs : array of shape (inputs,)
+        Scratch.
+    totals : array of shape (3,)
+        Output: the number of births, and the numbers of agents and carnivores, added up over the
+        steps.
     """
-    prepare(rules, world)
-    found(rules, world, genomes)
+    init_world(rules, world)
+    place_founders(rules, world, genomes)
     step = 0
-    while step < longest and world.counts[AGENTS] > 0:
-        world.counts[STEP], world.counts[DRAWN] = step + 1, 0
-        step_of(rules, world, inputs)
-        told[1] += world.counts[AGENTS]
-        told[2] += world.counts[HUNTERS]
+    while step < max_steps and world.counts[AGENTS] > 0:
+        world.counts[STEP] = step + 1
+        world.counts[DRAWN] = 0
+        step_world(rules, world, inputs)
+        totals[1] += world.counts[AGENTS]
+        totals[2] += world.counts[CARNIVORES]
         step += int(world.counts[AGENTS] > 0)
-    told[0] = world.counts[BORN]
+    totals[0] = world.counts[BORN]
     return step
 
 
 @compiled
-def step_of(rules: Rules, world: World, inputs: Any) -> None:
-    """What grows, then agents, then carnivores; then who is to die dies, and who can have a child has one."""
-    grow(rules, world)
-    if world.counts[STEP] % CARNIVORE_EVERY == 0:
-        hunter_at(rules, world, empty_cell(rules, world))
+def step_world(rules: Rules, world: World, inputs: Any) -> None:
+    """Simulate one step: plants, agents, carnivores, deaths, then births."""
+    grow_plants(rules, world)
+    if world.counts[STEP] % CARNIVORE_INTERVAL == 0:
+        add_carnivore(rules, world, random_empty_cell(rules, world))
     for agent in range(world.counts[AGENTS]):
         if world.health[agent] > 0.0:
-            live_step(rules, world, agent, inputs)
+            step_agent(rules, world, agent, inputs)
             world.energy[agent] -= rules.cost_per_step
-    for hunter in range(world.counts[HUNTERS]):
-        if world.wounds[hunter] > 0.0:
-            hunt(rules, world, hunter)
-    bury_hunters(world)
-    bury(world)
+    for carnivore in range(world.counts[CARNIVORES]):
+        if world.carnivore_health[carnivore] > 0.0:
+            step_carnivore(rules, world, carnivore)
+    remove_dead_carnivores(world)
+    remove_dead_agents(world)
     for agent in range(world.counts[AGENTS]):
         world.health[agent] = min(1.0, world.health[agent] + rules.healing_per_step)
-        breed(rules, world, agent)
+        reproduce(rules, world, agent)

@@ -1,11 +1,17 @@
-"""The ground of cells: walls around it, plants that grow, trees that shelter, corpses, and carnivores that hunt by a fixed rule.
+"""A grid of cells with walls, plants, trees, corpses, and carnivores that follow a fixed rule.
 
-All arrays of a world are made before it begins, as compiled code makes none. A cell is a number; those beside it are `side` and 1
-away. What stands there is its `kind`, and `who` is the number of the agent or the carnivore that is there, or -1.
+All arrays of a world are allocated before the first step, because compiled code allocates none. A
+cell is a number. Its neighbors differ by 1 and by `grid_size`. `kind` is the content of a cell.
+`occupant` is the number of the agent or carnivore in the cell, or -1.
 
-Source: Ackley and Littman 1991. To our memory: cells, kinds, how far agents and carnivores see, a carnivore every 200 steps, at
-least 50 plants. Ours: plants grow beside plants; a carnivore goes for the nearest agent or corpse straight ahead, tramples plants
-and eats corpses, has a second one when its energy is full, and starves; there are walls only around.
+From memory are the cells, the kinds, the sight of agents and carnivores, one additional carnivore
+every 200 steps, and a minimum of 50 plants. Our choices are as follows. Plants grow next to plants.
+A carnivore goes to the nearest agent or corpse straight ahead, destroys plants and eats corpses. It
+reproduces at full energy, and starves without food. Walls are only at the edges.
+
+References
+----------
+Ackley and Littman 1991.
 """
 
 from __future__ import annotations
@@ -19,38 +25,62 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.parts import LIFE, philox, unit
 
 WALL, PLANT, TREE, AGENT, CARNIVORE, CORPSE, EMPTY = range(7)
-KINDS: Final = 6  # that are seen
-SIGHT, FAR_SIGHT = 4, 6  # cells that agents and carnivores see straight ahead, in four directions
-LEAST_PLANTS, CARNIVORE_EVERY, MOST_CARNIVORES = 50, 200, 200
-NOBODY: Final = -1
+# Number of kinds that agents sense. EMPTY is not sensed.
+KINDS: Final = 6
+# Cells that agents and carnivores see straight ahead, in four directions.
+SIGHT = 4
+FAR_SIGHT = 6
+MIN_PLANTS = 50
+# Steps between two additional carnivores.
+CARNIVORE_INTERVAL = 200
+MAX_CARNIVORES = 200
+# Instead of the number of a cell or of an occupant.
+NONE: Final = -1
 
-AGENTS, HUNTERS, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)  # in `counts`
+# Entries of `World.counts`.
+AGENTS, CARNIVORES, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)
 
 
 class World(NamedTuple):
-    """Everything that changes. Agents are the first so many rows of what begins with `agent`; so are carnivores."""
+    """State of a world. Agents and carnivores use the first rows of their arrays."""
 
-    counts: npt.NDArray[np.int64]  # how many there are, as named above; DRAWN in this step
-    key: npt.NDArray[np.int64]  # seed, run, generation, and which population of these it is
-    kind: npt.NDArray[np.int8]  # [cell]
-    who: npt.NDArray[np.int32]  # [cell]
-    place: npt.NDArray[np.int64]  # [agent]: its cell
-    energy: npt.NDArray[np.float64]  # [agent], up to 1
-    health: npt.NDArray[np.float64]  # [agent], up to 1
-    bits: npt.NDArray[np.int8]  # [agent, bit]: its genome
-    judge: npt.NDArray[np.float32]  # [agent, input]: its evaluation network, fixed in life
-    act: npt.NDArray[np.float32]  # [agent, output, input]: its action network
-    seen: npt.NDArray[np.float32]  # [agent, input]: what it sensed last
-    judged: npt.NDArray[np.float32]  # [agent]: and what it thought of that
-    said: npt.NDArray[np.int8]  # [agent, output]: and what it did; -1 before its first step
-    lair: npt.NDArray[np.int64]  # [carnivore]: its cell
-    hunger: npt.NDArray[np.float64]  # [carnivore]: its energy, up to 1
-    wounds: npt.NDArray[np.float64]  # [carnivore]: its health, up to 1
+    # Numbers as named above. DRAWN is the number of random draws in this step.
+    counts: npt.NDArray[np.int64]
+    # Seed, run, generation and number of the population.
+    key: npt.NDArray[np.int64]
+    # [cell]: content.
+    kind: npt.NDArray[np.int8]
+    # [cell]: number of the agent or carnivore, or -1.
+    occupant: npt.NDArray[np.int32]
+    # [agent]: cell.
+    position: npt.NDArray[np.int64]
+    # [agent]: energy, up to 1.
+    energy: npt.NDArray[np.float64]
+    # [agent]: health, up to 1.
+    health: npt.NDArray[np.float64]
+    # [agent, bit]: genome.
+    bits: npt.NDArray[np.int8]
+    # [agent, input]: evaluation network, which does not change during life.
+    evaluation_weights: npt.NDArray[np.float32]
+    # [agent, output, input]: action network.
+    action_weights: npt.NDArray[np.float32]
+    # [agent, input]: inputs of the last step.
+    last_inputs: npt.NDArray[np.float32]
+    # [agent]: evaluation of the last step.
+    last_evaluation: npt.NDArray[np.float32]
+    # [agent, output]: action of the last step; -1 before the first step.
+    last_action: npt.NDArray[np.int8]
+    # [carnivore]: cell.
+    carnivore_position: npt.NDArray[np.int64]
+    # [carnivore]: energy, up to 1.
+    carnivore_energy: npt.NDArray[np.float64]
+    # [carnivore]: health, up to 1.
+    carnivore_health: npt.NDArray[np.float64]
 
 
 @compiled
-def draw(world: World) -> Any:
-    """Four numbers in (0, 1) that nobody else draws."""
+def draw_uniforms(world: World) -> Any:
+    """Draw four uniform numbers in (0, 1). Each call returns different numbers."""
     world.counts[DRAWN] += 1
     seed, run, generation, number = world.key[0], world.key[1], world.key[2], world.key[3]
     drawn = philox(
@@ -60,123 +90,143 @@ def draw(world: World) -> Any:
 
 
 @compiled
-def beside(rules: Any, cell: int, direction: int) -> Any:
-    """The next cell: north, east, south, west."""
-    return cell + (
-        -rules.grid_size
-        if direction == 0
-        else 1
-        if direction == 1
-        else rules.grid_size
-        if direction == 2
-        else -1
-    )
+def neighbor_cell(rules: Any, cell: int, direction: int) -> Any:
+    """Return the next cell in a direction: 0 north, 1 east, 2 south, 3 west."""
+    if direction == 0:
+        return cell - rules.grid_size
+    if direction == 1:
+        return cell + 1
+    if direction == 2:
+        return cell + rules.grid_size
+    return cell - 1
 
 
 @compiled
-def any_cell(rules: Any, world: World) -> Any:
-    drawn = draw(world)
+def random_cell(rules: Any, world: World) -> Any:
+    drawn = draw_uniforms(world)
     return int(drawn[0] * np.float32(rules.grid_size)) * rules.grid_size + int(
         drawn[1] * np.float32(rules.grid_size)
     )
 
 
 @compiled
-def empty_cell(rules: Any, world: World) -> Any:
-    """An empty cell anywhere, or -1 where none was found in a hundred tries."""
+def random_empty_cell(rules: Any, world: World) -> Any:
+    """Return a random empty cell, or -1 after a hundred failed draws."""
     for _ in range(100):
-        cell = any_cell(rules, world)
+        cell = random_cell(rules, world)
         if world.kind[cell] == EMPTY:
             return cell
-    return NOBODY
+    return NONE
 
 
 @compiled
-def prepare(rules: Any, world: World) -> None:
-    """Walls around, and plants, trees and carnivores anywhere."""
+def init_world(rules: Any, world: World) -> None:
+    """Build walls at the edges and add plants, trees and carnivores in random cells."""
     world.counts[:] = 0
     for cell in range(rules.grid_size * rules.grid_size):
-        x, y = cell % rules.grid_size, cell // rules.grid_size
-        inside = 0 < x < rules.grid_size - 1 and 0 < y < rules.grid_size - 1
-        world.kind[cell], world.who[cell] = EMPTY if inside else WALL, NOBODY
+        x = cell % rules.grid_size
+        y = cell // rules.grid_size
+        is_inside = 0 < x < rules.grid_size - 1 and 0 < y < rules.grid_size - 1
+        world.kind[cell] = EMPTY if is_inside else WALL
+        world.occupant[cell] = NONE
     for _ in range(rules.trees):
-        cell = empty_cell(rules, world)
+        cell = random_empty_cell(rules, world)
         if cell >= 0:
             world.kind[cell] = TREE
     for _ in range(rules.initial_plants):
-        plant(rules, world, empty_cell(rules, world))
+        add_plant(rules, world, random_empty_cell(rules, world))
     for _ in range(rules.initial_carnivores):
-        hunter_at(rules, world, empty_cell(rules, world))
+        add_carnivore(rules, world, random_empty_cell(rules, world))
 
 
 @compiled
-def plant(rules: Any, world: World, cell: int) -> None:
+def add_plant(rules: Any, world: World, cell: int) -> None:
     if cell >= 0 and world.kind[cell] == EMPTY:
         world.kind[cell] = PLANT
         world.counts[PLANTS] += 1
 
 
 @compiled
-def grow(rules: Any, world: World) -> None:
-    """Seeds fall anywhere; of so many cells that are looked at, each plant has another beside it; there are some always."""
+def grow_plants(rules: Any, world: World) -> None:
+    """Add plants in random cells and next to plants, at least up to the minimum number."""
     for _ in range(rules.sprouts_per_step):
-        plant(rules, world, any_cell(rules, world))
+        add_plant(rules, world, random_cell(rules, world))
     for _ in range(rules.growth_checks_per_step):
-        cell = any_cell(rules, world)
+        cell = random_cell(rules, world)
         if world.kind[cell] == PLANT:
-            plant(rules, world, beside(rules, cell, int(draw(world)[0] * np.float32(4))))
-    for _ in range(LEAST_PLANTS - world.counts[PLANTS]):
-        plant(rules, world, empty_cell(rules, world))
+            add_plant(
+                rules,
+                world,
+                neighbor_cell(rules, cell, int(draw_uniforms(world)[0] * np.float32(4))),
+            )
+    for _ in range(MIN_PLANTS - world.counts[PLANTS]):
+        add_plant(rules, world, random_empty_cell(rules, world))
 
 
 @compiled
-def clear(world: World, cell: int) -> None:
-    """What is eaten or trampled is gone."""
+def clear_cell(world: World, cell: int) -> None:
+    """Empty a cell and count its plant as removed."""
     world.counts[PLANTS] -= int(world.kind[cell] == PLANT)
     world.kind[cell] = EMPTY
 
 
 @compiled
-def hunter_at(rules: Any, world: World, cell: int) -> None:
-    """A carnivore more, if there is room."""
-    hunter = world.counts[HUNTERS]
-    if cell >= 0 and hunter < MOST_CARNIVORES:
-        world.kind[cell], world.who[cell] = CARNIVORE, hunter
-        world.lair[hunter], world.hunger[hunter], world.wounds[hunter] = cell, 0.5, 1.0
-        world.counts[HUNTERS] += 1
+def add_carnivore(rules: Any, world: World, cell: int) -> None:
+    """Add a carnivore in a cell, if the maximum number is not reached."""
+    carnivore = world.counts[CARNIVORES]
+    if cell >= 0 and carnivore < MAX_CARNIVORES:
+        world.kind[cell] = CARNIVORE
+        world.occupant[cell] = carnivore
+        world.carnivore_position[carnivore] = cell
+        world.carnivore_energy[carnivore] = 0.5
+        world.carnivore_health[carnivore] = 1.0
+        world.counts[CARNIVORES] += 1
 
 
 @compiled
-def hunt(rules: Any, world: World, hunter: int) -> None:
-    """Go for the nearest prey that is seen, or anywhere; bite an agent, eat a corpse; have another when full."""
-    drawn = draw(world)
-    direction, nearest = int(drawn[0] * np.float32(4)), FAR_SIGHT + 1
-    for look in range(4):
-        distance = _prey(rules, world, world.lair[hunter], look)
+def step_carnivore(rules: Any, world: World, carnivore: int) -> None:
+    """Move a carnivore to the nearest visible prey, or in a random direction.
+
+    It bites an agent and eats a corpse. It reproduces at full energy.
+    """
+    drawn = draw_uniforms(world)
+    direction = int(drawn[0] * np.float32(4))
+    nearest = FAR_SIGHT + 1
+    for candidate in range(4):
+        distance = _prey_distance(rules, world, world.carnivore_position[carnivore], candidate)
         if distance < nearest:
-            direction, nearest = look, distance
-    cell = beside(rules, world.lair[hunter], direction)
+            direction = candidate
+            nearest = distance
+    cell = neighbor_cell(rules, world.carnivore_position[carnivore], direction)
     kind = world.kind[cell]
     if kind == AGENT:
-        world.health[world.who[cell]] -= rules.bite_damage
+        world.health[world.occupant[cell]] -= rules.bite_damage
     elif kind in (EMPTY, PLANT, CORPSE):
         if kind == CORPSE:
-            world.hunger[hunter] = min(1.0, world.hunger[hunter] + rules.carnivore_meat_energy)
-        left = world.lair[hunter]
-        clear(world, cell)
-        world.kind[left], world.who[left] = EMPTY, NOBODY
-        world.kind[cell], world.who[cell], world.lair[hunter] = CARNIVORE, hunter, cell
-        if world.hunger[hunter] >= 1.0 and world.counts[HUNTERS] < MOST_CARNIVORES:
-            world.hunger[hunter] = 0.5
-            hunter_at(rules, world, left)
-    world.hunger[hunter] -= rules.carnivore_cost_per_step
+            world.carnivore_energy[carnivore] = min(
+                1.0, world.carnivore_energy[carnivore] + rules.carnivore_meat_energy
+            )
+        old_cell = world.carnivore_position[carnivore]
+        clear_cell(world, cell)
+        world.kind[old_cell] = EMPTY
+        world.occupant[old_cell] = NONE
+        world.kind[cell] = CARNIVORE
+        world.occupant[cell] = carnivore
+        world.carnivore_position[carnivore] = cell
+        if world.carnivore_energy[carnivore] >= 1.0 and world.counts[CARNIVORES] < MAX_CARNIVORES:
+            world.carnivore_energy[carnivore] = 0.5
+            add_carnivore(rules, world, old_cell)
+    world.carnivore_energy[carnivore] -= rules.carnivore_cost_per_step
 
 
 @compiled
-def _prey(rules: Any, world: World, cell: int, direction: int) -> int:
-    """How far the next agent or corpse is in a direction; beyond sight where there is none. An agent in a tree is not seen."""
+def _prey_distance(rules: Any, world: World, cell: int, direction: int) -> int:
+    """Return the distance of the nearest agent or corpse in a direction.
+
+    The result is above FAR_SIGHT if there is none. An agent in a tree is not visible.
+    """
     for distance in range(1, FAR_SIGHT + 1):
-        cell = beside(rules, cell, direction)
+        cell = neighbor_cell(rules, cell, direction)
         if world.kind[cell] == AGENT or world.kind[cell] == CORPSE:
             return distance
         if world.kind[cell] == WALL:
@@ -185,14 +235,20 @@ def _prey(rules: Any, world: World, cell: int, direction: int) -> int:
 
 
 @compiled
-def bury_hunters(world: World) -> None:
-    """Who starved or was killed becomes a corpse; the last takes its number."""
-    for hunter in range(world.counts[HUNTERS] - 1, -1, -1):
-        if world.hunger[hunter] <= 0.0 or world.wounds[hunter] <= 0.0:
-            cell, last = world.lair[hunter], world.counts[HUNTERS] - 1
-            world.kind[cell], world.who[cell] = CORPSE, NOBODY
-            if hunter != last:
-                world.lair[hunter], world.hunger[hunter] = world.lair[last], world.hunger[last]
-                world.wounds[hunter] = world.wounds[last]
-                world.who[world.lair[hunter]] = hunter
-            world.counts[HUNTERS] = last
+def remove_dead_carnivores(world: World) -> None:
+    """Replace each dead carnivore by a corpse.
+
+    The last carnivore gets the number of the removed one.
+    """
+    for carnivore in range(world.counts[CARNIVORES] - 1, -1, -1):
+        if world.carnivore_energy[carnivore] <= 0.0 or world.carnivore_health[carnivore] <= 0.0:
+            cell = world.carnivore_position[carnivore]
+            last = world.counts[CARNIVORES] - 1
+            world.kind[cell] = CORPSE
+            world.occupant[cell] = NONE
+            if carnivore != last:
+                world.carnivore_position[carnivore] = world.carnivore_position[last]
+                world.carnivore_energy[carnivore] = world.carnivore_energy[last]
+                world.carnivore_health[carnivore] = world.carnivore_health[last]
+                world.occupant[world.carnivore_position[carnivore]] = carnivore
+            world.counts[CARNIVORES] = last
