@@ -1,4 +1,4 @@
-"""The claims of a study as its report has decided them: written, and read back while they fit the stored runs."""
+"""Verdicts on the claims of a study, stored with a digest of the runs that they are based on."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 CLAIMS: Final = "claims.json"
-CHECKSUM_BYTES: Final = 65536  # bytes of a record among which its checksum stands
+# First bytes of a record, which contain its checksum.
+CHECKSUM_BYTES: Final = 65536
 
 
 def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None:
-    """Write the claims of a study, with a checksum and a digest of the runs that decided them. Raises OSError."""
-    found = {"records": digest_records(study), "claims": list(claims)}
-    text = json.dumps(
-        {"checksum": _checksum(found), **found}, indent=2, ensure_ascii=False, allow_nan=False
-    )
+    """Write the claims of a study, with a checksum and a digest of its runs. Raises OSError."""
+    content = {"records": digest_records(study), "claims": list(claims)}
+    sealed = {"checksum": _checksum(content), **content}
+    text = json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(study.directory / CLAIMS, f"{text}\n".encode())
 
 
@@ -31,33 +31,33 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        What `write_claims` was given; empty where no report has been made yet.
+        The claims that `write_claims` stored, empty if no report exists yet.
 
     Raises
     ------
     StudyError
-        If the file is damaged, was changed, was written by an older version, or was decided by
-        other runs than those that are stored now.
+        If the file is damaged, changed or from an older version, or if the stored runs have
+        changed since.
     """
     path = study.directory / CLAIMS
-    again = f"`baldwinlab report {study.directory}` makes it again"
+    remedy = f"`baldwinlab report {study.directory}` makes it again"
     if not path.exists():
         return []
     try:
-        found = parse_json(read_text(path, RESULTS_FILE))
+        content = parse_json(read_text(path, RESULTS_FILE))
     except (OSError, ValueError) as error:
-        raise StudyError(f"{path} cannot be read: {error}; {again}") from None
-    if isinstance(found, list):
+        raise StudyError(f"{path} cannot be read: {error}; {remedy}") from None
+    if isinstance(content, list):
         raise StudyError(
-            f"{path} was written by an older version, and does not say of which runs it is; {again}"
+            f"{path} was written by an older version, and has no digest of its runs; {remedy}"
         )
-    if not _is_sound(found):
-        raise StudyError(f"{path} is not what a report has written; {again}")
-    if found["records"] != digest_records(study):
+    if not _is_valid(content):
+        raise StudyError(f"{path} is not what a report has written; {remedy}")
+    if content["records"] != digest_records(study):
         raise StudyError(
-            f"{path} was decided by other runs than those that are stored now; {again}"
+            f"{path} was decided by other runs than those that are stored now; {remedy}"
         )
-    claims: list[dict[str, Any]] = found["claims"]
+    claims: list[dict[str, Any]] = content["claims"]
     return claims
 
 
@@ -73,18 +73,19 @@ def digest_records(study: StudyStore) -> str:
     return digest.hexdigest()
 
 
-def _is_sound(found: Any) -> bool:
-    """Whether it is what was written, with claims that can be shown."""
-    if not isinstance(found, dict) or not isinstance(found.get("claims"), list):
+def _is_valid(content: Any) -> bool:
+    """Return whether the content has the right form and checksum; remove the checksum from it."""
+    if not isinstance(content, dict) or not isinstance(content.get("claims"), list):
         return False
-    return found.pop("checksum", None) == _checksum(found) and all(map(_is_claim, found["claims"]))
+    checksum = content.pop("checksum", None)
+    return checksum == _checksum(content) and all(map(_is_claim, content["claims"]))
 
 
-def _is_claim(one: Any) -> bool:
-    return isinstance(one, dict) and all(
-        isinstance(one.get(name), str) for name in ("id", "verdict")
+def _is_claim(claim: Any) -> bool:
+    return isinstance(claim, dict) and all(
+        isinstance(claim.get(name), str) for name in ("id", "verdict")
     )
 
 
-def _checksum(found: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(found).encode()).hexdigest()
+def _checksum(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()

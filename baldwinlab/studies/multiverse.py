@@ -1,12 +1,12 @@
-"""Every variant of the paper, as one study: which experiments make it up.
+"""Multiverse: the conditions of a paper under each variant of its model, in one study.
 
 A paper leaves choices open. Le (2019) leaves eight, R1 to R8 (docs/explanation/model.md).
-Each variant among its presets changes one choice, and its description starts with the number of the choice.
-A multiverse contains one variant at a time, or all combinations. It is a study with the conditions VARIANT/CONDITION/MAP,
-such as `contact-5/evo/A`, or `contact-5+rank/evo/A` for a combination of two.
+Each variant among its presets changes one choice. Its description starts with the number of the
+choice. A multiverse contains one variant at a time, or all combinations. Its conditions have names
+of the form VARIANT/CONDITION/MAP: `contact-5/evo/A` has one variant, `contact-5+rank/evo/A` two.
 
-Source of the idea: S. Steegen, F. Tuerlinckx, A. Gelman and W. Vanpaemel, Increasing Transparency Through a Multiverse
-Analysis, Perspectives on Psychological Science 11 (2016).
+The method is from S. Steegen, F. Tuerlinckx, A. Gelman and W. Vanpaemel, Increasing Transparency
+Through a Multiverse Analysis, Perspectives on Psychological Science 11 (2016).
 """
 
 from __future__ import annotations
@@ -27,29 +27,49 @@ SEPARATOR = "+"
 
 @cache
 def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
-    """The choices that a paper (the default unless given) leaves open, each with the variants that make it otherwise."""
+    """Return the non-standard variants of each open choice of a paper.
+
+    Parameters
+    ----------
+    paper : Paper, optional
+        The paper; the default paper if None.
+
+    Returns
+    -------
+    mapping
+        Names of variants by choice.
+    """
     paper = paper or load()
-    found: dict[str, tuple[str, ...]] = {}
+    variants: dict[str, tuple[str, ...]] = {}
     for name in paper.names("variants"):
         if name != STANDARD:
             choice = paper.describe("variants", name).partition(":")[0]
-            found[choice] = (*found.get(choice, ()), name)
-    return MappingProxyType(dict(sorted(found.items())))
+            variants[choice] = (*variants.get(choice, ()), name)
+    return MappingProxyType(dict(sorted(variants.items())))
 
 
 class Variant(NamedTuple):
-    """A variant of a paper: the choices made otherwise than the standard, at most one alternative of each."""
+    """Variant of the model of a paper.
+
+    Attributes
+    ----------
+    parts : tuple of str
+        Names of the non-standard alternatives, at most one for each choice.
+    paper : Paper, optional
+        The paper; the default paper if None.
+    """
 
     parts: tuple[str, ...]
-    paper: Paper | None = None  # the default unless given
+    paper: Paper | None = None
 
     @property
     def name(self) -> str:
+        """Name of the variant: `standard`, `contact-5` or `contact-5+rank`."""
         return SEPARATOR.join(self.parts) or STANDARD
 
     @property
     def choices(self) -> dict[str, str]:
-        """The alternative taken, by choice: {"R2": "contact-5"}."""
+        """The selected alternative of each choice: {"R2": "contact-5"}."""
         return {
             choice: part
             for part in self.parts
@@ -59,13 +79,13 @@ class Variant(NamedTuple):
 
     @property
     def changes(self) -> dict[str, Any]:
-        """The fields that it sets, as `Experiment.replace` takes them."""
+        """The changed settings as arguments of `Experiment.replace`."""
         paper = self.paper or load()
         return reduce(merge, (paper.changes("variants", part) for part in self.parts), {})
 
     @property
     def fields(self) -> dict[str, Any]:
-        """The same by path: {"contact.reach": 5}."""
+        """The changed settings by path: {"contact.reach": 5}."""
         return {
             f"{part}.{field}": value
             for part, fields in self.changes.items()
@@ -74,13 +94,13 @@ class Variant(NamedTuple):
 
     @property
     def description(self) -> str:
-        """What it is, in a line."""
+        """The descriptions of the alternatives in one line."""
         paper = self.paper or load()
         return "; ".join(paper.describe("variants", name) for name in self.parts or (STANDARD,))
 
 
 def vary_one_at_a_time(paper: Paper | None = None) -> list[Variant]:
-    """The standard variant, and each alternative by itself: of Le's paper, 15 variants."""
+    """Return the standard variant and each single alternative; Le (2019) has 15 variants."""
     return [
         Variant((), paper),
         *(Variant((name,), paper) for names in alternatives(paper).values() for name in names),
@@ -88,25 +108,27 @@ def vary_one_at_a_time(paper: Paper | None = None) -> list[Variant]:
 
 
 def vary_all(paper: Paper | None = None) -> list[Variant]:
-    """Every combination of the choices, the standard first: of Le's paper, 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2 = 2048 variants."""
+    """Return all combinations of the choices, the standard first.
+
+    Le (2019) has 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2 = 2048 combinations.
+    """
     options = [((), *((name,) for name in names)) for names in alternatives(paper).values()]
-    return [Variant(sum(taken, ()), paper) for taken in product(*options)]
+    return [Variant(sum(selected, ()), paper) for selected in product(*options)]
 
 
 def experiments(variants: Iterable[Variant]) -> list[Experiment]:
-    """The paper's conditions under each variant.
+    """Return the conditions of the paper under each variant.
 
-    Genomes are kept of the first generation and of the last alone: of all generations, they would fill a disk.
+    Only the genomes of the first and the last generation are stored, which saves disk space.
     """
-    found = []
+    conditions = []
     for variant in variants:
         changes = variant.changes
         for condition in _conditions(variant):
             record = {"genome_every": condition.evolution.generations}
-            found.append(
-                condition.replace(name=f"{variant.name}/{condition.name}", record=record, **changes)
-            )
-    return found
+            name = f"{variant.name}/{condition.name}"
+            conditions.append(condition.replace(name=name, record=record, **changes))
+    return conditions
 
 
 def _conditions(variant: Variant) -> list[Experiment]:
@@ -114,25 +136,36 @@ def _conditions(variant: Variant) -> list[Experiment]:
 
 
 def factors(variants: Iterable[Variant]) -> dict[str, Factors]:
-    """The factors of these experiments, by name."""
-    found = {}
+    """Return the factors of these experiments by name."""
+    by_name = {}
     for variant in variants:
-        known = (variant.paper or load()).factors()
+        paper_factors = (variant.paper or load()).factors()
         for condition in _conditions(variant):
-            found[f"{variant.name}/{condition.name}"] = known[condition.name]._replace(
-                variant=variant.name
-            )
-    return found
+            condition_factors = paper_factors[condition.name]._replace(variant=variant.name)
+            by_name[f"{variant.name}/{condition.name}"] = condition_factors
+    return by_name
 
 
 def group_by_variant(
     conditions: Mapping[str, Factors], paper: Paper | None = None
 ) -> dict[Variant, dict[str, str]]:
-    """The conditions of a multiverse by variant, each with the name that it has in the paper: evo/A."""
-    found: dict[Variant, dict[str, str]] = {}
+    """Group the conditions of a multiverse by variant.
+
+    Parameters
+    ----------
+    conditions : mapping
+        Factors by name of condition.
+    paper : Paper, optional
+        The paper; the default paper if None.
+
+    Returns
+    -------
+    dict
+        For each variant, the names in the paper (`evo/A`) by name of condition.
+    """
+    groups: dict[Variant, dict[str, str]] = {}
     for name, (learner, map_name, variant) in conditions.items():
         parts = () if variant == STANDARD else tuple(variant.split(SEPARATOR))
-        found.setdefault(Variant(parts, paper), {})[name] = (
-            f"{learner}/{map_name}" if map_name else learner
-        )
-    return found
+        paper_name = f"{learner}/{map_name}" if map_name else learner
+        groups.setdefault(Variant(parts, paper), {})[name] = paper_name
+    return groups

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -48,32 +49,50 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
 
 
 def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
-    """As `open_runs`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
+    """Return the stored runs of an open study as one dataset, as `open_runs` does."""
     return concat_conditions(study, names, [_open_condition(study, name) for name in names])
 
 
 def concat_conditions(
     study: StudyStore, names: Sequence[str], opened: Sequence[xr.Dataset]
 ) -> xr.Dataset:
-    """What was opened of each of these conditions, (run, generation, agent), as one dataset with what the study says of them."""
+    """Concatenate the datasets of conditions, and add their factors and experiments.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    names : sequence of str
+        Names of the conditions.
+    opened : sequence of xarray.Dataset
+        A dataset [run, generation, agent] of each condition, in the same order.
+
+    Returns
+    -------
+    xarray.Dataset
+        One dataset with the dimension `condition`.
+    """
     texts = [to_toml(study.experiment(name)) for name in names]
-    found = xr.concat(
+    data = xr.concat(
         opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
     )
-    found = found.assign_coords(condition=list(names)).assign_coords(
-        coordinates([study.factors[name] for name in names])
-    )
-    for name in (
-        found.data_vars
-    ):  # a gain may be another in each model, and then has no one unit and meaning
-        told = [one[name].attrs for one in opened if name in one and one[name].attrs]
-        found[name].attrs = told[0] if told and all(each == told[0] for each in told) else {}
+    factors = coordinates([study.factors[name] for name in names])
+    data = data.assign_coords(condition=list(names)).assign_coords(factors)
+    for name in data.data_vars:
+        data[name].attrs = _common_attributes(name, opened)
     for name, meaning in DIMENSIONS.items():
-        found[name].attrs = {"long_name": meaning}
-    found = (
-        found.drop_encoding()
-    )  # which says how records are stored: written so, gaps among whole numbers would be lost
-    return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
+        data[name].attrs = {"long_name": meaning}
+    # The encoding of the records has integer types, which cannot store missing values.
+    data = data.drop_encoding()
+    return data.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
+
+
+def _common_attributes(name: Hashable, datasets: Sequence[xr.Dataset]) -> dict[Hashable, Any]:
+    """Return the attributes of a variable, empty if its unit or meaning differs between models."""
+    attributes = [data[name].attrs for data in datasets if name in data and data[name].attrs]
+    if not attributes or any(other != attributes[0] for other in attributes):
+        return {}
+    return attributes[0]
 
 
 def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
@@ -81,16 +100,16 @@ def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     if not numbers:
         return make_empty_dataset(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in numbers]
-    found = xr.concat(records, "run", combine_attrs="drop").assign_coords(
-        run=np.array(numbers, np.int32)
-    )
+    data = xr.concat(records, "run", combine_attrs="drop")
+    data = data.assign_coords(run=np.array(numbers, np.int32))
+    # `concat` drops the units and meanings of the variables.
     for name, variable in records[0].data_vars.items():
-        found[name].attrs = variable.attrs  # its unit and its meaning
-    return found
+        data[name].attrs = variable.attrs
+    return data
 
 
 def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
-    """What is opened of a condition of which no run is stored."""
+    """Return an empty dataset for a condition without stored runs."""
     sizes = {
         "run": 0,
         "generation": experiment.evolution.generations,

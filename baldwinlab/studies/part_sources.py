@@ -1,9 +1,10 @@
-"""Foreign parts of a study: their sources are kept with it, and nothing that is found there is ever executed.
+"""Sources of third-party parts, stored in a study for documentation and never executed.
 
-    DIR/parts/model-bit-strings.py    the source of a part as it was when the study was made, for people to read
-    DIR/study.toml                    [[parts]]: kind, name and SHA-256 of each
+    DIR/parts/model-bit-strings.py    source of a part when the study was created
+    DIR/study.toml                    [[parts]]: kind, name and SHA-256 of each part
 
-Who only reads a study needs none of its parts. Who lives lives of it gives them again, and they must be the same.
+Reading the results of a study needs none of its parts. A simulation of the study needs them: the
+user loads the same files again with --part.
 """
 
 from __future__ import annotations
@@ -18,14 +19,16 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.base import custom_choices
 from baldwinlab.experiment.file import require_files
 
-if TYPE_CHECKING:  # to load it takes a while, and where there is no foreign part nobody needs it
+# Loading takes long, and a study without third-party parts does not need it.
+if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-DIGITS = 12  # of a hash, in sentences
+# Digits of a hash in a message.
+DIGITS = 12
 
 
 class PartRecord(NamedTuple):
-    """A foreign part that a study was made with."""
+    """A third-party part of a study, as in `study.toml`."""
 
     kind: str
     name: str
@@ -33,7 +36,7 @@ class PartRecord(NamedTuple):
 
 
 def read_part_records(facts: Mapping[str, Any]) -> tuple[PartRecord, ...]:
-    """Those that `study.toml` names. Raises KeyError where it is not what is written."""
+    """Return the parts in the content of `study.toml`. Raises KeyError for a missing key."""
     return tuple(
         PartRecord(str(part["kind"]), str(part["name"]), str(part["sha256"]))
         for part in facts.get("parts", [])
@@ -41,10 +44,9 @@ def read_part_records(facts: Mapping[str, Any]) -> tuple[PartRecord, ...]:
 
 
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
-    """The foreign parts that experiments choose. Raises PartError for one that is not here."""
-    if not (
-        choosing := [experiment for experiment in experiments if any(custom_choices(experiment))]
-    ):
+    """Return the third-party parts of experiments. Raises PartError if one is not loaded."""
+    choosing = [experiment for experiment in experiments if any(custom_choices(experiment))]
+    if not choosing:
         return ()
     from baldwinlab.parts.loading import sources_of
 
@@ -52,7 +54,7 @@ def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]
 
 
 def save_sources(directory: Path, sources: Sequence[Source]) -> None:
-    """Write the sources of parts into the folder of their study. Raises PartError where another source lies there."""
+    """Write the sources of parts into a study. Raises PartError if a file differs."""
     for source in sources:
         path = directory / "parts" / f"{source.kind.replace(' ', '-')}-{source.name}.py"
         require_inside_study(path, directory)
@@ -66,23 +68,41 @@ def save_sources(directory: Path, sources: Sequence[Source]) -> None:
 
 
 def format_toml(sources: Sequence[Source]) -> list[str]:
-    """What `study.toml` says of parts."""
-    said = [
-        ("[[parts]]", f'kind = "{one.kind}"', f'name = "{one.name}"', f'sha256 = "{one.sha256}"')
-        for one in sources
-    ]
-    return [line for part in said for line in part]
+    """Return the lines about parts in `study.toml`."""
+    lines: list[str] = []
+    for source in sources:
+        lines += [
+            "[[parts]]",
+            f'kind = "{source.kind}"',
+            f'name = "{source.name}"',
+            f'sha256 = "{source.sha256}"',
+        ]
+    return lines
 
 
 def require_same_parts(
     where: Path, stored: Sequence[PartRecord], experiments: Iterable[BaseExperiment]
 ) -> None:
-    """Raise PartError where a part or a data file of experiments of a study is not here, or is another."""
-    known = list(experiments)
-    _require_parts(
-        where, stored, {choice for experiment in known for choice in custom_choices(experiment)}
-    )
-    for experiment in known:
+    """Check that the parts and data files of experiments are available and unchanged.
+
+    Parameters
+    ----------
+    where : Path
+        The directory of the study, for messages.
+    stored : sequence of PartRecord
+        The parts of the study.
+    experiments : iterable of BaseExperiment
+        Experiments of the study.
+
+    Raises
+    ------
+    PartError
+        If a part or a data file is missing, or differs from that of the study.
+    """
+    experiments = list(experiments)
+    chosen = {choice for experiment in experiments for choice in custom_choices(experiment)}
+    _require_parts(where, stored, chosen)
+    for experiment in experiments:
         require_files(experiment, f" in {where}")
 
 
@@ -93,16 +113,19 @@ def _require_parts(where: Path, stored: Sequence[PartRecord], chosen: set[tuple[
 
     hashes = {(part.kind, part.name): part.sha256 for part in stored}
     for kind, name in sorted(chosen):
-        there = hashes.get((kind, name))
-        kept = f" of {where} (SHA-256 {there[:DIGITS]}...)" if there else f" of {where}"
+        stored_hash = hashes.get((kind, name))
+        origin = (
+            f" of {where} (SHA-256 {stored_hash[:DIGITS]}...)" if stored_hash else f" of {where}"
+        )
         try:
-            here = source_of(kind, name).sha256
+            loaded_hash = source_of(kind, name).sha256
         except PartError:
             raise PartError(
-                f"the {kind} {name!r}{kept} is not here; give its file by --part FILE"
+                f"the {kind} {name!r}{origin} is not loaded; load its file with --part FILE"
             ) from None
-        if there and here != there:
+        if stored_hash and loaded_hash != stored_hash:
             raise PartError(
-                f"the {kind} {name!r}{kept} is another than the one given here ({here[:DIGITS]}...): "
-                "give the file that the study was made with, or make another study by another --out"
+                f"the {kind} {name!r}{origin} differs from the loaded one "
+                f"({loaded_hash[:DIGITS]}...): load the original file with --part FILE, "
+                "or choose another --out"
             )

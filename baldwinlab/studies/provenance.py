@@ -1,4 +1,4 @@
-"""With what, and how fast, a study was made."""
+"""Provenance of a study: software versions, platform and computing time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from baldwinlab.studies.store import StudyStore
 
 
 def provenance(study: StudyStore) -> dict[str, Any]:
-    """For the report: seed, changes of the paper's model, versions, platform, agent-steps and seconds of all sessions."""
+    """Return the provenance of a study for its report.
+
+    Returns
+    -------
+    dict
+        Seed, sentence about the changed model, versions, platform, and the agent-steps, seconds
+        and numbers of workers of all sessions.
+    """
     sessions = list(study.sessions())
     return {
         "seed": study.seed,

@@ -1,7 +1,8 @@
-"""Records: one run in one file, which carries a checksum of itself and says whose it is.
+"""Records: files that contain one run each, with a checksum and their origin.
 
-A record is netCDF (version 3). It lies at runs/CONDITION/RUN.nc of a study, the run's number in four digits or more, and is
-believed only there: its own condition, seed, run and experiment must be those of its place.
+A record is a netCDF file (version 3) at runs/CONDITION/RUN.nc of a study. RUN is the number of the
+run in at least four digits. The condition, seed, run and experiment in a record must match its path
+and its study.
 """
 
 from __future__ import annotations
@@ -24,19 +25,21 @@ from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.memory import record_bytes
 
-RUN_LIMIT: Final = 2**31  # a run's number is smaller
-COMMON_VARIABLES: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
-NUMBERS: Final = ("i", "f")  # kinds of NumPy
-HEADER: Final = (
-    4 * 2**20
-)  # bytes of a record beside its variables: names, meanings and the experiment
-MAX_HEADER: Final = (
-    8 * 2**30
-)  # bytes of a record of a model that is not here; netCDF holds 2 GiB of a variable
+# Upper bound of the numbers of runs, exclusive.
+RUN_LIMIT: Final = 2**31
+# Variables in the records of every model.
+COMMON_VARIABLES: Final = ("energy", "parents", "kept_genome")
+# Kinds of NumPy types that are numbers.
+NUMBERS: Final = ("i", "f")
+# Maximum size of names, meanings and the experiment in a record, in bytes.
+HEADER: Final = 4 * 2**20
+# Maximum size of a record if its model is not loaded, in bytes.
+# A netCDF variable has at most 2 GiB.
+MAX_RECORD: Final = 8 * 2**30
 
 
 class StudyError(BaldwinLabError):
-    """Invalid study: a directory that is no study, or another one, or cannot be accessed."""
+    """Invalid study: not a study, a different study, or not accessible."""
 
 
 class DamagedRecordError(StudyError):
@@ -44,75 +47,110 @@ class DamagedRecordError(StudyError):
 
 
 def encode(run: xr.Dataset) -> bytes:
-    """A run as it is stored."""
+    """Return the bytes of the record of a run."""
     return to_bytes(to_storage(run))
 
 
 def require_record_identity(
     attributes: Mapping[Any, Any], experiment: BaseExperiment, seed: int, run: int
 ) -> None:
-    """Raises DamagedRecordError where a record is not that of a run of this experiment, of a study with this seed."""
-    own = {
-        name: str(attributes.get(name, "")) for name in ("condition", "seed", "run", "experiment")
-    }
-    if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
-        its = (
-            f"run {own['run']} of {own['condition']} with seed {own['seed']}"
-            if own["condition"]
-            else "of no study"
-        )
+    """Raise DamagedRecordError if a record is not of this run, experiment and seed.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Attributes of the record.
+    experiment : BaseExperiment
+        The experiment of the condition.
+    seed : int
+        The seed of the study.
+    run : int
+        The number of the run.
+    """
+    condition = str(attributes.get("condition", ""))
+    stored_seed = str(attributes.get("seed", ""))
+    stored_run = str(attributes.get("run", ""))
+    if (condition, stored_seed, stored_run) != (experiment.name, str(seed), str(run)):
+        origin = "of no study"
+        if condition:
+            origin = f"run {stored_run} of {condition} with seed {stored_seed}"
         raise DamagedRecordError(
-            f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there"
+            f"it is {origin}, and run {run} of {experiment.name} with seed {seed} belongs there"
         )
-    if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
+    fields = _fields(str(attributes.get("experiment", "")), type(experiment))
+    if fields != experiment.to_dict():
         raise DamagedRecordError(
             f"the experiment that it was made with is not that of {experiment.name} in this study"
         )
 
 
 def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
-    """Raises DamagedRecordError where a record lacks what is recorded of every run of this experiment."""
-    lived = (experiment.evolution.generations, experiment.population.size)
-    if (
-        not all(_is_declared(name, record) for name in COMMON_VARIABLES)
-        or record["energy"].shape != lived
-    ):
+    """Raise DamagedRecordError if a record lacks variables, generations or agents."""
+    generations = experiment.evolution.generations
+    agents = experiment.population.size
+    is_complete = all(_is_declared(name, record) for name in COMMON_VARIABLES)
+    if not is_complete or record["energy"].shape != (generations, agents):
         raise DamagedRecordError(
-            f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents"
+            f"it does not contain the variables of {generations} generations of {agents} agents"
         )
-    last, every = lived[0] - 1, experiment.record.genome_every
-    kept = [
+    every = experiment.record.genome_every
+    stored_generations = [
         generation
-        for generation in range(lived[0])
-        if generation % every == 0 or generation == last
+        for generation in range(generations)
+        if generation % every == 0 or generation == generations - 1
     ]
-    if record["kept_generation"].values.tolist() != kept:
+    if record["kept_generation"].values.tolist() != stored_generations:
         raise DamagedRecordError(
             f"the generations of its genomes are not those of record.genome_every = {every}"
         )
 
 
 def _is_declared(name: str, record: xr.Dataset) -> bool:
-    """Whether a variable is there as numbers, with its dimensions and their coordinates."""
-    found = record.get(name)
+    """Return whether a record has a numeric variable with its dimensions and coordinates."""
+    variable = record.get(name)
     return (
-        found is not None
-        and found.dims == RECORD[name].dims
-        and found.dtype.kind in NUMBERS
-        and {*found.dims} <= {*record.coords}
+        variable is not None
+        and variable.dims == RECORD[name].dims
+        and variable.dtype.kind in NUMBERS
+        and {*variable.dims} <= {*record.coords}
     )
 
 
 @lru_cache(maxsize=64)
 def _fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
-    """A record's experiment, read once for a condition's runs, and again where the parts at hand make it another class."""
+    """Return the fields of the experiment of a record.
+
+    The experiment is parsed once for all runs of a condition. The loaded parts decide its class, so
+    `read_as` belongs to the key of the cache.
+    """
     return from_toml(text, where="its experiment", lenient=True).to_dict()
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
-    """The record of a run of the study in `directory`, whose seed it is; whoever reads need not have opened the study.
+    """Read the record of a run without opening its study.
 
-    Raises DamagedRecordError, naming the file, where it is not what was written, and StudyError where there is none.
+    Parameters
+    ----------
+    directory : Path
+        The directory of the study.
+    experiment : BaseExperiment
+        The experiment of the condition.
+    seed : int
+        The seed of the study.
+    run : int
+        The number of the run.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.RECORD`.
+
+    Raises
+    ------
+    DamagedRecordError
+        If the file is damaged. The message contains its path.
+    StudyError
+        If the file does not exist or cannot be read.
     """
     with _read_bytes(directory, experiment, run) as raw:
         record = from_bytes(raw)
@@ -124,24 +162,25 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
 def read_attributes(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> dict[str, Any]:
-    """What the record of a run says of itself, without decoding its arrays. Raises as `read_record` does."""
+    """Read the attributes of a record without its arrays. Raises as `read_record` does."""
     with _read_bytes(directory, experiment, run) as raw:
-        found = attributes(raw)
-        require_record_identity(found, experiment, seed, run)
-    return found
+        stored = attributes(raw)
+        require_record_identity(stored, experiment, seed, run)
+    return stored
 
 
 def _max_record_bytes(experiment: BaseExperiment) -> int:
-    """Return the bytes that a record may have: twice what its variables take, and a header."""
+    """Return the maximum size of a record in bytes: twice its variables, and a header."""
     try:
         return 2 * record_bytes(experiment) + HEADER
-    except ExperimentError:  # its model is not here
-        return MAX_HEADER
+    except ExperimentError:
+        # The model is not loaded.
+        return MAX_RECORD
 
 
 @contextmanager
 def _read_bytes(directory: Path, experiment: BaseExperiment, run: int) -> Iterator[bytes]:
-    """Read a record as it was written. The message of an error in here names its file."""
+    """Yield the bytes of a record; errors inside the context contain its path."""
     path = record_path(directory, experiment.name, run)
     kind = FileKind(f"a record of {experiment.name}", _max_record_bytes(experiment))
     try:
@@ -163,56 +202,58 @@ def _read_bytes(directory: Path, experiment: BaseExperiment, run: int) -> Iterat
 
 
 def stored_runs(folder: Path) -> Iterator[int]:
-    """The runs whose records lie in a condition's folder, sound or not.
+    """Yield the numbers of the records in the folder of a condition.
 
-    Raises StudyError for what has the ending of a record, but cannot be one: it would be passed over, or taken for another.
+    Raises StudyError for a file whose name ends like that of a record but is none. Otherwise the
+    file would be ignored, or confused with another run.
     """
-    for entry in folder.glob("[!.]*.nc"):  # a name with a dot is being written
+    # The names of temporary files start with a dot.
+    for entry in folder.glob("[!.]*.nc"):
         number = _parse_run_number(entry.stem)
         if number is None:
-            raise StudyError(
-                f"{entry} has no name of a record: remove it, or give it another ending"
-            )
+            raise StudyError(f"{entry} has no name of a record: remove it, or change its extension")
         if entry.name != record_name(number):
-            right = f"run {number} is stored as {record_name(number)}"
             raise StudyError(
-                f"{entry} has no name of a record; {right}: remove it, or give it another ending"
+                f"{entry} has no name of a record; run {number} is stored as "
+                f"{record_name(number)}: remove it, or change its extension"
             )
         if is_local(entry) and not entry.is_file():
-            raise StudyError(f"{entry} is no file, though it has the name of a record: remove it")
+            raise StudyError(f"{entry} has the name of a record but is not a file: remove it")
         yield number
 
 
 def _parse_run_number(text: str) -> int | None:
-    """A run's, where the text is one."""
-    plain = text.isascii() and text.isdecimal() and len(text) <= len(str(RUN_LIMIT))
-    return int(text) if plain and int(text) < RUN_LIMIT else None
+    """Return the number of a run, None if the text is not one."""
+    is_number = text.isascii() and text.isdecimal() and len(text) <= len(str(RUN_LIMIT))
+    return int(text) if is_number and int(text) < RUN_LIMIT else None
 
 
 def record_name(run: int) -> str:
+    """Return the file name of the record of a run."""
     return f"{run:04d}.nc"
 
 
 def record_path(directory: Path, condition: str, run: int) -> Path:
+    """Return the file of the record of a run."""
     return directory / "runs" / condition / record_name(run)
 
 
 def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
-    """Store a run of the study in `directory`; whoever writes need not have opened the study.
+    """Store the record of a run without opening its study.
 
-    Raises OSError, also where the study is there no longer: a record by itself would be lost.
+    Raises OSError, also if the study no longer exists.
     """
     write_in_study(directory, record_path(directory, condition, run), encode(record))
 
 
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:
-    """Write a file of a study whole or not at all. Raises OSError as `write_record` does."""
-    gone = FileNotFoundError(
+    """Write a file of a study atomically. Raises OSError as `write_record` does."""
+    removed = FileNotFoundError(
         errno.ENOENT, "the study has been removed or moved while it ran", str(directory)
     )
     if not is_study(directory):
-        raise gone
+        raise removed
     try:
         write_atomically(path, content)
     except FileNotFoundError as error:
-        raise error if is_study(directory) else gone from None
+        raise error if is_study(directory) else removed from None

@@ -1,4 +1,4 @@
-"""Many runs: several at a time, each stored as it ends; what is stored already is not run again."""
+"""Simulate the missing runs of a study in parallel, and store each run when it ends."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ __all__ = [
     "run_study",
 ]
 
-# Enough for 10,000 cores, and few enough for a Dask scheduler: docs/explanation/distributed-execution.md
+# Enough for 10,000 cores, and few enough for a Dask scheduler. See
+# docs/explanation/distributed-execution.md.
 MAX_TASKS: Final = 20_000
 
 Progress = AbstractContextManager[Callable[[int], None]]
 
 
 class RunTask(NamedTuple):
-    """A task: runs of one condition, each stored as its batch ends."""
+    """Task that simulates runs of one condition and stores each run when it ends."""
 
     experiment: Experiment
     runs: tuple[int, ...]
@@ -47,35 +48,52 @@ class RunTask(NamedTuple):
         return len(self.runs) * count_agent_steps(self.experiment)
 
     def run(
-        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
-        """In batches of as many worlds as suit the backend. See `Task`."""
+        """Simulate the runs in batches of the backend's size. See `Task`."""
         for first in range(0, len(self.runs), backend.worlds):
-            self._replace(runs=self.runs[first : first + backend.worlds])._do_batch(
-                seed, directory, backend, lived
-            )
+            batch = self._replace(runs=self.runs[first : first + backend.worlds])
+            batch._do_batch(seed, directory, backend, report_progress)
 
     def _do_batch(
-        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
-        share = self.agent_steps // self.experiment.evolution.generations
+        steps_per_generation = self.agent_steps // self.experiment.evolution.generations
         for history in simulate_histories(
-            self.experiment, seed, self.runs, backend, lambda histories: lived(share)
+            self.experiment,
+            seed,
+            self.runs,
+            backend,
+            lambda histories: report_progress(steps_per_generation),
         ):
             write_record(directory, self.experiment.name, history.run, history.record())
 
 
 def count_agent_steps(experiment: Experiment) -> int:
+    """Return the number of agent-steps in one run."""
     return experiment.evolution.generations * experiment.steps * experiment.population.size
 
 
 def find_missing_runs(
-    study: StudyStore, runs: int, tell: Callable[[str], None]
+    study: StudyStore, runs: int, log: Callable[[str], None]
 ) -> dict[str, list[int]]:
-    """Return the runs that are still to do, by condition.
+    """Return the numbers of the missing runs of each condition.
 
-    Every stored record is checked. A damaged one is named and set aside, so that it is one of them,
-    unless its number is not below `runs`.
+    Every stored record is checked. A damaged record is reported and renamed, so its run is missing.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    runs : int
+        Number of runs of each condition.
+    log : callable
+        Called with a message for each damaged record.
+
+    Returns
+    -------
+    dict
+        Missing runs by name of condition; their numbers are less than `runs`.
     """
     missing: dict[str, list[int]] = {}
     for condition in study.experiments:
@@ -84,13 +102,11 @@ def find_missing_runs(
             try:
                 study.record(condition, run)
             except DamagedRecordError as error:
-                aside = study.set_aside(condition, run)
-                what = (
-                    "the run is done again"
-                    if run < runs
-                    else f"run {run} is not done again, as --runs is {runs}"
-                )
-                tell(f"{error}; it is kept as {aside.name} and {what}")
+                damaged = study.set_aside(condition, run)
+                consequence = f"run {run} is not done again, as --runs is {runs}"
+                if run < runs:
+                    consequence = "the run is done again"
+                log(f"{error}; it is kept as {damaged.name} and {consequence}")
                 stored.discard(run)
         missing[condition] = [run for run in range(runs) if run not in stored]
     return missing
@@ -99,10 +115,26 @@ def find_missing_runs(
 def plan_tasks(
     study: StudyStore, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds
 ) -> list[RunTask]:
-    """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
+    """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
-    A task is a batch of as many worlds as suit the backend; several, where there would be more than `MAX_TASKS`; or fewer
-    worlds, where some workers would have nothing to do.
+    A task is one batch of `worlds` runs. It is several batches if there were more than `MAX_TASKS`
+    tasks, and a smaller batch if some workers had no task.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    missing : dict
+        Missing runs by name of condition.
+    workers : int
+        Number of tasks that are executed in parallel.
+    worlds : int
+        Number of worlds in a batch.
+
+    Returns
+    -------
+    list of RunTask
+        The tasks in order of their execution.
     """
     total = sum(len(runs) for runs in missing.values())
     batches = -(-total // (worlds * MAX_TASKS))
@@ -120,20 +152,43 @@ def run_study(
     missing: dict[str, list[int]],
     workers: int,
     progress: Callable[[str, int], Progress],
-    tell: Callable[[str], None],
+    log: Callable[[str], None],
     backend: Backend = CPU,
     executor: Executor = THREADS,
 ) -> None:
-    """Do the missing runs of a study, so many tasks at a time, and note how long that took.
+    """Simulate the missing runs of a study, and store the session.
 
-    `progress(description, total)` opens what is called with the agent-steps that have been done.
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    missing : dict
+        Missing runs by name of condition.
+    workers : int
+        Number of tasks that are executed in parallel.
+    progress : callable
+        `progress(description, total)` returns a context manager; its value is called with the
+        number of agent-steps done.
+    log : callable
+        Called with messages.
+    backend : Backend
+        Backend of the simulation.
+    executor : Executor
+        Executor of the tasks.
+
+    Raises
+    ------
+    PartError
+        If a third-party part is not loaded, or differs from that of the study.
     """
     study.require_parts()
     study.sweep()
     tasks = plan_tasks(study, missing, workers, backend.worlds)
-    compile_seconds = compile_experiments((task.experiment for task in tasks), backend, tell)
-    tell(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
-    start, began, done = time.perf_counter(), datetime.now(UTC), 0
+    compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
+    log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
+    start = time.perf_counter()
+    began = datetime.now(UTC)
+    done = 0
     try:
         with (
             progress("simulating", sum(task.agent_steps for task in tasks)) as show,

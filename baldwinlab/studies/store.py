@@ -1,17 +1,17 @@
 """A study on disk: a directory with the experiments as TOML and one record a run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
-    DIR/parts/sense-poison.py                   the source of a foreign part, kept and never executed: see `trust`
-    DIR/runs/evo+self-taught/B/experiment.toml  the condition, whole
-    DIR/runs/evo+self-taught/B/0007.nc          one run: netCDF, which carries a checksum of itself
-    DIR/sessions.jsonl                          when it was worked on, how fast, with what
+    DIR/parts/sense-poison.py                   source of a third-party part: see `part_sources`
+    DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
+    DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
+    DIR/sessions.jsonl                          time, speed and executor of each session
 
-A file appears whole or not at all: it is written under another name and then renamed. So any number
-of workers may write to one study, and a study that was interrupted lacks its unfinished runs and
-nothing else. `study.toml` is written last, and only where there is none, so that of several
-processes that create different studies in one directory, one succeeds. The directory may lie in an
-object store, or wherever fsspec reaches (`files.parse_location`). Format 1, which had no kind and no
-factors, and format 2, without seals, can be read.
+Every file is written under a temporary name and then renamed. A reader therefore never sees a
+partial file, several workers can write to one study, and an interrupted study lacks only its
+unfinished runs. `study.toml` is written last and never overwritten. If several processes create
+different studies in one directory, one of them succeeds. The directory can be in an object store or
+at any other URL of fsspec (`files.parse_location`). This version reads format 1, which has no kind
+and no factors, and format 2, which has no seals.
 """
 
 from __future__ import annotations
@@ -72,19 +72,37 @@ if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
 SESSIONS = "sessions.jsonl"
-SESSION_NUMBERS = (
-    "seconds",
-    "compile_seconds",
-    "workers",
-    "agent_steps",
-)  # the numbers that a session has
+# Numeric fields of a session.
+SESSION_NUMBERS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
 
 class StudyStore:
-    """An existing study directory. Make one with `create`, open one with `StudyStore(directory)`."""
+    """An open study directory; `create` makes a new one.
+
+    Attributes
+    ----------
+    directory : Path
+        The directory of the study.
+    seed : int
+        Seed of all runs.
+    kind : Kind
+        Conditions, sweep or multiverse.
+    factors : dict
+        Factors of each condition.
+    format : int
+        Format of `study.toml`.
+    parts : tuple of PartRecord
+        Third-party parts of the study.
+    paper : str
+        Name of the reproduced paper, "" if the study has none.
+    changes : tuple of str
+        Assignments that changed the model of the paper.
+    experiments : dict
+        The experiment of each condition.
+    """
 
     def __init__(self, directory: Path) -> None:
-        """Raises StudyError if the directory holds no study that can be read."""
+        """Open the study. Raises StudyError if the directory holds no readable study."""
         self.directory = directory
         path = directory / STUDY
         try:
@@ -96,9 +114,9 @@ class StudyStore:
             self.kind, self.factors = kind_and_factors(facts, directory)
             self.format: int = facts["format"]
             require_checksum(text, self.format)
-            self.parts = part_sources.read_part_records(facts)  # the foreign ones
-            self.paper: str = facts.get("paper", "")  # that made it; "" where none did
-            self.changes = read_changes(facts)  # of the paper's model
+            self.parts = part_sources.read_part_records(facts)
+            self.paper: str = facts.get("paper", "")
+            self.changes = read_changes(facts)
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -112,87 +130,131 @@ class StudyStore:
             require_checksum(text, self.format)
             experiment = from_toml(text, where=str(path), lenient=True)
             if experiment.name != condition:
-                raise ValueError(f"it is that of the condition {experiment.name}")
+                raise ValueError(f"it belongs to the condition {experiment.name}")
             return experiment
         except (OSError, ValueError, RecursionError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
     @property
     def changed_model(self) -> str:
-        """The sentence that marks a study of a changed model wherever its results are shown; "" for any other."""
+        """The sentence that a report shows for a changed model; "" if nothing is changed."""
         return describe_changes(self.changes)
 
     def exists(self) -> bool:
-        """Whether it is still there: it may have been removed or moved since it was opened."""
+        """Return whether the directory still holds the study."""
         return is_study(self.directory)
 
     def experiment(self, condition: str) -> Experiment:
-        """Raises StudyError for a condition that the study has not."""
+        """Return the experiment of a condition. Raises StudyError for an unknown condition."""
         if condition not in self.experiments:
-            known = suggest(condition, self.experiments)
-            raise StudyError(f"{self.directory} has no condition {condition!r}{known}")
+            suggestion = suggest(condition, self.experiments)
+            raise StudyError(f"{self.directory} has no condition {condition!r}{suggestion}")
         return self.experiments[condition]
 
     def require_parts(self, *conditions: str) -> None:
-        """Raises PartError where these conditions (or all, unless any is given) choose a part that is not here, or is another."""
+        """Check that the third-party parts of conditions are loaded and unchanged.
+
+        Parameters
+        ----------
+        *conditions : str
+            Names of conditions; all if none is given.
+
+        Raises
+        ------
+        PartError
+            If a part is not loaded, or its source differs from that of the study.
+        """
         part_sources.require_same_parts(
             self.directory, self.parts, map(self.experiment, conditions or self.experiments)
         )
 
     def path(self, condition: str, run: int) -> Path:
+        """Return the file of a run."""
         return record_path(self.directory, condition, run)
 
     def runs(self, condition: str) -> list[int]:
-        """The runs that are stored, sound or not."""
+        """Return the numbers of the stored runs; their files may be damaged."""
         return sorted(stored_runs(self.directory / "runs" / condition))
 
     def require_runs(self) -> None:
-        """Raises StudyError where no run is stored yet."""
+        """Raise StudyError if no run is stored yet."""
         if not any(self.runs(condition) for condition in self.experiments):
             raise StudyError(
                 f"{self.directory} holds no finished run yet; the command that made it carries on"
             )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
+        """Store the record of a run. Raises OSError."""
         write_record(self.directory, condition, run, record)
 
     def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
-        """One run, whole; without genomes where those that are not kept would fill memory with NaN. Raises as `record` does."""
+        """Read one run.
+
+        Parameters
+        ----------
+        condition : str
+            Name of the condition.
+        run : int
+            Number of the run.
+        genomes : bool
+            Whether to include the genomes. Generations without stored genomes are filled with NaN,
+            which takes memory.
+
+        Returns
+        -------
+        xarray.Dataset
+            The variables of `baldwinlab.core.variables.RUN`.
+
+        Raises
+        ------
+        DamagedRecordError, StudyError
+            As `record`.
+        """
         record = self.record(condition, run)
-        return (
-            from_storage(record)
-            if genomes
-            else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
-        )
+        if genomes:
+            return from_storage(record)
+        return record.drop_dims("kept_generation").drop_vars(["module", "weight"])
 
     def record(self, condition: str, run: int) -> xr.Dataset:
-        """One run as it is stored. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
+        """Read one run in its stored form.
+
+        Raises
+        ------
+        DamagedRecordError
+            If the file is damaged. The message contains its path.
+        StudyError
+            If the run is not stored or cannot be read.
+        """
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
     def attributes(self, condition: str, run: int) -> dict[str, Any]:
-        """What the record of one run says of itself, its arrays not read. Raises as `record` does."""
+        """Read the attributes of a record without its arrays. Raises as `record` does."""
         return read_attributes(self.directory, self.experiment(condition), self.seed, run)
 
     def set_aside(self, condition: str, run: int) -> Path:
-        """Move a damaged record out of the way, keeping it."""
+        """Rename a damaged record to *.damaged and return the new path."""
         path = self.path(condition, run)
-        aside = path.with_name(f"{path.name}.damaged")
+        damaged = path.with_name(f"{path.name}.damaged")
         if is_local(path):
-            require_inside_study(aside)
-            path.replace(aside)
+            require_inside_study(damaged)
+            path.replace(damaged)
         else:
-            write_atomically(aside, path.read_bytes())  # an object cannot be renamed
+            # An object store cannot rename an object.
+            write_atomically(damaged, path.read_bytes())
             path.unlink()
-        return aside
+        return damaged
 
     def sweep(self) -> None:
-        """Remove what killed writers left. A writer at work needs its file for moments only, so anything older than a minute."""
-        for leftover in self.directory.rglob(f".*{PARTIAL}") if is_local(self.directory) else ():
+        """Remove the temporary files of killed writers."""
+        if not is_local(self.directory):
+            return
+        # A running writer renames its file within seconds, so files older than a minute are stale.
+        for leftover in self.directory.rglob(f".*{PARTIAL}"):
             if time.time() - leftover.stat().st_mtime > 60:
                 leftover.unlink(missing_ok=True)
 
     def require_writable(self, paths: Iterable[Path]) -> None:
-        """Raise RefusedError, naming the file, where one of these files of the study could not be written."""
+        """Raise RefusedError if one of these files of the study cannot be written."""
         sessions = self.directory / SESSIONS
         if is_local(sessions) and sessions.is_symlink():
             raise RefusedError(f"{sessions} cannot be written: it is a link; remove it")
@@ -200,13 +262,14 @@ class StudyStore:
             require_writable_path(path)
 
     def add_session(self, facts: dict[str, Any]) -> None:
+        """Append a session to the sessions of the study."""
         append_line(self.directory / SESSIONS, json.dumps(facts), SESSIONS_FILE)
 
     def sessions(self) -> Iterator[dict[str, Any]]:
-        """Read the sessions in which the study was worked on.
+        """Yield the stored sessions of the study.
 
-        A line that is no session, such as one torn by a kill, is passed over. Raises StudyError for
-        a file that cannot be read.
+        Invalid lines are skipped: a killed process can leave a partial line. Raises StudyError if
+        the file cannot be read.
         """
         path = self.directory / SESSIONS
         try:
@@ -233,11 +296,35 @@ def create(
     paper: str = "",
     changes: Sequence[str] = (),
 ) -> StudyStore:
-    """Make a study, or open the one that is there if it is the same.
+    """Create a study, or open the existing one if it is the same.
 
-    `factors` are those of the conditions by name; a condition without a learner is its own, but for the points of a sweep.
-    `paper` is the name of the one that it is made by, if any, and `changes` are the assignments that changed its model.
-    Raises StudyError if the directory holds another study or anything else: it is never mixed, never overwritten.
+    Parameters
+    ----------
+    directory : Path
+        The directory of the study.
+    experiments : sequence of Experiment
+        The conditions, with distinct names.
+    seed : int
+        Seed of all runs.
+    kind : Kind
+        Conditions, sweep or multiverse.
+    factors : mapping
+        Factors by name of condition. Except in a sweep, the learner defaults to this name.
+    paper : str
+        Name of the reproduced paper, "" for none.
+    changes : sequence of str
+        Assignments that changed the model of the paper.
+
+    Returns
+    -------
+    StudyStore
+        The open study.
+
+    Raises
+    ------
+    StudyError
+        If a name is invalid, or the directory holds another study or other files. Nothing is
+        overwritten.
     """
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
@@ -272,13 +359,12 @@ def create(
 def _write_study(
     directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str
 ) -> bool:
-    """Write the files of a new study, `study.toml` last. False where another process has been faster."""
+    """Write a new study. Return False if another process has written `study.toml` first."""
     entries = list(directory.iterdir()) if directory.exists() else []
     if not all(map(_is_study_entry, entries)) and not is_study(directory):
         raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
-    for experiment in sorted(
-        experiments, key=lambda one: one.name
-    ):  # in one order in all processes
+    # All processes write in the same order, so that one of them detects a different study.
+    for experiment in sorted(experiments, key=lambda experiment: experiment.name):
         _write_experiment(directory, experiment)
     part_sources.save_sources(directory, sources)
     try:
@@ -289,7 +375,7 @@ def _write_study(
 
 
 def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
-    """Write a condition of a study that is being created. Raises StudyError where another lies there."""
+    """Write a condition of a new study. Raises StudyError if a different one exists."""
     path = directory / "runs" / experiment.name / "experiment.toml"
     require_inside_study(path, directory)
     try:
@@ -309,7 +395,7 @@ def _read_experiment(path: Path) -> BaseExperiment:
 
 
 def _is_study_entry(entry: Path) -> bool:
-    """Whether it is the runs or parts of a study that is being created, or a study below it, such as a multiverse."""
+    """Return whether an unfinished study, or a study inside it, can have created this entry."""
     return (
         entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
     )
@@ -327,25 +413,29 @@ def _require_same(
         )
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
+        stored_names = _shorten(list(study.experiments))
         raise StudyError(
-            f"{where}: its conditions are {_list_briefly(list(study.experiments))}, not {_list_briefly(names)}; choose another --out"
+            f"{where}: its conditions are {stored_names}, not {_shorten(names)}; "
+            "choose another --out"
         )
     for experiment in experiments:
-        stored = study.experiments[experiment.name].to_dict()
-        for path, there, here in _differences(stored, experiment.to_dict()):
+        fields = study.experiments[experiment.name].to_dict()
+        for path, stored, given in _differences(fields, experiment.to_dict()):
             raise StudyError(
-                f"{where}: {path} of {experiment.name} is {there} there and {here} here; choose another --out"
+                f"{where}: {path} of {experiment.name} is {stored}, not {given}; "
+                "choose another --out"
             )
 
 
-def _list_briefly(names: Sequence[str], most: int = 10) -> str:
-    more = f" and {len(names) - most:,} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
+def _shorten(names: Sequence[str], limit: int = 10) -> str:
+    more = f" and {len(names) - limit:,} more" if len(names) > limit else ""
+    return ", ".join(names[:limit]) + more
 
 
-def _differences(there: Any, here: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    if isinstance(there, dict) and isinstance(here, dict):
-        for key in there:
-            yield from _differences(there[key], here[key], f"{path}.{key}" if path else key)
-    elif there != here:
-        yield path, there, here
+def _differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Yield the path, the stored and the given value of each field that differs."""
+    if isinstance(stored, dict) and isinstance(given, dict):
+        for key in stored:
+            yield from _differences(stored[key], given[key], f"{path}.{key}" if path else key)
+    elif stored != given:
+        yield path, stored, given

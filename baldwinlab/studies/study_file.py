@@ -1,4 +1,4 @@
-"""The text of `study.toml`, written and read, and the seal in its last line and in that of every `experiment.toml`."""
+"""Text of `study.toml`, and the seal in the last line of it and of every `experiment.toml`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ _SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
 def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
-    """What `study.toml` says of them. Raises KeyError or ValueError where it is not what `create` writes."""
+    """Return the kind and the factors in the content of `study.toml`.
+
+    Raises KeyError or ValueError for invalid content.
+    """
     match facts.get("format"):
         case 1:
             return format_1.kind_and_factors(directory, facts["conditions"])
@@ -38,40 +41,45 @@ def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, d
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
     for name in tables:
         if unknown := set(tables[name]) - set(Factors._fields):
+            allowed = ", ".join(Factors._fields)
             raise ValueError(
-                f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}"
+                f"factors.{name}: there is no factor {min(unknown)!r}; there are {allowed}"
             )
     return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
 
 
 def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
-    """Return the factors of a condition by their names of today: `variant` was `reading`."""
+    """Return the factors of a condition with current names; `variant` was `reading`."""
     return {("variant" if name == "reading" else name): value for name, value in table.items()}
 
 
 def add_checksum(text: str) -> str:
-    """A text, which says in its last line if it has been changed since."""
+    """Append a line with the SHA-256 of the text."""
     return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
 
 
 def require_checksum(text: str, written: int) -> None:
-    """Raises ValueError for a text that is not what was written. Studies of formats 1 and 2 may lack seals."""
+    """Raise ValueError if a text differs from its seal. Formats 1 and 2 may lack seals."""
     above, seal, digest = text.rpartition(_SEAL)
     if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
         raise ValueError(
-            "it has been changed since the study was made, so it is not what its runs were made with; undo that"
+            "it has been changed since the study was created, so it does not describe its runs; "
+            "undo the change"
         )
 
 
 def read_text_of_study(path: Path, kind: FileKind) -> str:
-    """Read a text file of a study. Raises as `read_text` does, and ValueError for a link to another folder."""
+    """Read a text file of a study.
+
+    Raises as `read_text` does, and ValueError for a link to another folder.
+    """
     if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
         raise ValueError("it is a link to a file elsewhere")
     return read_text(path, kind)
 
 
 def require_valid_contents(seed: Any, names: Any) -> None:
-    """Raises ValueError unless these are a study's seed and the names of its conditions, each of which is a folder's below it."""
+    """Raise ValueError for an invalid seed, or for invalid names of conditions."""
     if type(seed) is not int or not 0 <= seed < RUN_LIMIT:
         raise ValueError(
             f"seed = {seed!r} must be a whole number, at least 0 and less than {RUN_LIMIT}"
@@ -82,11 +90,14 @@ def require_valid_contents(seed: Any, names: Any) -> None:
         if not isinstance(name, str) or not re.match(NAME_PATTERN, name):
             raise ValueError(f"conditions: {name!r} is no name of a condition")
     if len(set(names)) < len(names):
-        raise ValueError("conditions: a name stands there twice")
+        raise ValueError("conditions: a name is listed twice; list each name once")
 
 
 def read_changes(facts: Mapping[str, Any]) -> tuple[str, ...]:
-    """The assignments that changed the model of the paper. Raises ValueError where they are no list of texts."""
+    """Return the assignments that changed the model of the paper.
+
+    Raises ValueError if they are not a list of strings.
+    """
     changes = facts.get("changes", [])
     if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
         raise ValueError(
@@ -111,7 +122,8 @@ def format_study(
     changes: Sequence[str],
     sources: Sequence[Source],
 ) -> str:
-    """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
+    """Return the text of `study.toml`."""
+    # A TOML library takes a minute for thousands of conditions. A JSON string is valid TOML.
     lines = [
         f"format = {FORMAT}",
         f'kind = "{kind}"',
@@ -122,10 +134,11 @@ def format_study(
     lines += [f"changes = {json.dumps(list(changes))}"] * bool(changes)
     lines += [*part_sources.format_toml(sources), "", "[factors]"]
     for name in names if kind != SWEEP else ():
-        found = factors.get(name, Factors())
-        found = found._replace(learner=found.learner or name)
-        lines += [
-            f'[factors."{name}"]',
-            *(f"{key} = {json.dumps(value)}" for key, value in found._asdict().items() if value),
-        ]
+        condition_factors = factors.get(name, Factors())
+        if not condition_factors.learner:
+            condition_factors = condition_factors._replace(learner=name)
+        lines.append(f'[factors."{name}"]')
+        for key, value in condition_factors._asdict().items():
+            if value:
+                lines.append(f"{key} = {json.dumps(value)}")
     return "".join(f"{line}\n" for line in lines)

@@ -85,7 +85,7 @@ def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_te
     assert "all 4 runs are already stored" in again.out
     refused = command("reproduce", paper, "--out", str(study))
     assert (
-        refused.code == 2 and "hinton_nowlan.loci of guessing is 4 there and 5 here" in refused.err
+        refused.code == 2 and "hinton_nowlan.loci of guessing is 4, not 5" in refused.err
     )
 
 

@@ -107,5 +107,5 @@ def test_a_name_that_stands_twice_in_a_study_is_refused(tmp_path: Path) -> None:
     path = create(tmp_path, [small("evo/A")], seed=1).directory / "study.toml"
     above = path.read_text().split("# SHA-256")[0]
     path.write_text(add_checksum(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
-    with pytest.raises(StudyError, match="conditions: a name stands there twice"):
+    with pytest.raises(StudyError, match="conditions: a name is listed twice"):
         StudyStore(tmp_path)

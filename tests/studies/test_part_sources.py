@@ -89,10 +89,10 @@ def test_who_lives_lives_is_asked_for_the_part(
     digits = sha256(FILE.read_bytes()).hexdigest()[:12]
     assert refused("assay", study) == 2
     assert (
-        f"the model 'bit-strings' of {study} (SHA-256 {digits}...) is not here; give its file by --part FILE"
+        f"the model 'bit-strings' of {study} (SHA-256 {digits}...) is not loaded; load its file with --part FILE"
         in _words(capsys)
     )
-    with pytest.raises(PartError, match="is not here"):
+    with pytest.raises(PartError, match="is not loaded"):
         bl.open_study(study).replay("bit-strings", run=0, generation=1)
 
 
@@ -112,7 +112,7 @@ def test_another_part_of_that_name_is_refused(
     for words in commands:
         assert refused(*words, "--part", other) == 2
         said = _words(capsys)
-        assert f"(SHA-256 {there}...) is another than the one given here ({here}...)" in said
+        assert f"(SHA-256 {there}...) differs from the loaded one ({here}...)" in said
     assert contents(study) == before
     assert (
         bl.open_runs(study).energy.notnull().all()

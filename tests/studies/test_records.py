@@ -144,7 +144,7 @@ def test_what_is_no_file_is_named(tmp_path: Path, kind: str) -> None:
         path.mkdir()
     else:
         path.symlink_to(tmp_path / "nowhere")
-    with pytest.raises(StudyError, match=f"{path} is no file, though it has the name of a record"):
+    with pytest.raises(StudyError, match=f"{path} has the name of a record but is not a file"):
         find_missing_runs(study, 3, ignore)
 
 
@@ -154,7 +154,7 @@ def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> 
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
     with pytest.raises(
         StudyError,
-        match=r"experiment\.toml cannot be read: it has been changed since the study was made",
+        match=r"experiment\.toml cannot be read: it has been changed since the study was created",
     ):
         StudyStore(study.directory)
 
@@ -223,7 +223,7 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
         )
     )
     with pytest.raises(
-        DamagedRecordError, match=r"0000\.nc is damaged: it does not hold what is recorded of 3 gen"
+        DamagedRecordError, match=r"0000\.nc is damaged: it does not contain the variables of 3 gen"
     ):
         study.read("evo/A", 0)
     assert find_missing_runs(study, 1, ignore)["evo/A"] == [0]

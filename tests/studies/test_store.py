@@ -22,7 +22,7 @@ def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None
         create(tmp_path, experiments, seed=2)
     with pytest.raises(StudyError, match="its conditions are evo/A, evo/B, not evo/A"):
         create(tmp_path, experiments[:1], seed=1)
-    with pytest.raises(StudyError, match=r"learning\.rate of evo/B is 0\.01 there and 0\.5 here"):
+    with pytest.raises(StudyError, match=r"learning\.rate of evo/B is 0\.01, not 0\.5"):
         create(tmp_path, [experiments[0], experiments[1].replace(learning={"rate": 0.5})], seed=1)
 
 

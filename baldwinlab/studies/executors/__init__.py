@@ -1,4 +1,4 @@
-"""Where the tasks of a study are done: on threads of this process, or by workers of a Dask cluster, also one that Slurm runs."""
+"""Executors of the tasks of a study: threads of this process, Dask clusters and Slurm jobs."""
 
 from __future__ import annotations
 
@@ -18,10 +18,24 @@ ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 
 
 def choose(name: str, workers: int | None = None) -> Executor:
-    """The executor of that name, with so many workers; unless that is given, with as many as there are.
+    """Return an executor by its name.
 
-    `name` is "threads"; "dask:" and the address of a scheduler, such as dask:tcp://127.0.0.1:8786; or "slurm", where workers
-    are jobs. Raises RefusedError for any other name and where the executor cannot be used.
+    Parameters
+    ----------
+    name : str
+        "threads", "slurm", or "dask:" and the address of a scheduler: dask:tcp://127.0.0.1:8786.
+    workers : int, optional
+        Number of threads or Slurm jobs. Threads default to the number of cores.
+
+    Returns
+    -------
+    Executor
+        The executor.
+
+    Raises
+    ------
+    RefusedError
+        If the name is unknown, or the executor is not available.
     """
     if name == "threads":
         return THREADS if workers is None else THREADS._replace(workers=workers)
@@ -29,20 +43,24 @@ def choose(name: str, workers: int | None = None) -> Executor:
     if name != "slurm" and (kind != "dask" or not ADDRESS.fullmatch(address)):
         raise ArgumentError("executor", name, "must be threads, dask:tcp://HOST:PORT or slurm")
     require_cluster_extra(f"--executor {name}")
-    from baldwinlab.studies.executors import dask  # here, because to load it takes a while
+    # Loading Dask takes long, so it is imported only when it is used.
+    from baldwinlab.studies.executors import dask
 
     if name == "slurm":
         if workers is None:
-            raise RefusedError("--executor slurm needs --workers: how many jobs to submit")
+            raise RefusedError("--executor slurm needs --workers: the number of jobs to submit")
         if not shutil.which("sbatch"):
             raise RefusedError(
-                "--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm"
+                "--executor slurm needs sbatch, which is not installed on this machine: "
+                "run the command on a machine that submits jobs to Slurm"
             )
         return Executor(
             "slurm", workers * dask.count_job_cores(), partial(dask.connect_slurm, workers)
         )
     if workers is not None:
         raise ArgumentError(
-            "workers", workers, "is for threads and slurm: a Dask cluster has the workers it has"
+            "workers",
+            workers,
+            "is for threads and slurm: a Dask cluster has a fixed number of workers",
         )
     return Executor("dask", max(1, dask.count_cores(address)), partial(dask.connect_dask, address))

@@ -1,8 +1,8 @@
-"""Workers of a Dask cluster: one that is there already, or one whose workers are jobs of Slurm.
+"""Executors on a Dask cluster: an existing one, or one whose workers are Slurm jobs.
 
-A task goes out as plain data, with the foreign parts it needs. Its worker stores records itself, so no record passes through the
-scheduler; what a task returns does. A worker says how far it is by events of the scheduler: of all tasks together few a second,
-however many workers there are.
+A task is sent as plain data with its third-party parts. A worker stores records itself. Only the
+result of a task passes through the scheduler. Workers report their progress by events of the
+scheduler, whose total rate is limited for any number of workers.
 """
 
 from __future__ import annotations
@@ -32,26 +32,52 @@ from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-CONNECTION_TIMEOUT: Final = 10  # seconds to wait for a scheduler, also for one that was lost
-EVENTS_PER_SECOND: Final = 100  # from all tasks together
-BATCH: Final = 1000  # tasks in one message to the scheduler
-EVENT_INTERVAL: Final = 2.0  # seconds between two events of a task, at least
-ENGINE: Final = sources_hash()  # carries a hash of the engine's sources and of Numba's version
+# Timeout of a connection to a scheduler, in seconds.
+CONNECTION_TIMEOUT: Final = 10
+# Maximum rate of progress events of all tasks.
+EVENTS_PER_SECOND: Final = 100
+# Tasks in one message to the scheduler.
+BATCH: Final = 1000
+# Minimum time between two events of a task, in seconds.
+EVENT_INTERVAL: Final = 2.0
+# Hash of the sources of the engine and the version of Numba.
+ENGINE: Final = sources_hash()
 
-LOADING: Final = Lock()  # parts are known by name to the whole process
+# The registry of parts belongs to the process, so one thread loads parts at a time.
+LOADING: Final = Lock()
 
 
 class RemoteTask(NamedTuple):
-    """What a worker is sent, pickled, so that Dask looks for nothing of its own in it."""
+    """Message to a worker; it is sent as pickled bytes, which Dask does not inspect.
 
-    task: bytes  # pickled by itself: what it is made of is known only when the parts are
-    parts: tuple[tuple[Source, str], ...]  # with the SHA-256 of each
+    Attributes
+    ----------
+    task : bytes
+        The pickled task. Its classes are available only after the parts are loaded.
+    parts : tuple
+        Sources of third-party parts, each with its SHA-256.
+    seed : int
+        The seed of the study.
+    directory : str
+        The directory of the study.
+    backend : str
+        Name of the backend.
+    engine : str
+        Hash of the engine, which must match that of the worker.
+    topic : str
+        Topic of the progress events.
+    silence : float
+        Minimum time between two events of this task, in seconds.
+    """
+
+    task: bytes
+    parts: tuple[tuple[Source, str], ...]
     seed: int
     directory: str
     backend: str
     engine: str
     topic: str
-    silence: float  # seconds
+    silence: float
 
 
 def connect_dask(
@@ -62,7 +88,7 @@ def connect_dask(
     backend: Backend,
     done: Done,
 ) -> Generator[int, None, None]:
-    """Do the tasks on a Dask cluster, with the workers it has. See `Executor`."""
+    """Execute the tasks on the workers of a Dask cluster. See `Executor.run`."""
     with _connect(address) as client:
         yield from _run_tasks(client, study, tasks, backend, done)
 
@@ -70,35 +96,38 @@ def connect_dask(
 def connect_slurm(
     jobs: int, study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
-    """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
+    """Execute the tasks on Slurm jobs, which Dask's configuration describes. See `Executor.run`."""
     with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
         _require_job(cluster.job_script())
-        cluster.adapt(
-            minimum_jobs=jobs, maximum_jobs=jobs
-        )  # rather than scale: a job that ends early is replaced
+        # Unlike `scale`, `adapt` replaces a job that ends early.
+        cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)
         yield from _run_tasks(client, study, tasks, backend, done)
 
 
 def _require_job(script: str) -> None:
-    """Raises ExecutorError where Slurm would not take the job, for which Dask would wait without a word."""
-    tried = subprocess.run(["sbatch", "--test-only"], input=script, capture_output=True, text=True)
-    if tried.returncode != 0:
-        raise ExecutorError(f"Slurm refuses the job: {tried.stderr.strip().splitlines()[-1]}")
+    """Raise ExecutorError if Slurm rejects the job; Dask would wait for it without a message."""
+    test = subprocess.run(["sbatch", "--test-only"], input=script, capture_output=True, text=True)
+    if test.returncode != 0:
+        raise ExecutorError(f"Slurm refuses the job: {test.stderr.strip().splitlines()[-1]}")
 
 
 def count_cores(address: str) -> int:
-    """Cores of the cluster's workers. Raises RefusedError where no scheduler answers."""
+    """Return the number of cores of a cluster. Raises RefusedError if no scheduler answers."""
     with _connect(address) as client:
         return sum(client.nthreads().values())
 
 
 def count_job_cores() -> int:
-    """Raises RefusedError where Dask's configuration does not say what a Slurm job is."""
+    """Return the number of cores of a Slurm job.
+
+    Raises RefusedError if Dask's configuration does not describe a job.
+    """
     missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
         raise RefusedError(
-            f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/how-to/slurm.md"
+            f"--executor slurm needs {names} in Dask's configuration: the resources of a job, "
+            "see docs/how-to/slurm.md"
         )
     return int(_job_setting("cores"))
 
@@ -112,39 +141,47 @@ def _connect(address: str) -> Client:
         return Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, RuntimeError):
         raise RefusedError(
-            f"no Dask scheduler answers at {address}; one is started by `dask scheduler`"
+            f"no Dask scheduler answers at {address}; start one with `dask scheduler`"
         ) from None
 
 
 def _run_tasks(
     client: Client, study: StudyStore, tasks: Sequence[Task], backend: Backend, done: Done
 ) -> Generator[int, None, None]:
-    """Submit the tasks and yield the agent-steps done: what workers tell, and when a task has ended, the rest of it.
+    """Submit the tasks and yield the agent-steps done.
 
-    A task that was lost with its worker begins again; nothing is yielded until it is further than it was.
+    Workers report the remaining agent-steps of a task. The end of a task adds its unreported rest.
+    A task that was lost with its worker restarts, and adds nothing until it has passed its last
+    reported state.
     """
-    news: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
+    events: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
     topic = f"baldwinlab-{uuid4().hex}"
-    client.subscribe_topic(topic, lambda event: news.put(event[1]))
-    ordered = {f"{topic}-{number}": task for number, task in enumerate(tasks)}
-    left = {key: task.agent_steps for key, task in ordered.items()}
+    client.subscribe_topic(topic, lambda event: events.put(event[1]))
+    tasks_by_key = {f"{topic}-{number}": task for number, task in enumerate(tasks)}
+    remaining = {key: task.agent_steps for key, task in tasks_by_key.items()}
     orders = _pack_tasks(study, tasks, backend, topic)
     futures = {
         future.key: future
-        for future in client.map(_run_task, orders, key=list(left), pure=False, batch_size=BATCH)
+        for future in client.map(
+            _run_task, orders, key=list(remaining), pure=False, batch_size=BATCH
+        )
     }
     try:
         for future in futures.values():
-            future.add_done_callback(news.put)
+            future.add_done_callback(events.put)
         while futures:
-            item = news.get()
-            key, still_to_do = (item.key, 0) if isinstance(item, Future) else item
-            if isinstance(item, Future):
-                done(ordered[key], _get_result(item))
-                del futures[key]  # the scheduler forgets it
-            if still_to_do < left[key]:
-                yield left[key] - still_to_do
-                left[key] = still_to_do
+            event = events.get()
+            if isinstance(event, Future):
+                key = event.key
+                remaining_steps = 0
+                done(tasks_by_key[key], _get_result(event))
+                # Without the last reference, the scheduler releases the task.
+                del futures[key]
+            else:
+                key, remaining_steps = event
+            if remaining_steps < remaining[key]:
+                yield remaining[key] - remaining_steps
+                remaining[key] = remaining_steps
     finally:
         client.cancel(list(futures.values()))
 
@@ -152,7 +189,7 @@ def _run_tasks(
 def _pack_tasks(
     study: StudyStore, tasks: Sequence[Task], backend: Backend, topic: str
 ) -> list[bytes]:
-    """The tasks as they are sent."""
+    """Return the pickled message of each task."""
     directory = str(study.directory.absolute() if is_local(study.directory) else study.directory)
     sources = sources_of(experiment for task in tasks for experiment in task.experiments)
     parts = tuple((source, source.sha256) for source in sources)
@@ -162,50 +199,56 @@ def _pack_tasks(
 
 
 def _get_result(future: Future) -> Any:
-    """What a task returned. Raises what it raised, and ExecutorError where it is not to be had any more."""
+    """Return the result of a task.
+
+    Raises the error of the task, and ExecutorError if the cluster has lost it.
+    """
     try:
         return future.result()
     except CancelledError:
-        raise ExecutorError("the Dask scheduler is gone") from None
+        raise ExecutorError("the connection to the Dask scheduler is lost") from None
     except KilledWorker as error:
-        dead = error.allowed_failures + 1
-        raise ExecutorError(
-            f"a task was given up: {dead} workers died, one after the other, doing it"
-        ) from None
+        attempts = error.allowed_failures + 1
+        raise ExecutorError(f"a task failed: it has ended {attempts} workers in turn") from None
 
 
 def _run_task(sent: bytes) -> Any:
-    """Do a task, on a worker. Raises StudyError where the worker does not see the study, or has another engine."""
+    """Execute a task on a worker.
+
+    Raises StudyError if the worker cannot access the study, or has a different engine.
+    """
     order: RemoteTask = pickle.loads(sent)
     worker = get_worker()
     if order.engine != ENGINE:
         raise StudyError(
-            f"the worker {worker.address} has another version of baldwinlab or Numba than this process"
+            f"the worker {worker.address} has another version of baldwinlab or Numba "
+            "than this process; install the same versions on all machines"
         )
     directory = parse_location(order.directory)
     if not is_study(directory):
         raise StudyError(
-            f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it"
+            f"the worker {worker.address} cannot access {directory}: "
+            "put the study where all workers can access it"
         )
     with LOADING:
         _register_parts(order.parts)
         task: Task = pickle.loads(order.task)
-    tell = _progress_reporter(worker, task.agent_steps, order.topic, order.silence)
-    with dask.config.set(
-        scheduler="synchronous"
-    ):  # else xarray, when it writes, opens a client of its own in every worker
-        return task.run(order.seed, directory, choose_backend(order.backend), tell)
+    report_progress = _progress_reporter(worker, task.agent_steps, order.topic, order.silence)
+    # With another scheduler, xarray opens a Dask client in every worker when it writes.
+    with dask.config.set(scheduler="synchronous"):
+        return task.run(order.seed, directory, choose_backend(order.backend), report_progress)
 
 
 def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
-    """Load the foreign parts that came with an order from whoever gave their files; nothing is taken from the study.
+    """Load the third-party parts of a message; no source is read from the study.
 
-    Raises PartError where a text is not the one that its hash stands for.
+    Raises PartError if a source does not match its hash.
     """
     for source, sha256 in parts:
         if source.sha256 != sha256:
             raise PartError(
-                f"the {source.kind} {source.name!r} did not arrive as it was sent: its SHA-256 is another"
+                f"the {source.kind} {source.name!r} was changed during transfer: "
+                "its SHA-256 does not match"
             )
     for text, file in {source.text: source.file for source, _ in parts}.items():
         load_text(text, Path(file))
@@ -214,17 +257,19 @@ def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
 def _progress_reporter(
     worker: Worker, agent_steps: int, topic: str, silence: float
 ) -> Callable[[int], None]:
-    """What is called with the agent-steps done: it tells now and then how many are left, and ends a task nobody waits for."""
-    key, left, told = worker.get_current_task(), agent_steps, time.monotonic()
+    """Return a callback that sends the remaining agent-steps, and ends a cancelled task."""
+    key = worker.get_current_task()
+    remaining = agent_steps
+    last_report = time.monotonic()
 
-    def lived(amount: int) -> None:
-        nonlocal left, told
-        left -= amount
+    def report_progress(amount: int) -> None:
+        nonlocal remaining, last_report
+        remaining -= amount
         state = worker.state.tasks.get(key)
         if state is None or state.state == "cancelled":
             raise StoppedError
-        if time.monotonic() - told > silence:
-            told = time.monotonic()
-            worker.log_event(topic, (key, left))
+        if time.monotonic() - last_report > silence:
+            last_report = time.monotonic()
+            worker.log_event(topic, (key, remaining))
 
-    return lived
+    return report_progress

@@ -1,4 +1,4 @@
-"""What is done, wherever it is done: a task knows what there is to do, and an executor knows where."""
+"""Protocols of tasks and executors: a task defines the work, an executor defines the workers."""
 
 from __future__ import annotations
 
@@ -13,41 +13,66 @@ from baldwinlab.studies.store import StudyStore
 
 
 class Task(Protocol):
-    """Work on a study that one worker does: plain data, because it may be pickled and done elsewhere."""
+    """Work on a study for one worker, which may run in another process, so it must be picklable."""
 
     @property
     def experiments(self) -> Sequence[BaseExperiment]:
-        """All that it lives: their parts must be where it is done."""
+        """Experiments that the task simulates; the worker needs their parts."""
 
     @property
     def agent_steps(self) -> int:
-        """How much it lives."""
+        """Number of agent-steps that the task simulates."""
 
     def run(
-        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> Any:
-        """Do it, on the study of that seed in `directory`; what it returns is handed to whoever asked for it.
+        """Execute the task.
 
-        `lived` is called with the agent-steps of every generation that has lived; what it raises ends the task.
+        Parameters
+        ----------
+        seed : int
+            The seed of the study.
+        directory : Path
+            The directory of the study.
+        backend : Backend
+            Backend of the simulation.
+        report_progress : callable
+            Called with the number of agent-steps after each generation. An exception that it raises
+            ends the task.
+
+        Returns
+        -------
+        object
+            The result, which the executor passes to the caller.
         """
 
 
 Done = Callable[[Any, Any], None]
-"""Called with a task that has ended, and what it returned."""
+"""Callback that receives a finished task and its result."""
 
 Work = Callable[[StudyStore, Sequence[Task], int, Backend, Done], Generator[int, None, None]]
-"""An executor's way: see `Executor.do`."""
+"""Implementation of an executor; see `Executor.run`."""
 
 
-def ignore_result(task: Task, found: Any) -> None:
-    """For tasks that store all they have to say."""
+def ignore_result(task: Task, result: Any) -> None:
+    """Ignore the result of a task that stores its results."""
 
 
 class Executor(NamedTuple):
-    """A place to do tasks."""
+    """Executor of tasks.
+
+    Attributes
+    ----------
+    name : str
+        "threads", "dask" or "slurm".
+    workers : int
+        Number of tasks that are executed in parallel.
+    work : Work
+        The implementation of `do`.
+    """
 
     name: str
-    workers: int  # tasks at a time
+    workers: int
     work: Work
 
     def run(
@@ -58,18 +83,41 @@ class Executor(NamedTuple):
         backend: Backend,
         done: Done = ignore_result,
     ) -> Generator[int, None, None]:
-        """Do tasks of a study, so many at a time, on a backend, and call `done`, here, with each that ends and what it returns.
+        """Execute the tasks of a study in parallel.
 
-        Yields the agent-steps done as it hears of them, in all as many as the tasks have. When a task or `done` raises, or the
-        caller stops asking (ctrl-C), the other tasks end at their next generation, what they had in flight is dropped, and the
-        error is raised; it is an ExecutorError when it is the place that failed.
+        If a task or `done` raises an error, or the caller closes the generator (ctrl-C), the other
+        tasks end after their current generation and lose their unfinished runs.
+
+        Parameters
+        ----------
+        study : StudyStore
+            The study.
+        tasks : sequence of Task
+            The tasks.
+        workers : int
+            Number of tasks that are executed in parallel.
+        backend : Backend
+            Backend of the simulation.
+        done : callable
+            Called in this process with each finished task and its result.
+
+        Yields
+        ------
+        int
+            Agent-steps done since the last value. The sum is the number of agent-steps of all
+            tasks.
+
+        Raises
+        ------
+        ExecutorError
+            If the executor fails. Errors of tasks are raised unchanged.
         """
         return self.work(study, tasks, workers, backend, done)
 
 
 class ExecutorError(BaldwinLabError):
-    """A place where tasks cannot be done any longer."""
+    """Failure of an executor: no worker can execute the tasks."""
 
 
 class StoppedError(Exception):
-    """Raised in a worker to end it between two generations."""
+    """Exception that ends a task between two generations."""

@@ -1,4 +1,4 @@
-"""Threads of this process: compiled code runs without the interpreter lock, so they keep all cores busy."""
+"""Executor on threads; compiled code runs without the interpreter lock, so all cores are used."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from baldwinlab.studies.store import StudyStore
 def run_on_threads(
     study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
-    """Do the tasks on so many threads. See `Executor`."""
+    """Execute the tasks on threads of this process. See `Executor.run`."""
     stop = threading.Event()
-    news: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
+    events: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
 
-    def lived(agent_steps: int) -> None:
+    def report_progress(agent_steps: int) -> None:
         if stop.is_set():
             raise StoppedError
-        news.put(agent_steps)
+        events.put(agent_steps)
 
     with ThreadPoolExecutor(workers) as pool:
-        left = {
-            pool.submit(task.run, study.seed, study.directory, backend, lived): task
+        unfinished = {
+            pool.submit(task.run, study.seed, study.directory, backend, report_progress): task
             for task in tasks
         }
-        for future in list(left):
-            future.add_done_callback(news.put)
+        for future in list(unfinished):
+            future.add_done_callback(events.put)
         try:
-            while left:
-                item = news.get()
+            while unfinished:
+                item = events.get()
                 if isinstance(item, Future):
-                    done(left.pop(item), item.result())
+                    done(unfinished.pop(item), item.result())
                 else:
                     yield item
         finally:

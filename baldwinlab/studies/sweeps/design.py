@@ -1,11 +1,12 @@
-"""A sweep: one experiment at many points of the space of its fields.
+"""Sweep: an experiment at several points of the space of its fields.
 
-A sweep is a study whose conditions are its points, so it resumes and distributes like one. Beside what a study holds there is
+A sweep is a study whose conditions are its points. In addition to the files of a study it has
 
-    DIR/sweep.toml    the sweep's file as it was given; from it, results are labelled with the fields that were swept
+    DIR/sweep.toml    a copy of the file of the sweep, which names the swept fields
 
-The random samples are NumPy's; the quasi-random ones are I. M. Sobol's (USSR Computational Mathematics and Mathematical
-Physics 7, 1967), scrambled as A. B. Owen proposed (Journal of Complexity 14, 1998), drawn by SciPy.
+NumPy draws the random samples. SciPy draws the quasi-random sequences of I. M. Sobol (USSR
+Computational Mathematics and Mathematical Physics 7, 1967), scrambled with the method of A. B. Owen
+(Journal of Complexity 14, 1998).
 """
 
 from __future__ import annotations
@@ -38,57 +39,71 @@ FILE = "sweep.toml"
 
 
 def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
-    """The points of a sweep, each a whole experiment: point-0000, point-0001, ...
+    """Return the experiment at each point of a sweep: point-0000, point-0001, ...
 
-    `path` is the sweep's file; an experiment given as a file is found relative to it. Points of a random or a Sobol sample
-    are drawn from the sweep's seed, the same each time. Raises ExperimentError with a line for every fault.
+    The seed of the sweep determines the points of a random or a Sobol sample.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+    path : Path
+        The file of the sweep. The path of an experiment is relative to it.
+
+    Returns
+    -------
+    list of Experiment
+        The points.
+
+    Raises
+    ------
+    ExperimentError
+        If the sweep is invalid. The message has a line for each fault.
     """
     base = _base(sweep, path)
-    found: list[Experiment] = []
+    points: list[Experiment] = []
     faults: dict[str, str] = {}
     for number, point in enumerate(_points(sweep, base)):
         name = f"point-{number:04d}"
         try:
-            found.append(assign(base, [f"name={name}", *_assignments(point)]))
+            points.append(assign(base, [f"name={name}", *_assignments(point)]))
         except ExperimentError as error:
             for line in str(error).splitlines():
-                faults.setdefault(line, name)  # the first point that has it stands for all
+                # Report each fault only for its first point.
+                faults.setdefault(line, name)
     if faults:
         raise ExperimentError(lines([f"{path}: {name}: {line}" for line, name in faults.items()]))
-    _require_different(sweep, found, path)
-    _require_effect(sweep, found, path)
-    return found
+    _require_different(sweep, points, path)
+    _require_effect(sweep, points, path)
+    return points
 
 
 def _base(sweep: Sweep, path: Path) -> Experiment:
-    """The experiment as it is before any field is swept."""
+    """Return the experiment of a sweep with its fixed settings."""
     name = sweep.experiment
+    source = path.parent / name if name.endswith(".toml") else name
     try:
-        base: Experiment = assign(
-            presets.load(path.parent / name if name.endswith(".toml") else name),
-            _assignments(sweep.fixed),
-        )
+        base: Experiment = assign(presets.load(source), _assignments(sweep.fixed))
         for field, values in sweep.fields.items():
             value, _ = _look_up(base, field)
-            if isinstance(values, Range) and (
-                isinstance(value, bool) or not isinstance(value, int | float)
-            ):
-                raise ExperimentError(
-                    f"fields.{field}: {_text(value)} is not a number; give a list of what it may be"
-                )
-            if (
-                isinstance(values, Range)
-                and isinstance(value, int)
-                and math.ceil(values.low) > math.floor(values.high)
-            ):
-                raise ExperimentError(
-                    f"fields.{field}: there is no whole number from {values.low:g} to {values.high:g}"
-                )
+            if isinstance(values, Range):
+                _require_number_in_range(field, value, values)
     except ExperimentError as error:
-        raise ExperimentError(
-            "\n".join(f"{path}: {line}" for line in str(error).splitlines())
-        ) from None
+        message = "\n".join(f"{path}: {line}" for line in str(error).splitlines())
+        raise ExperimentError(message) from None
     return base
+
+
+def _require_number_in_range(field: str, value: Any, values: Range) -> None:
+    """Raise ExperimentError if a range does not suit the type of a field."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ExperimentError(
+            f"fields.{field}: {_text(value)} is not a number; give a list of values"
+        )
+    if isinstance(value, int) and math.ceil(values.low) > math.floor(values.high):
+        raise ExperimentError(
+            f"fields.{field}: there is no integer from {values.low:g} to {values.high:g}"
+        )
 
 
 def _points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
@@ -97,33 +112,31 @@ def _points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
         columns = sweep.lists.values()
         rows = itertools.product(*columns) if sweep.design == "grid" else zip(*columns, strict=True)
     else:
-        whole = [isinstance(_look_up(base, field)[0], int) for field in sweep.fields]
+        are_integers = [isinstance(_look_up(base, field)[0], int) for field in sweep.fields]
+        ranges = list(sweep.fields.values())
         rows = [
-            [
-                _pick(values, share, integer)
-                for values, share, integer in zip(sweep.fields.values(), shares, whole, strict=True)
-            ]
+            list(map(_pick, ranges, shares, are_integers))
             for shares in _draw_shares(sweep, sweep.samples).tolist()
         ]
     return (dict(zip(sweep.fields, row, strict=True)) for row in rows)
 
 
 def _draw_shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
-    """`samples` points of the unit cube, [0, 1) in each field."""
+    """Draw points of the unit cube: an array [sample, field] with values in [0, 1)."""
     generator = np.random.default_rng(sweep.seed)
     if sweep.design == "random":
         return generator.random((samples, len(sweep.fields)))
-    from scipy.stats import qmc  # here, because it takes a second to load, and few sweeps need it
+    # Loading takes a second, and few sweeps need it.
+    from scipy.stats import qmc
 
     sobol = qmc.Sobol(len(sweep.fields), scramble=True, rng=generator)
-    return sobol.random_base2((samples - 1).bit_length())[
-        :samples
-    ]  # a power of 2, or the points would lose their balance
+    # A Sobol sequence is balanced only if its length is a power of 2.
+    return sobol.random_base2((samples - 1).bit_length())[:samples]
 
 
-def _pick(values: list[Any] | Range, share: float, whole: bool) -> Any:
+def _pick(values: list[Any] | Range, share: float, is_integer: bool) -> Any:
     if isinstance(values, Range):
-        return values.whole_number(share) if whole else values.number(share)
+        return values.integer(share) if is_integer else values.number(share)
     return values[int(share * len(values))]
 
 
@@ -132,9 +145,9 @@ def _assignments(values: Mapping[str, Any]) -> list[str]:
 
 
 def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
-    """The value of a swept field, and what it means. Raises ExperimentError for a field that there is not.
+    """Return the value and the meaning of a field. Raises ExperimentError for an unknown field.
 
-    A number of steps that is not set, for life, is on an axis as many as the longest life has, as in the sweep's file.
+    An unset number of steps means "for life". It is the longest lifetime on an axis and in a file.
     """
     try:
         value, meaning = look_up(experiment, path)
@@ -144,15 +157,13 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
 
 
 def _text(value: Any) -> str:
-    return (
-        value
-        if isinstance(value, str)
-        else tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
-    )
+    if isinstance(value, str):
+        return value
+    return tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
 
 
 def _labels(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
-    """What a field is at each point: numbers where all are, else text as in TOML."""
+    """Return the value of a field at each point: all as numbers, or all as TOML text."""
     values = [_look_up(point, field)[0] for point in points]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return values
@@ -160,22 +171,26 @@ def _labels(points: Iterable[Experiment], field: str) -> list[int | float] | lis
 
 
 def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
-    """The values of a field in a grid must differ, or two points would be one."""
+    """Raise ExperimentError if two points of a grid are equal."""
     for field, values in sweep.lists.items():
         if sweep.design == "grid" and len(set(_labels(points, field))) < len(values):
             raise ExperimentError(
-                f"{path}: fields.{field} has a value twice; in a grid, each must be another"
+                f"{path}: fields.{field} has a value twice; the values of a grid must differ"
             )
 
 
 def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
-    """A field that has no effect at any point is refused; at some points, a sweep over parts has idle fields on purpose."""
+    """Raise ExperimentError for a field without effect at all points.
+
+    A field may lack effect at some points: a sweep over parts also sweeps the fields of these.
+    """
     reasons = [idle_fields(point) for point in points]
-    given = {f"set.{field}": field for field in sweep.fixed} | {
-        f"fields.{field}": field for field in sweep.fields
-    }
+    given = {f"set.{field}": field for field in sweep.fixed}
+    given |= {f"fields.{field}": field for field in sweep.fields}
     idle = {
-        key: field for key, field in given.items() if all(field in of_point for of_point in reasons)
+        key: field
+        for key, field in given.items()
+        if all(field in point_reasons for point_reasons in reasons)
     }
     if idle:
         faults = [f"{path}: {describe_idle(key, reasons[0][field])}" for key, field in idle.items()]
@@ -183,12 +198,14 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
 
 
 def require_same_size(directory: Path, points: Sequence[Experiment]) -> None:
-    """Raises StudyError if the directory holds a sweep of another number of points, whose names would say nothing of that."""
-    if (directory / FILE).exists() and (there := len(StudyStore(directory).experiments)) != len(
-        points
-    ):
+    """Raise StudyError if the directory holds a sweep with a different number of points."""
+    if not (directory / FILE).exists():
+        return
+    stored_points = len(StudyStore(directory).experiments)
+    if stored_points != len(points):
         raise StudyError(
-            f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out"
+            f"{directory} holds another sweep: of {stored_points} points, not {len(points)}; "
+            "choose another --out"
         )
 
 
@@ -223,14 +240,26 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
 
 
 def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
-    """What was opened of all points of a sweep, with the fields that were swept instead of the conditions' names."""
+    """Replace the dimension `condition` of a sweep by its swept fields.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study of the sweep.
+    data : xarray.Dataset
+        A dataset with a value of `condition` for each point.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset with the dimensions that `open_sweep` describes.
+    """
     sweep = read_stored(study.directory / FILE)
     points = list(study.experiments.values())
     labels = {field: _labels(points, field) for field in sweep.fields}
-    places = {"point": np.arange(len(points), dtype=np.int32)} | {
-        field: ("point", labels[field]) for field in labels
-    }
-    data = data.rename(condition="point").assign_coords(places)
+    coordinates: dict[str, Any] = {"point": np.arange(len(points), dtype=np.int32)}
+    coordinates |= {field: ("point", labels[field]) for field in labels}
+    data = data.rename(condition="point").assign_coords(coordinates)
     if sweep.design == "grid":
         data = _as_grid(data, list(labels))
     for field in labels:
@@ -244,13 +273,16 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
 
 
 def settings(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
-    """What each swept field, by its name in words, is at each point of a sweep; nothing where its file is gone."""
+    """Return the values of the swept fields at all points, by the readable name of the field.
+
+    The result is empty if sweep.toml does not exist.
+    """
     points = list(study.experiments.values())
     return {name_of(field, points[0]): values for field, values in settings_by_path(study).items()}
 
 
 def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
-    """As `settings`, by the path of each field, such as learning.rate."""
+    """Return the values of the swept fields at all points, by path, for example learning.rate."""
     if not (study.directory / FILE).exists():
         return {}
     points = list(study.experiments.values())
@@ -258,7 +290,7 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
 
 
 def _as_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
-    """Points that are every combination of the fields' values, in the order of the file."""
+    """Replace the dimension `point` by one dimension per field, in the order of the file."""
     order = {field: list(dict.fromkeys(data[field].values)) for field in fields}
     if len(fields) == 1:
         return data.swap_dims(point=fields[0]).drop_vars("point")

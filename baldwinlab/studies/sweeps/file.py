@@ -1,4 +1,4 @@
-"""What a sweep's file says: an experiment, the fields that are swept, and the design by which points are chosen."""
+"""File of a sweep: an experiment, the swept fields and the design of the points."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_POINTS = 10_000
 
 
 class Range(Fields):
-    """What a field may be in a random or a Sobol sample: a number from `low` to `high`, both included."""
+    """Range of a field in a random or a Sobol sample, from `low` to `high` inclusive."""
 
     low: float
     high: float
@@ -35,21 +35,22 @@ class Range(Fields):
         return self
 
     def number(self, share: float) -> float:
-        """The number that lies `share` (0 to 1) of the way from low to high, on this scale."""
+        """Return the number at a fraction `share` (0 to 1) of the range, on this scale."""
         return self._between(self.low, self.high, share)
 
-    def whole_number(self, share: float) -> int:
-        """A whole number from low to high; on the linear scale all are as likely."""
-        low, high = math.ceil(self.low), math.floor(self.high)
+    def integer(self, share: float) -> int:
+        """Return the integer at a fraction of the range; equally likely on the linear scale."""
+        low = math.ceil(self.low)
+        high = math.floor(self.high)
         return min(math.floor(self._between(low, high + 1, share)), high)
 
     def _between(self, low: float, high: float, share: float) -> float:
-        place = (
-            low * math.exp(share * math.log(high / low))
-            if self.scale == "log"
-            else low + share * (high - low)
-        )
-        return min(max(place, low), high)  # rounding may leave the range
+        if self.scale == "log":
+            value = low * math.exp(share * math.log(high / low))
+        else:
+            value = low + share * (high - low)
+        # Rounding can leave the range.
+        return min(max(value, low), high)
 
 
 def _kind(value: Any) -> str:
@@ -60,7 +61,7 @@ Values = Annotated[list[Any], Field(min_length=1)]
 
 
 class Sweep(Fields):
-    """What a sweep's file says. Whether its fields are an experiment's, `experiments` finds out."""
+    """Content of the file of a sweep; `design.expand_sweep` checks the names of the fields."""
 
     experiment: str = Field(min_length=1)
     runs: int = Field(10, ge=1)
@@ -78,7 +79,7 @@ class Sweep(Fields):
     @field_validator("fixed", "fields", mode="before")
     @classmethod
     def _by_path(cls, tables: Any) -> Any:
-        """`learning.rate = 1`, `"learning.rate" = 1` and `[learning] rate = 1` are the same."""
+        """Flatten tables: `[learning] rate = 1` becomes `"learning.rate" = 1`."""
         return dict(_leaves(tables)) if isinstance(tables, dict) else tables
 
     @model_validator(mode="after")
@@ -89,17 +90,17 @@ class Sweep(Fields):
             if path == "name":
                 raise ValueError("name: a sweep names its points itself")
         for swept in self.fields:
-            for path in (*self.fixed, *(other for other in self.fields if other != swept)):
+            other_fields = (field for field in self.fields if field != swept)
+            for path in (*self.fixed, *other_fields):
                 if path == swept or path.startswith(f"{swept}."):
                     raise ValueError(f"{path}: is set here, but {swept} is swept; keep one of them")
         return self
 
     @model_validator(mode="after")
     def _values_are_plain(self) -> Self:
-        fixed = {f"set.{path}": [value] for path, value in self.fixed.items()}
-        for path, values in (
-            fixed | {f"fields.{path}": values for path, values in self.lists.items()}
-        ).items():
+        by_path = {f"set.{path}": [value] for path, value in self.fixed.items()}
+        by_path |= {f"fields.{path}": values for path, values in self.lists.items()}
+        for path, values in by_path.items():
             if not all(map(_plain, values)):
                 raise ValueError(
                     f"{path}: a value must be a number, true or false, a text, or a list of these"
@@ -120,22 +121,24 @@ class Sweep(Fields):
             )
         for path in self.fields.keys() - self.lists.keys():
             raise ValueError(
-                f'fields.{path}: a range needs design = "random" or "sobol"; a {self.design} needs a list'
+                f'fields.{path}: a range needs design = "random" or "sobol"; '
+                f"a {self.design} needs a list"
             )
         lengths = {path: len(values) for path, values in self.lists.items()}
         if self.design == "list" and len(set(lengths.values())) > 1:
-            found = ", ".join(f"{path} has {length}" for path, length in lengths.items())
-            raise ValueError(f"fields: a list needs as many values of every field, and {found}")
+            counts = ", ".join(f"{path} has {length}" for path, length in lengths.items())
+            raise ValueError(f"fields: a list needs as many values of every field, and {counts}")
         points = math.prod(lengths.values()) if self.design == "grid" else max(lengths.values())
         if points > MAX_POINTS:
             raise ValueError(
-                f"fields: this {self.design} has {points:,} points; at most {MAX_POINTS:,} are allowed"
+                f"fields: this {self.design} has {points:,} points; "
+                f"at most {MAX_POINTS:,} are allowed"
             )
         return self
 
     @property
     def lists(self) -> dict[str, list[Any]]:
-        """The fields whose values are listed."""
+        """The fields that have a list of values."""
         return {
             path: values for path, values in self.fields.items() if not isinstance(values, Range)
         }
@@ -150,11 +153,9 @@ def _leaves(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, An
 
 
 def _plain(value: Any) -> bool:
-    return (
-        all(map(_plain, value))
-        if isinstance(value, list)
-        else isinstance(value, bool | int | float | str)
-    )
+    if isinstance(value, list):
+        return all(map(_plain, value))
+    return isinstance(value, bool | int | float | str)
 
 
 def read(path: Path) -> Sweep:
@@ -177,7 +178,20 @@ def read_stored(path: Path) -> Sweep:
 
 
 def validate(tree: Mapping[str, Any], where: str) -> Sweep:
-    """The sweep that `tree` describes, as its file would. Raises ExperimentError with a line for every fault."""
+    """Return the sweep that a parsed file describes.
+
+    Parameters
+    ----------
+    tree : mapping
+        The content of the file.
+    where : str
+        Name of the file, for messages.
+
+    Raises
+    ------
+    ExperimentError
+        If the content is invalid. The message has a line for each fault.
+    """
     try:
         return Sweep.model_validate(tree)
     except ValidationError as error:
@@ -189,8 +203,10 @@ def validate(tree: Mapping[str, Any], where: str) -> Sweep:
 def _sentence(fault: Any) -> str:
     location = [str(step) for step in fault["loc"]]
     if location[:1] == ["fields"]:
-        del location[2:3]  # whether it was read as a list or as a range
-    where, message = brief(".".join(location)), str(fault["msg"]).removeprefix("Value error, ")
+        # pydantic adds the tag of the union: "values" or "range".
+        del location[2:3]
+    where = brief(".".join(location))
+    message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
         part = Range if len(location) > 1 else Sweep
         names = [field.alias or name for name, field in part.model_fields.items()]

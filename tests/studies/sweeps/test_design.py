@@ -200,7 +200,7 @@ def test_an_experiment_may_be_a_file_beside_the_sweep(tmp_path: Path) -> None:
         (SOBOL.replace('"log"', '"cube"'), "fields.senses.visual_radius.scale = 'cube': input should be 'linear' or 'log'"),
         (SOBOL.replace("scale", "shape"), "fields.senses.visual_radius.shape: there is no such key; there are: low, high, scale"),
         (SOBOL.replace('["rank", "roulette"]', "{ low = 0, high = 1 }"), "roulette is not a number; give a list"),
-        (SOBOL.replace("low = 3, high = 5", "low = 3.2, high = 3.8"), "there is no whole number from 3.2 to 3.8"),
+        (SOBOL.replace("low = 3, high = 5", "low = 3.2, high = 3.8"), "there is no integer from 3.2 to 3.8"),
         ("runs = ", "is not TOML"),
     ],
 )  # fmt: skip
