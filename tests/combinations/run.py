@@ -23,10 +23,10 @@ from tests.models.miniworld.plain import compile_nothing
 SEED: Final = 8
 REFUSALS: Final = re.compile("|".join([
     r"senses\.kinds = \[\]: tuple should have at least 1 item after validation, not 0",
-    r"senses\.kinds: 'last-action' tells of 3 actions, and there are 4 of motor\.body = '[a-z-]+'",
+    r"senses\.kinds: 'last-action' has 3 inputs, but there are 4 actions of motor\.body = '[a-z-]+'",
     r"network\.kind = 'neat' does not learn: learning\.rule = '[a-z-]+' must be 'none'",
     r"(model|network\.kind) = '[a-z-]+' is bred by evolution\.variation = 'neat', and not '[a-z-]+'",
-    r"network\.kind = 'neat' begins with \d+ links, and there is room for \d+: network\.hidden must be one number.*",
+    r"network\.kind = 'neat' starts with \d+ links, but can hold only \d+: network\.hidden must be one number.*",
     r"network\.kind = 'neat' has its bias as a node: network\.biases must be false",
     r"learning\.rule = '[a-z-]+' (asks .*): it must have no memory",
     r"learning\.rule = '[a-z-]+' is for the first sense '[a-z-]+' and the body '[a-z-]+'",

@@ -1,11 +1,15 @@
-"""Bodies beside the paper's: one that can stand still, one that goes in four directions, and one with two wheels.
+"""Bodies in addition to that of the paper: with a stay action, on a grid, and with two wheels.
 
-All of them move by at most `STRIDE` a step, as the paper's body does.
+A body moves by at most `STRIDE` in a step, as the body of the paper.
 
-Sources: standing still as an action, S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
-Behavior 3 (1994), whose organisms go ahead, turn left or right, or do nothing; four directions, as on the grids of D. Ackley and
-M. Littman, "Interactions between learning and evolution", Artificial Life II (1991); wheels whose speeds are outputs of the
-network, S. Nolfi and D. Floreano, Evolutionary Robotics (2000), of the Khepera robot. Their sizes here are readings of ours.
+The sizes are our interpretation. Sources:
+
+- Stay: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
+  Adaptive Behavior 3 (1994). Their organisms go ahead, turn left or right, or do nothing.
+- Four directions: D. Ackley and M. Littman, "Interactions between learning and evolution",
+  Artificial Life II (1991).
+- Wheels with the outputs of the network as speeds: S. Nolfi and D. Floreano, Evolutionary
+  Robotics (2000), on the Khepera robot.
 """
 
 from __future__ import annotations
@@ -21,17 +25,19 @@ from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
 from baldwinlab.parts.agent_parts import Body
 
-MAX_SPEED, QUARTER = np.float32(STRIDE), np.float32(HEADING_COUNT // 4)
-HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
-DEGREES_PER_TURN = np.float32(360 / HEADING_COUNT)  # degrees
-ROUNDING = np.float32(
-    1.5 * 2**23
-)  # added and taken away again, it leaves a whole number: the nearest, of two the even one
+MAX_SPEED = np.float32(STRIDE)
+QUARTER = np.float32(HEADING_COUNT // 4)
+HEADINGS = np.float32(HEADING_COUNT)
+LAST_HEADING = np.float32(HEADING_COUNT - 1)
+# Degrees between two headings.
+DEGREES_PER_TURN = np.float32(360 / HEADING_COUNT)
+# Adding and subtracting it rounds to the nearest integer, and ties to even.
+ROUNDING = np.float32(1.5 * 2**23)
 
 
 @compiled
 def _move_along(model: Model, state: State, heading: Value, speed: Value, lane: Lane) -> None:
-    """Head for `heading`, at most one circle beyond its ends, and go that way."""
+    """Set the heading, at most one turn out of range, and move in its direction."""
     heading = choose(heading < ZERO, heading + HEADINGS, heading)
     heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
     x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
@@ -117,13 +123,15 @@ class Continuous(Body, name="continuous"):
     def check(self, experiment: Any) -> None:
         if experiment.motor.noise > 0:
             raise ValueError(
-                "motor.noise draws another action, and motor.body = 'continuous' does what its outputs say: it must be 0"
+                "motor.noise must be 0 with motor.body = 'continuous', "
+                "which does not choose an action"
             )
 
     @staticmethod
     def move(part: Any, model: Model, state: State, lane: Lane) -> None:
         rows = state.activations.shape[0]
-        left, right = get(state.activations, rows - 2, lane), get(state.activations, rows - 1, lane)
+        left = get(state.activations, rows - 2, lane)
+        right = get(state.activations, rows - 1, lane)
         turn = ((left - right) * (part.max_turn / DEGREES_PER_TURN) + ROUNDING) - ROUNDING
         _move_along(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
 

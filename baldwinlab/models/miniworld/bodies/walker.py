@@ -1,4 +1,4 @@
-"""Bodies: what an agent can do.
+"""The body of the paper: an agent that turns and moves forward.
 
 Source: the paper, "The Simulated World of Foods and Agents".
 """
@@ -14,7 +14,8 @@ from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
 from baldwinlab.parts.agent_parts import Body
 
-HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
+HEADINGS = np.float32(HEADING_COUNT)
+LAST_HEADING = np.float32(HEADING_COUNT - 1)
 
 
 class Walker(Body, name="walker"):
@@ -32,7 +33,7 @@ class Walker(Body, name="walker"):
 
     @staticmethod
     def choose_action(part: Any, model: Model, state: State, lane: Lane) -> None:
-        """The largest output, a tie going to the lowest index."""
+        """Choose the action with the largest output. A tie goes to the lowest index."""
         rows = state.activations.shape[0]
         left = get(state.activations, rows - 3, lane)
         forward = get(state.activations, rows - 2, lane)

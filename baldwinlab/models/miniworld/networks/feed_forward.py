@@ -1,8 +1,9 @@
-"""Feed-forward networks of logistic units: one network a lane, any layer sizes, with or without biases.
+"""Feed-forward networks of logistic units, one network per lane, with or without biases.
 
-Units are numbered through the layers from the input on, and so are the rows of `activations` and `errors`. The order of the
-weights is layer by layer from the input; within a layer by the unit they come from, then by the unit they go to; with
-biases, a layer's bias weights follow, as if from one more unit that is always 1.
+Units are numbered through the layers from the input.
+`activations` and `errors` have a row per unit.
+Weights are ordered by layer from the input, then by source unit, then by target unit.
+With biases, the bias weights of a layer follow its weights.
 
 Source: the paper, "The neural network controller".
 """
@@ -20,17 +21,23 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Lane, Value, any_of, get, put
 from baldwinlab.parts.agent_parts import Network
 
-ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+ZERO = np.float32(0.0)
+HALF = np.float32(0.5)
+ONE = np.float32(1.0)
 
-Sizes = npt.NDArray[np.int64]  # units in each layer, from the input to the output
-Rows = npt.NDArray[np.float32]  # [row, lane]
+# Number of units of each layer, from the input to the output.
+Sizes = npt.NDArray[np.int64]
+# Array [row, lane].
+Rows = npt.NDArray[np.float32]
 
 
 @compiled
 def has_zero_inputs(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
-    """Whether all inputs are 0 and nothing else drives the first layer: its units are then at 1/2, and its weights do not learn.
+    """Return whether all inputs are 0 and there are no biases.
 
-    Most agents see nothing most of the time, and this saves half of their thinking and learning, to the same bits.
+    The units of the first layer are then at 1/2, and its weights do not learn.
+    Most agents have zero inputs in most steps. Skipping the layer saves half of the time.
+    The results are identical.
     """
     at_rest = not biases
     for i in range(inputs):
@@ -40,11 +47,14 @@ def has_zero_inputs(biases: bool, inputs: int, activations: Rows, lane: Lane) ->
 
 @compiled
 def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
-    """Fill `activations` from its first rows, the inputs, on."""
-    source, weight = 0, 0  # the layer's first input unit, and its first weight
+    """Compute `activations` from its first rows, the inputs."""
+    # First source unit and first weight of the layer.
+    source = 0
+    weight = 0
     at_rest = has_zero_inputs(biases, sizes[0], activations, lane)
     for layer in range(sizes.size - 1):
-        inputs, outputs = sizes[layer], sizes[layer + 1]
+        inputs = sizes[layer]
+        outputs = sizes[layer + 1]
         target = source + inputs
         for unit in range(outputs):
             if layer == 0 and at_rest:
@@ -73,16 +83,18 @@ def backpropagate(
     targets: Rows,
     lane: Lane,
 ) -> None:
-    """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
+    """Take one step of online backpropagation of the outputs toward `targets`.
 
-    `activations` must be those of `feed_forward` with the same weights. `errors` is scratch, a row a unit.
-    Source: Rumelhart, Hinton and Williams, 1986, which the paper cites for its learning.
+    The step follows the gradient of half the squared error.
+    `activations` must be those of `feed_forward` with the same weights.
+    `errors` is scratch, with a row per unit.
+
+    Source: Rumelhart, Hinton and Williams 1986, which the paper cites for its learning.
     """
     layers = sizes.size - 1
-    target, weight = (
-        0,
-        0,
-    )  # the layer's first output unit, and its first weight; from the last layer back to the first
+    # First target unit and first weight of the layer, from the last layer to the first.
+    target = 0
+    weight = 0
     for layer in range(layers):
         target += sizes[layer]
         weight += (sizes[layer] + int(biases)) * sizes[layer + 1]
@@ -91,7 +103,8 @@ def backpropagate(
         put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
     lowest = 1 if has_zero_inputs(biases, sizes[0], activations, lane) else 0
     for layer in range(layers - 1, lowest - 1, -1):
-        inputs, outputs = sizes[layer], sizes[layer + 1]
+        inputs = sizes[layer]
+        outputs = sizes[layer + 1]
         source = target - inputs
         weight -= (inputs + int(biases)) * outputs
         if layer > lowest:
@@ -121,7 +134,10 @@ def _backpropagate_errors(
     errors: Rows,
     lane: Lane,
 ) -> None:
-    """Fill the errors of a layer's input units, the first of which is `source`, from those of its outputs, which follow them."""
+    """Compute the errors of the source units of a layer from those of its target units.
+
+    `source` is the row of the first source unit. The target units follow the source units.
+    """
     target = source + inputs
     for i in range(inputs):
         a = get(activations, source + i, lane)
@@ -135,17 +151,15 @@ def _backpropagate_errors(
 
 @compiled
 def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> None:
-    """`feed_forward` from three inputs through so many hidden units to three outputs, without biases."""
+    """Compute `feed_forward` for three inputs, one hidden layer, three outputs and no biases."""
     outputs = 3 + hidden
     if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
             put(activations, 3 + unit, lane, HALF)
     else:
-        left, front, right = (
-            get(activations, 0, lane),
-            get(activations, 1, lane),
-            get(activations, 2, lane),
-        )
+        left = get(activations, 0, lane)
+        front = get(activations, 1, lane)
+        right = get(activations, 2, lane)
         for unit in range(hidden):
             total = get(weights, unit, lane) * left + get(weights, hidden + unit, lane) * front
             put(
@@ -154,14 +168,14 @@ def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> 
                 lane,
                 sigmoid(total + get(weights, 2 * hidden + unit, lane) * right),
             )
-    w, a = 3 * hidden, get(activations, 3, lane)
-    first, second, third = (
-        get(weights, w, lane) * a,
-        get(weights, w + 1, lane) * a,
-        get(weights, w + 2, lane) * a,
-    )
+    w = 3 * hidden
+    a = get(activations, 3, lane)
+    first = get(weights, w, lane) * a
+    second = get(weights, w + 1, lane) * a
+    third = get(weights, w + 2, lane) * a
     for unit in range(1, hidden):
-        w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
+        w = 3 * hidden + 3 * unit
+        a = get(activations, 3 + unit, lane)
         first = first + get(weights, w, lane) * a
         second = second + get(weights, w + 1, lane) * a
         third = third + get(weights, w + 2, lane) * a
@@ -172,7 +186,7 @@ def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> 
 
 @compiled
 def _output_error(rate: Value, activations: Rows, output: int, target: Value, lane: Lane) -> Value:
-    """Of an output unit, times the rate."""
+    """Return the error of an output unit, times the learning rate."""
     y = get(activations, output, lane)
     return rate * (y - target) * y * (ONE - y)
 
@@ -181,34 +195,34 @@ def _output_error(rate: Value, activations: Rows, output: int, target: Value, la
 def backward_three(
     hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane
 ) -> None:
-    """`backpropagate` of the same network."""
+    """Compute `backpropagate` for the network of `forward_three`."""
     outputs = 3 + hidden
     first = _output_error(rate, activations, outputs, get(targets, 0, lane), lane)
     second = _output_error(rate, activations, outputs + 1, get(targets, 1, lane), lane)
     third = _output_error(rate, activations, outputs + 2, get(targets, 2, lane), lane)
     if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
-            w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
+            w = 3 * hidden + 3 * unit
+            a = get(activations, 3 + unit, lane)
             put(weights, w, lane, get(weights, w, lane) - first * a)
             put(weights, w + 1, lane, get(weights, w + 1, lane) - second * a)
             put(weights, w + 2, lane, get(weights, w + 2, lane) - third * a)
         return
-    left, front, right = (
-        get(activations, 0, lane),
-        get(activations, 1, lane),
-        get(activations, 2, lane),
-    )
+    left = get(activations, 0, lane)
+    front = get(activations, 1, lane)
+    right = get(activations, 2, lane)
     for unit in range(hidden):
-        w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
-        to_first, to_second, to_third = (
-            get(weights, w, lane),
-            get(weights, w + 1, lane),
-            get(weights, w + 2, lane),
+        w = 3 * hidden + 3 * unit
+        a = get(activations, 3 + unit, lane)
+        first_weight = get(weights, w, lane)
+        second_weight = get(weights, w + 1, lane)
+        third_weight = get(weights, w + 2, lane)
+        error = (
+            (first * first_weight + second * second_weight + third * third_weight) * a * (ONE - a)
         )
-        error = (first * to_first + second * to_second + third * to_third) * a * (ONE - a)
-        put(weights, w, lane, to_first - first * a)
-        put(weights, w + 1, lane, to_second - second * a)
-        put(weights, w + 2, lane, to_third - third * a)
+        put(weights, w, lane, first_weight - first * a)
+        put(weights, w + 1, lane, second_weight - second * a)
+        put(weights, w + 2, lane, third_weight - third * a)
         put(weights, unit, lane, get(weights, unit, lane) - error * left)
         put(weights, hidden + unit, lane, get(weights, hidden + unit, lane) - error * front)
         put(weights, 2 * hidden + unit, lane, get(weights, 2 * hidden + unit, lane) - error * right)
@@ -216,6 +230,7 @@ def backward_three(
 
 @compiled
 def _is_three(sizes: Sizes, biases: bool) -> bool:
+    """Return whether the network is that of `forward_three`."""
     return sizes.size == 3 and sizes[0] == 3 and sizes[2] == 3 and not biases
 
 

@@ -1,10 +1,14 @@
-"""Foragers whose networks grow: the network kind `neat`, bred by the variation `neat`, best with the selection `species`.
+"""Networks whose topology evolves (NEAT), for agents of the miniworld.
 
-The genome is a graph (see `graphs.py`), and it stands where the weights of a layered network would: `network.hidden = [40]` gives
-it room for forty links, as far as so many entries hold them. The rows of units are the inputs, one for each link that there is
-room for, which is that of the hidden node that the link once made (0 where it made none), and the outputs.
+The network kind `neat` needs the variation `neat`. The selection `species` suits it best.
 
-Source: Stanley and Miikkulainen 2002, section 3; that a node answers when all that it hears have answered is ours.
+The genome is a graph, which is stored in the entries of the weights of a layered network.
+`network.hidden = [40]` reserves memory for up to 40 links.
+The rows of units are the inputs, one row per reserved link, and the outputs.
+The row of a link is the hidden node that split it, or 0 without such a node.
+
+Source: Stanley and Miikkulainen 2002, section 3. The evaluation of a node after all its sources is
+our interpretation.
 """
 
 from __future__ import annotations
@@ -25,11 +29,12 @@ from baldwinlab.parts import Field, Network
 
 
 def max_links(weights: int, hidden: int) -> int:
-    """For how many links there is room in so many entries, with a row of units for each."""
+    """Return the number of links that `weights` entries and `hidden` rows of units can hold."""
     return max(0, min(hidden, (weights - entries(0)) // (entries(1) - entries(0))))
 
 
 def _max_links(experiment: Any) -> int:
+    """Return the number of links that the network of an experiment can hold."""
     return max_links(experiment.weight_count, sum(experiment.network.hidden))
 
 
@@ -59,14 +64,15 @@ class NeatNetwork(Network, name="neat"):
     derived: ClassVar[Mapping[str, Any]] = {
         "inputs": lambda part, experiment: len(experiment.inputs),
         "outputs": lambda part, experiment: len(experiment.actions),
-        "room": lambda part, experiment: _max_links(experiment),
+        "max_links": lambda part, experiment: _max_links(experiment),
     }
 
     def check(self, experiment: Any) -> None:
         network = experiment.network
         if experiment.learning.rule != "none":
             raise ValueError(
-                f"network.kind = 'neat' does not learn: learning.rule = {experiment.learning.rule!r} must be 'none'"
+                f"network.kind = 'neat' does not learn: "
+                f"learning.rule = {experiment.learning.rule!r} must be 'none'"
             )
         require_neat(experiment, "network.kind = 'neat'")
         if network.biases:
@@ -76,15 +82,20 @@ class NeatNetwork(Network, name="neat"):
         needed = (len(experiment.inputs) + 1) * len(experiment.actions)
         if len(network.hidden) != 1 or _max_links(experiment) < needed:
             raise ValueError(
-                f"network.kind = 'neat' begins with {needed} links, and there is room for {_max_links(experiment)}: "
-                "network.hidden must be one number, the links that there shall be room for, such as [40]"
+                f"network.kind = 'neat' starts with {needed} links, but can hold only "
+                f"{_max_links(experiment)}: network.hidden must be one number, the maximum number "
+                "of links, for example [40]"
             )
 
     @staticmethod
     def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
-        for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
+        for column in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
             answer(
-                weights[:, one], part.inputs, part.outputs, part.sigmoid_slope, activations[:, one]
+                weights[:, column],
+                part.inputs,
+                part.outputs,
+                part.sigmoid_slope,
+                activations[:, column],
             )
 
     @staticmethod
@@ -94,6 +105,6 @@ class NeatNetwork(Network, name="neat"):
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
         graph = [float(entry) for entry in naive.weights(agent.action_module)][
-            : entries(int(part.room))
+            : entries(int(part.max_links))
         ]
         return oracle.activate(graph, float(part.sigmoid_slope), [*agent.inputs, 1.0])

@@ -1,11 +1,14 @@
-"""Networks with a memory: hidden units that hear themselves, a step later or in continuous time.
+"""Networks with a memory: recurrent hidden units, in discrete or continuous time.
 
-What is remembered lies in the rows of units between the inputs and the hidden ones, so that each module has a memory of its
-own. A newborn remembers nothing: these rows are 0 (where Elman begins with 0.5, by our reading).
+The memory is stored in the rows of units between the inputs and the hidden units.
+So each module has its own memory. At birth it is 0. Elman starts with 0.5, by our interpretation.
 
-Sources: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990), for `simple-recurrent`; R. D. Beer, "On the
-dynamics of small continuous-time recurrent neural networks", Adaptive Behavior 3 (1995), for `continuous-time`, whose
-outputs are here logistic units of their own, and whose time constants are all alike.
+Sources:
+
+- `simple-recurrent`: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990).
+- `continuous-time`: R. D. Beer, "On the dynamics of small continuous-time recurrent neural
+  networks", Adaptive Behavior 3 (1995). Here, outputs are separate logistic units, and all time
+  constants are equal.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ ONE = np.float32(1)
 
 
 class _Recurrent(Network):
-    """What both networks share: units behind the inputs that remember the first hidden layer."""
+    """Base of networks whose units after the inputs store the first hidden layer."""
 
     is_memoryless: ClassVar[bool] = False
 
@@ -59,7 +62,8 @@ class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
     def check(self, experiment: Any) -> None:
         if not experiment.network.hidden:
             raise ValueError(
-                "network.kind = 'simple-recurrent' hears hidden units: network.hidden must have at least one layer"
+                "network.kind = 'simple-recurrent' needs hidden units: "
+                "network.hidden must have at least one layer"
             )
 
     @staticmethod
@@ -103,38 +107,40 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
     }
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
-        """The inputs and the states of the hidden units; how these fire; the outputs."""
+        """Return the inputs and states of hidden units, the activations of these, the outputs."""
         return (inputs + sum(hidden), sum(hidden), actions)
 
     def check(self, experiment: Any) -> None:
         if len(experiment.network.hidden) != 1:
             raise ValueError(
-                "network.kind = 'continuous-time' has one layer of hidden units: network.hidden must have one entry"
+                "network.kind = 'continuous-time' has one hidden layer: "
+                "network.hidden must have one entry"
             )
 
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
-        sources, new = part.inputs + part.hidden, ONE / part.time_constant
-        old = ONE - new  # of a state, what a step leaves of it; the new is what drives it
-        _update_hidden(
-            part, weights, activations, lane
-        )  # once more as a step before, since neither birth nor learning does it
+        sources = part.inputs + part.hidden
+        new = ONE / part.time_constant
+        # Weights of the old state and of its new input.
+        old = ONE - new
+        # Neither birth nor learning updates the activations, so they are computed again.
+        _update_hidden(part, weights, activations, lane)
         for unit in range(part.hidden):
             drive = get(weights, unit, lane) * get(activations, 0, lane)
             for i in range(1, part.inputs):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(
                     activations, i, lane
                 )
-            for i in range(
-                part.inputs, sources
-            ):  # by the weight of its state, a hidden unit is heard as it fires
+            # The row of the state selects the weight, and the activation is the input.
+            for i in range(part.inputs, sources):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(
                     activations, i + part.hidden, lane
                 )
             state = part.inputs + unit
             put(activations, state, lane, old * get(activations, state, lane) + new * drive)
         _update_hidden(part, weights, activations, lane)
-        first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
+        first = (sources + int(part.biases)) * part.hidden
+        outputs = sources + part.hidden
         for unit in range(part.actions):
             total = get(weights, first + unit, lane) * get(activations, sources, lane)
             for i in range(1, part.hidden):
@@ -155,9 +161,10 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         targets: Rows,
         lane: Lane,
     ) -> None:
-        """The delta rule for what leads to the outputs. What leads to hidden units is left to evolution."""
+        """Apply the delta rule to the weights of the outputs. Evolution sets the other weights."""
         sources = part.inputs + part.hidden
-        first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
+        first = (sources + int(part.biases)) * part.hidden
+        outputs = sources + part.hidden
         for unit in range(part.actions):
             y = get(activations, outputs + unit, lane)
             error = rate * (y - get(targets, unit, lane)) * y * (ONE - y)
@@ -175,7 +182,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        """`agent.own` keeps the states from step to step."""
+        """Store the states of the hidden units in `agent.own`."""
         hidden, outputs = agent.action_module
         states = agent.own.get("states", [0.0] * part.hidden)
         biases = hidden[-1] if part.biases else [0.0] * part.hidden
@@ -199,7 +206,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 
 @compiled
 def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
-    """How the hidden units fire, from their states and biases."""
+    """Set the activations of the hidden units from their states and biases."""
     biases = (part.inputs + part.hidden) * part.hidden
     for unit in range(part.hidden):
         state = get(activations, part.inputs + unit, lane)
@@ -209,5 +216,5 @@ def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> N
 
 
 def _oracle_logistic(states: Sequence[float], biases: Sequence[float]) -> list[float]:
-    """The oracle's logistic units."""
+    """Return the outputs of logistic units, for the oracle."""
     return [1 / (1 + math.exp(-state - bias)) for state, bias in zip(states, biases, strict=True)]

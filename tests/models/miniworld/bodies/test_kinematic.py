@@ -84,9 +84,7 @@ def test_wheels_whose_turn_is_0_go_straight_on() -> None:
 
 
 def test_wheels_refuse_noise_that_would_draw_another_action() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"motor\.noise draws another action, .* it must be 0"
-    ):
+    with pytest.raises(ExperimentError, match=r"motor\.noise must be 0 with motor\.body"):
         who_is("continuous", noise=0.1)
 
 

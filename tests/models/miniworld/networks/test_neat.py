@@ -109,7 +109,7 @@ def test_it_keeps_all_of_the_contract() -> None:
             "is bred by evolution.variation = 'neat', and not 'gaussian'",
         ),
         ({"network": {"biases": True}}, "has its bias as a node: network.biases must be false"),
-        ({"network": {"hidden": [10]}}, "begins with 12 links, and there is room for 10"),
+        ({"network": {"hidden": [10]}}, "starts with 12 links, but can hold only 10"),
         ({"network": {"hidden": [40, 40]}}, "network.hidden must be one number"),
     ],
 )

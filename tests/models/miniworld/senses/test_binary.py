@@ -59,7 +59,7 @@ def test_a_sense_of_three_actions_is_refused_beside_a_body_of_four() -> None:
 
     with pytest.raises(
         ExperimentError,
-        match=r"'last-action' tells of 3 actions, and there are 4 of motor\.body = 'dancer'",
+        match=r"'last-action' has 3 inputs, but there are 4 actions of motor\.body = 'dancer'",
     ):
         who_senses("last-action", motor={"body": "dancer"})
 
