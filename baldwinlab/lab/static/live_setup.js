@@ -7,10 +7,10 @@ import { sweepDialog } from "./sweep_dialog.js";
 // Milliseconds after the last change.
 const CHECK_AFTER = 200;
 const PACES = [
-  ["0", "as fast as possible"],
-  ["0.1", "10 generations/s"],
-  ["0.5", "2 generations/s"],
-  ["5", "1 generation per 5 s"],
+  ["0", "maximum"],
+  ["0.1", "10 per second"],
+  ["0.5", "2 per second"],
+  ["5", "1 per 5 seconds"],
   // Seconds per generation.
 ];
 const PACE = "0.1";
@@ -301,7 +301,7 @@ function pacePicker(pace, changed) {
   picker.value = pace;
   if (!picker.value) picker.value = PACE;
   picker.addEventListener("change", () => changed(picker.value));
-  return el("label", { class: "field" }, el("span", {}, "Speed"), picker);
+  return el("label", { class: "field", title: "Generations" }, el("span", {}, "Speed"), picker);
 }
 
 function parseNumber(text, fallback) {
