@@ -194,7 +194,7 @@ def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs
     start(page, runs=3)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
     expect(page.get_by_test_id("live-count")).to_have_text("3 of 3 generations")
-    expect(page.get_by_test_id("live-fitness")).to_contain_text("mean of 3 runs with its 95 % band")
+    expect(page.get_by_test_id("live-fitness")).to_contain_text("mean of 3 runs with 95 % interval")
     page.get_by_test_id("live-run").select_option("2")
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 2")
     eaten = simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=2).food_eaten[2]
