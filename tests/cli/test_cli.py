@@ -273,7 +273,7 @@ def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path
     ]
     (study / "report.html").unlink()
     assert command("report", "results/food").code == 0
-    assert "swept over world.food.0.count" in (study / "report.html").read_text()
+    assert "sweep of world.food.0.count" in (study / "report.html").read_text()
     (tmp_path / "food.toml").write_text(SWEEP.replace("runs = 2", "runs = 3"))
     assert "4 of 6 runs stored, 2 to do" in command("sweep", "food.toml", "--workers", "1").out
 

@@ -164,8 +164,8 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(
     report = bl.open_study(study).report().read_text()
     assert "the average agent gains" in report and "eats" not in report
     assert (
-        "Did selection build what is innate?" in report
-        and "the last generations gain without learning" in report
+        "Does selection increase innate fitness?" in report
+        and "Compared with the neutral control" in report
     )
 
 

@@ -80,8 +80,8 @@ def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
     assert done.code == 0 and "paenke-2007 is not included" not in done.out
     for said in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
         assert "mayley-1996 is not included: the assay innate is not stored" in said
-        assert "baldwinlab assay all/mayley-1996 --only innate" in said
-    assert command("assay", "all/mayley-1996", "--only", "innate").code == 0
+        assert "baldwinlab assay all/mayley-1996 --assays innate" in said
+    assert command("assay", "all/mayley-1996", "--assays", "innate").code == 0
     assert "is not included" not in command("gallery", "all").out
 
 
@@ -166,7 +166,9 @@ def test_what_is_of_one_paper_or_of_foragers_alone_is_refused_in_one_sentence(
     command: Command,
 ) -> None:
     refused = command("reproduce", "all", "--variant", "biases")
-    assert refused.code == 2 and "--variant biases is of one paper" in refused.err
+    assert refused.code == 2 and "--variant biases applies to one paper only" in refused.err
     refused = command("reproduce", "mayley-1996", "--steps", "40")
-    assert refused.code == 2 and "--steps is of foragers; mayley-1996 has none" in refused.err
+    assert (
+        refused.code == 2 and "--steps 40 applies to foragers; mayley-1996 has none" in refused.err
+    )
     assert not Path("results").exists()
