@@ -162,7 +162,7 @@ def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
         page = context.new_page()
         open_results(page, "study=small&runs=each")
         expect(page.get_by_test_id("curves")).to_contain_text(
-            "lines of at most 5 generations in all can be shown run by run"
+            "Curves of single runs are limited to 5 values per condition"
         )
 
 

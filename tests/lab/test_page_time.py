@@ -75,5 +75,7 @@ def test_the_pointer_is_told_which_agent_and_which_steps_lie_under_it(page: Page
     page.mouse.move(left + float(trace.x) / 640 * scale, top + float(trace.y) / 640 * scale)
     expect(page.locator(".stage .tip")).to_have_text("agent 7, 0 items eaten")
     page.get_by_test_id("timeline").hover(position={"x": 8, "y": 10})
-    expect(page.locator(".timeline .tip")).to_have_text(f"step 0: {int(first.eaten.sum())} items eaten")
+    expect(page.locator(".timeline .tip")).to_have_text(
+        f"step 0: {int(first.eaten.sum())} items eaten"
+    )
     expect(page.locator(".stage .tip")).to_be_hidden()
