@@ -1,7 +1,8 @@
-"""How a world of foragers looks, as data: what agents sense and do by name, what lies in the world, and in which colours.
+"""Appearance of a miniworld, as data: names of inputs and actions, items, shapes and their colors.
 
-Whoever draws or labels takes it from here: recordings and the page's script, traces, movies. Colours are names of
-`baldwinlab.analysis.figures.palette`, or "#rrggbb". Degrees grow clockwise, from where the agent heads; lengths are units of length.
+Recordings, the page, traces and movies use it to draw and label. Colors are names of
+`baldwinlab.analysis.figures.palette`, or "#rrggbb". Degrees are clockwise from the heading.
+Lengths are in units of length.
 """
 
 from __future__ import annotations
@@ -15,56 +16,63 @@ from baldwinlab.models.miniworld.state import HEADING_COUNT
 
 
 class Sector(NamedTuple):
-    """Where an input looks."""
+    """The sector of an input."""
 
     from_degrees: float
     to_degrees: float
     radius: float
-    colour: str = "lit"  # while the input is not 0
+    # Color while the input is not 0.
+    colour: str = "lit"
 
 
 class Kind(NamedTuple):
-    """Items of a kind; items are numbered in the order of these, in which a kind may come again."""
+    """Items of a kind, in a region. Items are numbered in the order of regions."""
 
     name: str
     colour: str
-    number: int  # of them
+    # Number of items.
+    number: int
 
 
 class Mark(NamedTuple):
-    """What else is drawn on the map: its box."""
+    """A shape on the map in addition to items, with its bounding box."""
 
-    kind: str  # rectangle or disc
+    # rectangle or disc
+    kind: str
     x: float
     y: float
     width: float
     height: float
     colour: str
     label: str
-    solid: bool = False  # a wall, say; otherwise only where something may be
+    # True for shapes that block, such as walls.
+    solid: bool = False
 
 
 class Appearance(NamedTuple):
+    """Everything that is needed to draw and label a miniworld."""
+
     inputs: tuple[str, ...]
-    real: tuple[
-        bool, ...
-    ]  # of each input, whether it is a number between 0 and 1, and not just one of them
-    sectors: tuple[Sector | None, ...]  # of each input; None for one that looks nowhere
+    # Per input: whether it is real-valued.
+    real: tuple[bool, ...]
+    # Per input: its sector, or None.
+    sectors: tuple[Sector | None, ...]
     actions: tuple[str, ...]
-    headings: int  # a heading is written in turns of 360 degrees / headings
+    # Number of headings in a full turn.
+    headings: int
     item_kinds: tuple[Kind, ...]
     marks: tuple[Mark, ...]
-    modules: tuple[str, ...]  # the networks of a genome, in words
-    answers: tuple[
-        str, ...
-    ]  # the first outputs of the second of them; none where these are actions, too
-    memory: tuple[
-        tuple[int, int], ...
-    ]  # pairs of a network's units: the second remembers the first
-    lessons: bool  # whether it is known from whom each learns
+    # Descriptions of the networks of a genome.
+    modules: tuple[str, ...]
+    # Names of the first outputs of the second network. Empty if these are actions.
+    answers: tuple[str, ...]
+    # Pairs of units: the second stores the last activation of the first.
+    memory: tuple[tuple[int, int], ...]
+    # Whether the teacher of each agent is recorded.
+    lessons: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON: parts by name."""
+        """Return the data for JSON."""
         plain = self._asdict()
         for name in ("sectors", "item_kinds", "marks"):
             plain[name] = [part and part._asdict() for part in plain[name]]
@@ -72,6 +80,7 @@ class Appearance(NamedTuple):
 
 
 def describe_appearance(experiment: Experiment) -> Appearance:
+    """Return the appearance of the world of an experiment."""
     radius = experiment.senses.visual_radius
     senses = experiment.parts("senses.kinds")
     sectors = [sector for sense in senses for sector in sense.sectors]
@@ -98,6 +107,7 @@ def describe_appearance(experiment: Experiment) -> Appearance:
 
 
 def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, ...]:
+    """Return a description of each network of a genome."""
     does = " and ".join(answers) or "teaches"
     words = {
         "action": "action module",
@@ -107,7 +117,7 @@ def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, 
 
 
 def _marks(experiment: Experiment) -> tuple[Mark, ...]:
-    """Regions of items, where agents are born, and what features add."""
+    """Return the regions of items, the start disc, and the shapes of features."""
     start = experiment.world.start
     around = (
         (start.x - start.radius, start.x + start.radius),
@@ -137,5 +147,5 @@ def _mark(
 
 
 def appearance_json(experiment: Experiment) -> str:
-    """The look as JSON text, for an attribute of a dataset."""
+    """Return the appearance as JSON, for an attribute of a dataset."""
     return json.dumps(describe_appearance(experiment).to_dict())

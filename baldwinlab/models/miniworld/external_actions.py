@@ -1,4 +1,4 @@
-"""Lives whose actions are told from outside, step by step: the engine does all but think and learn."""
+"""Simulate agents whose actions an external program sets in each step. They do not learn."""
 
 from __future__ import annotations
 
@@ -29,16 +29,20 @@ from baldwinlab.models.miniworld.step import (
     sense_environment,
 )
 
-Numbers = npt.NDArray[np.float32]  # [world, agent, number]
+# Array [world, agent, number].
+Numbers = npt.NDArray[np.float32]
 
 
 def simulate_steered(model: Model, state: State, newborn: bool, step: int, outputs: Floats) -> None:
-    """Be born, if newborn; else take the step with these `outputs` [action, lane]. Then sense what the next step begins with."""
+    """Take a step with the given `outputs` [action, lane], then set the inputs of the next step.
+
+    If `newborn`, initialize the generation instead of taking a step.
+    """
     model, state = as_pointer(model), as_pointer(state)
-    everyone = all_agents(model, state)
+    batch_agents = all_agents(model, state)
     if newborn:
         init_generation(model, state)
-        sense_environment(everyone, model, state, step)
+        sense_environment(batch_agents, model, state, step)
         return
     rows, actions = state.activations.shape[0], outputs.shape[0]
     for first in range(0, state.positions.shape[1], lanes_in_block()):
@@ -49,60 +53,71 @@ def simulate_steered(model: Model, state: State, newborn: bool, step: int, outpu
                 simd_block(first),
                 get(outputs, action, simd_block(first)),
             )
-    act_and_learn(everyone, model, state, step)
+    act_and_learn(batch_agents, model, state, step)
     for world in range(model.worlds):
         end_step_of_features(state.features, model, state, world, step)
-    sense_environment(everyone, model, state, step + 1)
+    sense_environment(batch_agents, model, state, step + 1)
 
 
 class SteeredBatch:
-    """Several worlds of an experiment side by side, in which agents do as they are told, and learn nothing of their own."""
+    """Several worlds of an experiment, whose agents take external actions and do not learn."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        """Raises RefusedError where agents act one after another, and where they are born in mid-life."""
+        """Raise RefusedError for the sequential update, and for births during life."""
         if experiment.births_in_life:
             raise RefusedError(
-                "world.features lets agents be born in mid-life, and whoever is told what to do lives to its end"
+                "external actions do not apply: world.features has births during life"
             )
         if experiment.lifetime.update == "sequential":
             raise RefusedError(
-                'lifetime.update = "sequential" lets agents act one after another, and these act together'
+                'external actions do not apply: lifetime.update = "sequential". Use "simultaneous"'
             )
-        without = experiment.replace(learning={"rule": "none"}, evolution={"lamarckian_share": 0})
-        self.experiment = without
-        self._model, self._state = make_model(without, len(runs)), make_state(without, len(runs))
+        without_learning = experiment.replace(
+            learning={"rule": "none"}, evolution={"lamarckian_share": 0}
+        )
+        self.experiment = without_learning
+        self._model, self._state = (
+            make_model(without_learning, len(runs)),
+            make_state(without_learning, len(runs)),
+        )
         self._state.keys[:] = [(seed, run) for run in runs]
         self._outputs = np.zeros(
             (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32
         )
         arguments = self._model, self._state, True, 0, self._outputs
-        live = cached_jit(simulate_steered, list_hooks(self._state), short_loops=True)
-        live(*arguments)
-        self._live = resolve_call(live, *arguments)
-        self._shape = (len(runs), without.population.size)
-        self._worth = np.array([region.energy for region in item_regions(without)] or [0.0])
+        simulate = cached_jit(simulate_steered, list_hooks(self._state), short_loops=True)
+        simulate(*arguments)
+        self._simulate = resolve_call(simulate, *arguments)
+        self._shape = (len(runs), without_learning.population.size)
+        self._worth = np.array(
+            [region.energy for region in item_regions(without_learning)] or [0.0]
+        )
         self.step = 0
 
     def begin(self, seed: int, generation: int) -> Numbers:
-        """Let a generation be born; gives what it senses first, [world, agent, input]."""
+        """Initialize a generation, and return its first inputs [world, agent, input]."""
         poison_state(self._state, math.prod(self._shape))
         self._state.keys[:, 0] = seed
         self._state.generation[0] = generation
         self.step = 0
-        self._live(self._model, self._state, True, 0, self._outputs)
-        return self._sensed()
+        self._simulate(self._model, self._state, True, 0, self._outputs)
+        return self._inputs()
 
     def act(self, outputs: Numbers) -> tuple[Numbers, npt.NDArray[np.float64]]:
-        """A step in which these are the outputs, [world, agent, action]; what is sensed then, and energy eaten [world, agent]."""
+        """Take a step with the outputs [world, agent, action].
+
+        Return the next inputs [world, agent, input] and the energy eaten [world, agent].
+        """
         worlds, agents = self._shape
         self._outputs[:, : worlds * agents] = outputs.reshape(worlds * agents, -1).T
         before = self._state.eaten_in_life[:, : worlds * agents].copy()
-        self._live(self._model, self._state, False, self.step, self._outputs)
+        self._simulate(self._model, self._state, False, self.step, self._outputs)
         self.step += 1
         eaten = self._state.eaten_in_life[:, : worlds * agents] - before
-        return self._sensed(), (self._worth @ eaten).reshape(worlds, agents)
+        return self._inputs(), (self._worth @ eaten).reshape(worlds, agents)
 
-    def _sensed(self) -> Numbers:
+    def _inputs(self) -> Numbers:
+        """Return the current inputs [world, agent, input]."""
         worlds, agents = self._shape
         sensed: Numbers = (
             self._state.activations[: self._model.inputs, : worlds * agents]

@@ -1,14 +1,22 @@
-"""Births and deaths in the midst of life: a steady state, in which nobody waits for a generation to end.
+"""Births and deaths during life: a steady-state population without generations.
 
-An agent lives on what it eats. Who runs out of energy dies, and so does who has lived as long as anybody can; in the same step a
-child is born in its place, so that there are always as many. Its parents are drawn with a probability proportional to the energy
-that each has left. It has their genes by the experiment's own variation, a birthplace of its own, and nothing of what they have
-learned, which is inherited between lives alone, where it is. In the neutral twin a child is born whenever somebody is due to die,
-but anybody dies for it, and anybody is its parent.
+An agent lives on the energy of eaten items.
+It dies if it has no energy left, or at the maximum age. A child replaces it in the same step.
+So the number of agents is constant.
+The parents are drawn with a probability proportional to their remaining energy.
+The child gets their genes by the variation of the experiment, and its own birthplace.
+It does not inherit learned weights, which are inherited between lifetimes only.
+In the neutral control, a child is born whenever an agent must die. But the agent that dies, and the
+parents, are random.
 
-Sources: for births and deaths by energy, without generations, D. Ackley and M. Littman, "Interactions between learning and
-evolution", Artificial Life II (1991); for one child at a time in a population of constant size, the "steady state", D. Whitley,
-"The GENITOR algorithm and selection pressure", ICGA 3 (1989). That a child is born whenever one dies, in its place, is ours.
+Sources:
+
+- Births and deaths by energy: D. Ackley and M. Littman, "Interactions between learning and
+  evolution", Artificial Life II (1991).
+- Steady state with one child at a time: D. Whitley, "The GENITOR algorithm and selection pressure",
+  ICGA 3 (1989).
+
+The replacement of each dead agent by a child in the same step is our choice.
 """
 
 from __future__ import annotations
@@ -31,8 +39,9 @@ ZERO = np.float32(0)
 
 @compiled
 def _energy_gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
-    """The energy of what an agent has eaten since it was born."""
-    lane, gained = world * model.agents + agent, ZERO
+    """Return the energy of the items that an agent has eaten since its birth."""
+    lane = world * model.agents + agent
+    gained = ZERO
     for region in range(part.energies.size):
         gained += part.energies[region] * np.float32(
             state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
@@ -42,30 +51,37 @@ def _energy_gained(part: Any, model: Any, state: Any, world: int, agent: int) ->
 
 @compiled
 def _remaining_energy(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> Any:
-    """The energy that an agent has left at the end of a step."""
-    spent = part.cost_per_step * np.float32(step + 1 - part.since[world, agent])
-    return part.begun[world, agent] - spent + _energy_gained(part, model, state, world, agent)
+    """Return the energy of an agent at the end of a step."""
+    spent = part.cost_per_step * np.float32(step + 1 - part.birth_step[world, agent])
+    return (
+        part.initial_account[world, agent]
+        - spent
+        + _energy_gained(part, model, state, world, agent)
+    )
 
 
 @compiled
 def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
-    """Let an agent's account begin with a newborn's reserve, whatever it has eaten until then."""
-    part.since[world, agent] = step
-    part.begun[world, agent] = part.initial_energy - _energy_gained(
+    """Set the energy of an agent to that of a newborn, whatever it has eaten."""
+    part.birth_step[world, agent] = step
+    part.initial_account[world, agent] = part.initial_energy - _energy_gained(
         part, model, state, world, agent
     )
 
 
 @compiled
 def _is_dying(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
-    """Whether an agent has nothing left, or has lived as long as anybody can."""
-    old = step + 1 - part.since[world, agent] >= part.max_age
+    """Return whether an agent has no energy left, or has reached the maximum age."""
+    old = step + 1 - part.birth_step[world, agent] >= part.max_age
     return bool(old or _remaining_energy(part, model, state, world, agent, step) <= ZERO)
 
 
 @compiled
 def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-    """Fill `part.wheel` with what all have left, added up; with equal shares where nobody has any, and in the neutral twin."""
+    """Set `part.wheel` to the cumulative energy of the agents.
+
+    The shares are equal in the neutral control, and if no agent has energy.
+    """
     total = ZERO
     for agent in range(0 if part.neutral else model.agents):
         total += max(ZERO, _remaining_energy(part, model, state, world, agent, step))
@@ -76,60 +92,65 @@ def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> Non
 
 @compiled
 def _draw_agent(wheel: Any, word: Any) -> Any:
-    """An agent, with a probability proportional to its share."""
+    """Draw an agent with a probability proportional to its share."""
     return find_first_above(wheel, unit(word) * wheel[wheel.size - 1])
 
 
 @compiled
 def _share(wheel: Any, agent: int) -> Any:
+    """Return the share of an agent."""
     return wheel[agent] - (wheel[agent - 1] if agent > 0 else ZERO)
 
 
 @compiled
 def _make_child(
-    part: Any, state: Any, world: int, number: int, one: int, other: int
+    part: Any, state: Any, world: int, number: int, first_parent: int, second_parent: int
 ) -> tuple[Any, Any]:
-    """Make `part.child` of two parents, the richer one the fitter; gives its `origin`. `number` is the child's own."""
+    """Set `part.child` from two parents, and return its `origin`.
+
+    The parent with more energy is the fitter one. `number` selects the random numbers.
+    """
     seed, run, generation = state.keys[world, 0], state.keys[world, 1], state.generation[0]
-    if _share(part.wheel[world], other) > _share(part.wheel[world], one):
-        one, other = other, one
+    if _share(part.wheel[world], second_parent) > _share(part.wheel[world], first_parent):
+        first_parent, second_parent = second_parent, first_parent
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
     gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
     vary(
         part.variation,
-        state.genome[world, one],
-        state.genome[world, other],
+        state.genome[world, first_parent],
+        state.genome[world, second_parent],
         part.draws[world],
         gate,
         part.child[world],
     )
-    return state.origin[world, one, 0], state.origin[world, other, 0]
+    return state.origin[world, first_parent, 0], state.origin[world, second_parent, 0]
 
 
 @compiled
 def _replace_dying_agent(
     part: Any, model: Any, state: Any, world: int, agent: int, step: int
 ) -> None:
-    """Let a child live in the place of `agent`, who is due to die; in the neutral twin of anybody, and spare the other."""
-    number = (
-        model.agents + part.births[world, 0]
-    )  # those below are the numbers of the first newborns
+    """Replace a dying agent by a child.
+
+    In the neutral control, the child replaces a random agent, and `agent` survives.
+    """
+    # The smaller numbers belong to the first agents.
+    number = model.agents + part.births[world, 0]
     words = philox(
         0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1]
     )
     wheel = part.wheel[world]
-    place = _draw_agent(wheel, words[2]) if part.neutral else agent
+    dead_agent = _draw_agent(wheel, words[2]) if part.neutral else agent
     origin = _make_child(
         part, state, world, number, _draw_agent(wheel, words[0]), _draw_agent(wheel, words[1])
     )
-    copy_genome(part.child[world], state.genome[world, place])
-    state.origin[world, place, 0], state.origin[world, place, 1] = origin
-    replace_agent(model, state, world, place, part.births[world, 0])
+    copy_genome(part.child[world], state.genome[world, dead_agent])
+    state.origin[world, dead_agent, 0], state.origin[world, dead_agent, 1] = origin
+    replace_agent(model, state, world, dead_agent, part.births[world, 0])
     part.births[world, 0] += 1
-    _reset_account(part, model, state, world, place, step + 1)
-    _reset_account(
-        part, model, state, world, agent, step + 1
-    )  # in the neutral twin somebody else, who is spared
+    _reset_account(part, model, state, world, dead_agent, step + 1)
+    # In the neutral control, `agent` survives with a new account.
+    _reset_account(part, model, state, world, agent, step + 1)
 
 
 class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
@@ -151,16 +172,18 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     )
     allows_births: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
-        "since": per_world(
-            "agents", dtype="int32"
-        ),  # the step in which who lives in a place was born; below 0: before this life
-        "begun": per_world(
-            "agents"
-        ),  # the energy that it had then, less what it had eaten until then
-        "wheel": per_world("agents"),  # scratch: shares in being a parent, added up
-        "births": per_world(1, dtype="int64"),  # of this life, so far
-        "child": per_world("modules", "genome length"),  # scratch: the genome of who is to be born
-        "draws": per_world("draws", 4, dtype="float64"),  # scratch
+        # Step of the birth of an agent. Below 0: before this lifetime.
+        "birth_step": per_world("agents", dtype="int32"),
+        # Energy at birth, minus the energy eaten before.
+        "initial_account": per_world("agents"),
+        # Scratch: cumulative shares of the agents.
+        "wheel": per_world("agents"),
+        # Number of births of this lifetime.
+        "births": per_world(1, dtype="int64"),
+        # Scratch: genome of a child.
+        "child": per_world("modules", "genome length"),
+        # Scratch.
+        "draws": per_world("draws", 4, dtype="float64"),
     }
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {
         "energies": lambda part, experiment: np.array(
@@ -176,30 +199,33 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
             is not vary_population.default
         ):
             raise ValueError(
-                f"world.features: births-and-deaths needs a variation that makes one child by itself, and "
-                f"{experiment.evolution.variation!r} does not"
+                "world.features: births-and-deaths needs a variation that creates one child at a "
+                f"time; evolution.variation = {experiment.evolution.variation!r} does not"
             )
 
     @staticmethod
     def init_world(part: Any, model: Any, state: Any, world: int) -> None:
-        """The first newborns begin as if in the midst of lives that they had lived before: or all would die together."""
+        """Draw the ages and energies of the first agents.
+
+        With equal ages, they would all die in the same step.
+        """
         part.births[world, 0] = 0
         for agent in range(model.agents):
             words = philox(
                 0, agent, state.generation[0], AGE, state.keys[world, 0], state.keys[world, 1]
             )
             age = int(unit(words[0]) * np.float32(part.max_age))
-            part.since[world, agent] = -age
-            part.begun[world, agent] = unit(
+            part.birth_step[world, agent] = -age
+            part.initial_account[world, agent] = unit(
                 words[1]
             ) * part.initial_energy + part.cost_per_step * np.float32(age)
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        shared_out = False
+        has_wheel = False
         for agent in range(model.agents):
             if _is_dying(part, model, state, world, agent, step):
-                if not shared_out:
+                if not has_wheel:
                     _fill_wheel(part, model, state, world, step)
-                    shared_out = True
+                    has_wheel = True
                 _replace_dying_agent(part, model, state, world, agent, step)

@@ -1,13 +1,18 @@
-"""Worlds: walls, patches of other items, food that drifts, that comes back late, and regions that bear in turn.
+"""World features of the map: walls, patches, drifting food, slow regrowth, regions in turn.
 
-Sources of the ideas; what is here is a reading of ours, and none of their worlds is rebuilt. Walls: D. Ackley and M. Littman,
-"Interactions between learning and evolution", Artificial Life II (1991), whose world has walls, plants and carnivores. Food and
-poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
-Animals to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution
-in dynamic environments", TPNC (2018), there from generation to generation, here also within a life. Drift and late regrowth have
-no one source.
+The implementation of the ideas is our interpretation, and no world of these papers is rebuilt.
+Sources:
 
-Items that are to be out of reach for a while lie far off the map, at `AWAY` times its width: nobody sees or touches them there.
+- Walls: D. Ackley and M. Littman, "Interactions between learning and evolution", Artificial Life II
+  (1991), whose world has walls, plants and carnivores.
+- Food and poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the
+  evolution of associative learning", From Animals to Animats (1991).
+- Changing food regions: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide
+  evolution in dynamic environments", TPNC (2018). There, regions change between generations only.
+- Drift and slow regrowth have no single source.
+
+Items that are absent have a position off the map, at `AWAY` times its width.
+No agent can sense or touch them there.
 """
 
 from __future__ import annotations
@@ -22,8 +27,10 @@ from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.parts import Field, ItemRegion, WorldFeature, choose, compiled, per_world
 
-ZERO, ONE = np.float32(0), np.float32(1)
-AWAY = np.float32(-3)  # maps' widths: of no image of the map anything there is within sight
+ZERO = np.float32(0)
+ONE = np.float32(1)
+# In widths of the map: out of sight of all images of the map.
+AWAY = np.float32(-3)
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Energy = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
@@ -33,21 +40,21 @@ Derived = Mapping[str, Callable[[Any, Any], Any]]
 
 
 def _require_on_the_map(path: str, box: Iterable[float], world: Any) -> None:
+    """Raise ValueError if a box is not on the map."""
     left, right, upper, lower = box
     if not (0 <= left < right <= world.width and 0 <= upper < lower <= world.height):
         listed = ", ".join(f"{edge:g}" for edge in (left, right, upper, lower))
         raise ValueError(
-            f"{path} = [{listed}] must be left < right and upper < lower, on the map of {world.width:g} x {world.height:g}"
+            f"{path} = [{listed}] must be left < right and upper < lower, on the map of "
+            f"{world.width:g} x {world.height:g}"
         )
 
 
 def _walls_and_images(part: Any, experiment: Any) -> Any:
-    """The edges of all walls, and then of their images beyond the edges of the map, as far as anybody sees."""
-    width, height, sight = (
-        experiment.world.width,
-        experiment.world.height,
-        experiment.senses.visual_radius,
-    )
+    """Return the edges of all walls, then of their images within sight of the map."""
+    width = experiment.world.width
+    height = experiment.world.height
+    sight = experiment.senses.visual_radius
     shifts = [(x * width, y * height) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
     images = [
         (left + x, right + x, upper + y, lower + y)
@@ -63,7 +70,10 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
 
 
 def _map_frame(part: Any, experiment: Any) -> Any:
-    """What the images follow from beside the walls; it stands among the constants, so that a page without a server keeps it."""
+    """Return the settings from which the images of walls follow.
+
+    They are constants of the part, so that a page without a server cannot change them.
+    """
     return np.array(
         [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
         np.float32,
@@ -72,31 +82,32 @@ def _map_frame(part: Any, experiment: Any) -> Any:
 
 @compiled
 def _is_inside(edges: Any, count: int, x: Any, y: Any) -> Any:
-    """Whether a place lies in any of the first `count` walls."""
-    found = x * ZERO > ONE
+    """Return whether a position is in any of the first `count` walls."""
+    blocked = x * ZERO > ONE
     for wall in range(count):
-        found = found | (
+        blocked = blocked | (
             (x >= edges[wall, 0])
             & (x <= edges[wall, 1])
             & (y >= edges[wall, 2])
             & (y <= edges[wall, 3])
         )
-    return found
+    return blocked
 
 
 @compiled
 def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
-    """Whether a line meets a wall: by the shares of its way at which it enters and leaves the wall's two strips."""
-    enters_x, leaves_x = (edges[wall, 0] - x) / dx, (edges[wall, 1] - x) / dx
-    enters_y, leaves_y = (edges[wall, 2] - y) / dy, (edges[wall, 3] - y) / dy
-    first_x, last_x = (
-        choose(enters_x < leaves_x, enters_x, leaves_x),
-        choose(enters_x < leaves_x, leaves_x, enters_x),
-    )
-    first_y, last_y = (
-        choose(enters_y < leaves_y, enters_y, leaves_y),
-        choose(enters_y < leaves_y, leaves_y, enters_y),
-    )
+    """Return whether a line crosses a wall.
+
+    The test compares the fractions of the line at which it enters and leaves the strips of the wall.
+    """
+    enters_x = (edges[wall, 0] - x) / dx
+    leaves_x = (edges[wall, 1] - x) / dx
+    enters_y = (edges[wall, 2] - y) / dy
+    leaves_y = (edges[wall, 3] - y) / dy
+    first_x = choose(enters_x < leaves_x, enters_x, leaves_x)
+    last_x = choose(enters_x < leaves_x, leaves_x, enters_x)
+    first_y = choose(enters_y < leaves_y, enters_y, leaves_y)
+    last_y = choose(enters_y < leaves_y, leaves_y, enters_y)
     first = choose(first_x > first_y, first_x, first_y)
     last = choose(last_x < last_y, last_x, last_y)
     return (first <= last) & (last >= ZERO) & (first <= ONE)
@@ -121,19 +132,20 @@ class Walls(WorldFeature, name="walls"):
     }
 
     def check(self, experiment: Any) -> None:
-        """A wall that is thinner than a step could be stepped over, and what lies in a wall as a whole has no place."""
-        world, stride, start = (
-            experiment.world,
-            experiment.part("motor.body").stride,
-            experiment.world.start,
-        )
+        """Check that walls are on the map, and do not cover a region.
+
+        An agent could step over a wall thinner than a step.
+        """
+        world = experiment.world
+        stride = experiment.part("motor.body").stride
+        start = experiment.world.start
         disc = (
             start.x - start.radius,
             start.x + start.radius,
             start.y - start.radius,
             start.y + start.radius,
         )
-        whole = {"world.start": disc} | {
+        boxes = {"world.start": disc} | {
             f"world.food[{k}]": (*food.x, *food.y) for k, food in enumerate(world.food)
         }
         for number, (left, right, upper, lower) in enumerate(self.boxes):
@@ -143,9 +155,9 @@ class Walls(WorldFeature, name="walls"):
                 raise ValueError(
                     f"{path} must be at least {stride:g} thick, or it could be stepped over"
                 )
-            for name, box in whole.items():
+            for name, box in boxes.items():
                 if left <= box[0] and box[1] <= right and upper <= box[2] and box[3] <= lower:
-                    raise ValueError(f"{path} leaves no room in {name}, which lies inside of it")
+                    raise ValueError(f"{path} covers {name} completely")
 
     def map_shapes(self) -> tuple[dict[str, Any], ...]:
         return tuple(
@@ -169,21 +181,24 @@ class Walls(WorldFeature, name="walls"):
 
     @staticmethod
     def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
-        found = dx * ZERO > ONE
+        blocked = dx * ZERO > ONE
         for wall in range(part.edges.shape[0]):
-            found = found | _blocks_line(part.edges, wall, x, y, dx, dy)
-        return found
+            blocked = blocked | _blocks_line(part.edges, wall, x, y, dx, dy)
+        return blocked
 
     @staticmethod
     def oracle(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
-        """A way meets a wall unless it lies beside it, or has all of its corners at the same hand."""
+        """Compute the hooks in plain Python.
+
+        A line crosses a wall unless it is outside its strips, or all corners are on one side.
+        """
         walls = [[float(edge) for edge in wall] for wall in part.edges]
 
         def meets(left: float, right: float, upper: float, lower: float) -> bool:
-            beside = max(x, x + dx) < left or min(x, x + dx) > right
+            left_or_right = max(x, x + dx) < left or min(x, x + dx) > right
             above = max(y, y + dy) < upper or min(y, y + dy) > lower
-            hands = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
-            return not (beside or above) and min(hands) <= 0 <= max(hands)
+            sides = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
+            return not (left_or_right or above) and min(sides) <= 0 <= max(sides)
 
         inside = any(
             left <= x <= right and upper <= y <= lower
@@ -228,14 +243,13 @@ class Patches(WorldFeature, name="patches"):
 
 
 @compiled
-def _drift(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
-    """A place a step later, wrapped at the edges of its region, from `low` on; as an item's place, on the map."""
-    place = (
-        choose(place < low, place + world_span, place) + velocity
-    )  # rounding may have put one over the map's edge
-    place = choose(place < low, place + span, place)
-    place = choose(place < low + span, place, place - span)
-    return wrap_position(choose(place < low, low, place), world_span)
+def _drift(position: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
+    """Return a coordinate one step later, wrapped at the edges of its region and of the map."""
+    # Rounding can move a position over the edge of the map.
+    position = choose(position < low, position + world_span, position) + velocity
+    position = choose(position < low, position + span, position)
+    position = choose(position < low + span, position, position - span)
+    return wrap_position(choose(position < low, low, position), world_span)
 
 
 class DriftingFood(WorldFeature, name="drifting-food"):
@@ -259,20 +273,22 @@ class DriftingFood(WorldFeature, name="drifting-food"):
             ):
                 if abs(velocity) >= high - low:
                     raise ValueError(
-                        f"world.drifting_food.velocity_{axis} = {velocity:g} must be less than {high - low:g}, the extent of "
-                        f"world.food[{number}]"
+                        f"world.drifting_food.velocity_{axis} = {velocity:g} must be less than "
+                        f"{high - low:g}, the extent of world.food[{number}]"
                     )
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """An item that comes to where nothing can grow, as in a wall, appears elsewhere in its region."""
+        """Move the food. An item on a blocked position appears at another one of its region."""
         for region in range(model.regions.shape[0]):
-            left, width, upper, height = (
-                model.regions[region, 0], model.regions[region, 1], model.regions[region, 2], model.regions[region, 3]
-            )  # fmt: skip
+            left = model.regions[region, 0]
+            width = model.regions[region, 1]
+            upper = model.regions[region, 2]
+            height = model.regions[region, 3]
             if model.region_kind[region] == 0:
                 for item in range(model.region_items[region], model.region_items[region + 1]):
-                    if state.item_x[world, item] >= ZERO:  # else it is away
+                    # Absent items have negative coordinates.
+                    if state.item_x[world, item] >= ZERO:
                         x = _drift(
                             state.item_x[world, item], part.velocity_x, left, width, model.width
                         )
@@ -292,16 +308,17 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
         100, ge=1, le=100_000_000, description="Number of steps for which an eaten item is absent."
     )
     arrays: ClassVar[Mapping[str, Array]] = {
-        "x": per_world("items"),  # where an item that is away will lie
-        "due": per_world(
-            "items", dtype="int32"
-        ),  # the step after which it does; -1 where it is not away
+        # x of an absent item when it reappears.
+        "x": per_world("items"),
+        # Step after which an absent item reappears. -1 if it is present.
+        "due": per_world("items", dtype="int32"),
     }
 
     def check(self, experiment: Any) -> None:
         if "regions-in-turn" in experiment.world.features:
             raise ValueError(
-                "world.features: slow-regrowth and regions-in-turn both put items away, so only one of them can be"
+                "world.features: slow-regrowth and regions-in-turn both remove items: "
+                "use only one of them"
             )
 
     @staticmethod
@@ -311,7 +328,7 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """What was eaten in this step has its next place already: that is kept, for when it is due."""
+        """Remove the items eaten in this step, and store their next positions."""
         for region in range(model.regions.shape[0]):
             changed = False
             for item in range(model.region_items[region], model.region_items[region + 1]):
@@ -355,16 +372,19 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """Make ready for the next step. Nothing can be put away before a life's first step, as nothing has grown then."""
+        """Prepare the items for the next step.
+
+        No item can be removed before the first step of a lifetime, as items are placed later.
+        """
         food = 0
         for region in range(model.regions.shape[0]):
             food += 1 if model.region_kind[region] == 0 else 0
-        begun = (
+        first_region = (
             np.int64(state.generation[0]) // part.generations_per_region
             if part.generations_per_region > 0
             else 0
         )
-        turn = (begun + (step + 1) // part.steps_per_region) % max(1, food)
+        turn = (first_region + (step + 1) // part.steps_per_region) % max(1, food)
         for region in range(model.regions.shape[0]):
             if model.region_kind[region] == 0 and (
                 step == 0 or (step + 1) % part.steps_per_region == 0

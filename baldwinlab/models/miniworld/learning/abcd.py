@@ -1,18 +1,29 @@
-"""Plasticity with coefficients: a weight changes by rate * (A x y + B x + C y + D), with x what comes in and y what goes out.
+"""Plasticity with coefficients: a weight changes by rate * (A x y + B x + C y + D).
 
-`abcd` has the coefficients as fields, `evolved-abcd` as genes: the genome holds, beside the weights, a module for each of A, B, C
-and D. `modulated` and `evolved-modulated` are the same, gated: an inherited network, fixed for life, says in every step how
-much of the change is made, from all of it (1) over nothing (0) to its reverse (-1).
+x and y are the activations of the source and target unit.
+The coefficients of `abcd` are fields. Those of `evolved-abcd` are genes: the genome has one module
+for each of A, B, C and D in addition to the weights.
+`modulated` and `evolved-modulated` multiply the changes by a gate in [-1, 1].
+An inherited network, fixed for life, computes the gate in every step.
 
-Readings of ours: a gene of N(0, 1) is a coefficient as it stands, but at most 1 and at least -1; of a module of coefficients the
-first gene is that of all connections (as there), or each is that of its own (as in Najarro and Risi); the gate is one for the
-whole network, m = tanh(s / 2) with s what the first output of the reinforcement module sums up (there, each neuron has an m
-of its own from the modulatory neurons that reach it). The rate is `learning.rate`, or a gene by `learning.evolved_rate`.
+Our interpretation:
 
-Sources: Y. Niv, D. Joel, I. Meilijson and E. Ruppin, "Evolution of reinforcement learning in uncertain environments", Adaptive
-Behavior 10 (2002); A. Soltoggio, J. A. Bullinaria, C. Mattiussi, P. Duerr and D. Floreano, "Evolutionary advantages of
-neuromodulated plasticity in dynamic, reward-based scenarios", ALIFE XI (2008); E. Najarro and S. Risi, "Meta-learning
-through Hebbian plasticity in random networks", NeurIPS 33 (2020).
+- A gene of N(0, 1) is a coefficient, limited to [-1, 1].
+- With `encoding = "network"`, the first gene of a module applies to all weights, as in Niv et al.
+  With `encoding = "connection"`, each weight has its own gene, as in Najarro and Risi.
+- One gate applies to the complete network: m = tanh(s / 2), with s the total input of the first
+  output of the reinforcement module. In the paper, each neuron has its
+  own m, from modulatory neurons.
+- The rate is `learning.rate`, or a gene with `learning.evolved_rate`.
+
+Sources:
+
+- Y. Niv, D. Joel, I. Meilijson and E. Ruppin, "Evolution of reinforcement learning in uncertain
+  environments", Adaptive Behavior 10 (2002).
+- A. Soltoggio, J. A. Bullinaria, C. Mattiussi, P. Duerr and D. Floreano, "Evolutionary advantages
+  of neuromodulated plasticity in dynamic, reward-based scenarios", ALIFE XI (2008).
+- E. Najarro and S. Risi, "Meta-learning through Hebbian plasticity in random networks", NeurIPS 33
+  (2020).
 """
 
 from __future__ import annotations
@@ -32,54 +43,59 @@ from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule
 
-ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)
-LIMIT = np.float32(10)  # of weights, either way
-COEFFICIENTS: Final = ("A", "B", "C", "D")  # the modules of a genome that hold them
+ZERO = np.float32(0)
+ONE = np.float32(1)
+TWO = np.float32(2)
+# Maximum size of a weight.
+LIMIT = np.float32(10)
+# Modules of the genome with the coefficients.
+COEFFICIENTS: Final = ("A", "B", "C", "D")
 
 
 @compiled
 def _gate_value(state: State, lane: Lane) -> Value:
-    """How much of a change is made, in [-1, 1]: 2 y - 1 of a logistic output y is tanh(s / 2) of what it sums up."""
+    """Return the gate in [-1, 1]: 2 y - 1 of a logistic output y, which is tanh(s / 2)."""
     return TWO * get(state.targets, 0, lane) - ONE
 
 
 @hook
 def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
-    """How fast a weight changes between units that are at x and y."""
+    """Return the change of a weight between units with activations x and y, per rate."""
 
 
 @compiled
 def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
-    """Change every weight by its coefficients, from the inputs' layer on."""
-    source, weight = 0, 0
+    """Change every weight by its coefficients, from the first layer on."""
+    source = 0
+    weight = 0
     for layer in range(part.sizes.size - 1):
-        inputs, outputs = part.sizes[layer], part.sizes[layer + 1]
+        inputs = part.sizes[layer]
+        outputs = part.sizes[layer + 1]
         for i in range(inputs + int(part.biases)):
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
-                x = (
-                    get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                )  # a bias is as if from a 1
-                faster = compute_change(part, weight, x, y, lane)
+                # A bias has the activation 1.
+                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
+                change = compute_change(part, weight, x, y, lane)
                 put(
                     state.weights,
                     weight,
                     lane,
-                    clamp(get(state.weights, weight, lane) + rate * faster, LIMIT),
+                    clamp(get(state.weights, weight, lane) + rate * change, LIMIT),
                 )
                 weight += 1
         source += inputs
 
 
 def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
-    """The oracle of all four."""
+    """Compute the update of all four rules in plain Python."""
     inherited = "a" in agent.own
-    of_all = [float(each) for each in (part.a, part.b, part.c, part.d)] if not inherited else []
-    of_each = (
-        zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(of_all)
+    shared = [float(value) for value in (part.a, part.b, part.c, part.d)] if not inherited else []
+    coefficients = (
+        zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(shared)
     )
     for (row, unit, x, y), (a, b, c, d) in zip(
-        list_synapses(naive, agent), of_each, strict=inherited
+        list_synapses(naive, agent), coefficients, strict=inherited
     ):
         row[unit] = min(
             max(row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d), -10.0), 10.0
@@ -87,11 +103,12 @@ def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None
 
 
 def _oracle_gate(agent: Any, naive: Any) -> float:
+    """Compute the gate in plain Python."""
     return float(2 * naive.think(agent.reinforcement_module, agent.inputs)[0] - 1)
 
 
 class _FixedCoefficients(LearningRule):
-    """Coefficients as fields."""
+    """Base of the rules with coefficients as fields."""
 
     a: float = Field(
         1.0, ge=-1, le=1, description="A, coefficient of the product of both activations."
@@ -146,7 +163,7 @@ class Modulated(_FixedCoefficients, name="modulated"):
 
 
 class _EvolvedCoefficients(LearningRule):
-    """Coefficients as genes: the last four modules of the genome."""
+    """Base of the rules with coefficients as genes: the last four modules of the genome."""
 
     encoding: Literal["network", "connection"] = Field(
         "network",
@@ -155,12 +172,11 @@ class _EvolvedCoefficients(LearningRule):
             "connection: one gene per weight."
         ),
     )
-    arrays: ClassVar[Mapping[str, Array]] = {
-        name: per_agent("weights") for name in "abcd"
-    }  # coefficients, in [-1, 1]
+    # Coefficients, in [-1, 1].
+    arrays: ClassVar[Mapping[str, Array]] = {name: per_agent("weights") for name in "abcd"}
     derived: ClassVar[Mapping[str, Any]] = {
         **LAYERS,
-        "of_each": lambda part, experiment: part.encoding == "connection",
+        "is_per_connection": lambda part, experiment: part.encoding == "connection",
     }
 
     @staticmethod
@@ -168,7 +184,7 @@ class _EvolvedCoefficients(LearningRule):
         weights = state.weights.shape[0]
         first = genes.shape[0] - 4 * weights
         for weight in range(weights):
-            gene = first + (weight if part.of_each else 0)
+            gene = first + (weight if part.is_per_connection else 0)
             put(part.a, weight, lane, clamp(get(genes, gene, lane), ONE))
             put(part.b, weight, lane, clamp(get(genes, gene + weights, lane), ONE))
             put(part.c, weight, lane, clamp(get(genes, gene + 2 * weights, lane), ONE))
@@ -176,15 +192,15 @@ class _EvolvedCoefficients(LearningRule):
 
     @staticmethod
     def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
-        faster = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
-        return faster + get(part.c, weight, lane) * y + get(part.d, weight, lane)
+        change = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
+        return change + get(part.c, weight, lane) * y + get(part.d, weight, lane)
 
 
 class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
     """As `abcd`, with inherited coefficients A, B, C and D.
 
-    With `encoding = "network"` all weights share them; with `encoding = "connection"` each weight has
-    its own.
+    With `encoding = "network"`, all weights share them.
+    With `encoding = "connection"`, each weight has its own.
 
     References
     ----------

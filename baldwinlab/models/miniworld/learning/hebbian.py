@@ -1,17 +1,21 @@
-"""Plasticity: weights that change by what the units on both of their sides do, without target, teacher or reward.
+"""Plasticity: weights change with the activations of their units, without targets or reward.
 
-Floreano's four rules let the *strength* of a weight, in [0, 1], learn, and leave its sign as it was born. A genome of N(0, 1)
-weights is read so: the sign is the weight's own, the strength its size, at most 1 (a reading of ours; there, a genome holds signs
-and rules, and strengths are drawn at birth). `learning.rate` is the step. With x what comes in and y what goes out, the units'
-activations in [0, 1]:
+In Floreano's four rules, the *strength* of a weight, in [0, 1], learns. The sign stays as at birth.
+A genome has weights of N(0, 1). The sign is that of the weight, and the strength is its size, at
+most 1. This is our interpretation: in the paper, a genome encodes signs and rules, and the
+strengths are random at birth. `learning.rate` is the step.
+With x and y the activations of the source and target unit, in [0, 1], the changes are:
 
     hebb            (1 - w) x y
     postsynaptic    w (x - 1) y + (1 - w) x y
     presynaptic     w x (y - 1) + (1 - w) x y
     covariance      (1 - w) F where F > 0, else w F, with F = tanh(4 (1 - |x - y|) - 2)
 
-Sources: D. Floreano and F. Mondada, "Evolutionary neurocontrollers for autonomous mobile robots", Neural Networks 11 (1998);
-J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001).
+Sources:
+
+- D. Floreano and F. Mondada, "Evolutionary neurocontrollers for autonomous mobile robots", Neural
+  Networks 11 (1998).
+- J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001).
 """
 
 from __future__ import annotations
@@ -29,8 +33,14 @@ from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule
 
-ZERO, ONE, TWO, FOUR = np.float32(0), np.float32(1), np.float32(2), np.float32(4)
-HEBB, POSTSYNAPTIC, PRESYNAPTIC, COVARIANCE = 0, 1, 2, 3
+ZERO = np.float32(0)
+ONE = np.float32(1)
+TWO = np.float32(2)
+FOUR = np.float32(4)
+HEBB = 0
+POSTSYNAPTIC = 1
+PRESYNAPTIC = 2
+COVARIANCE = 3
 
 LAYERS: Mapping[str, Any] = {
     "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
@@ -40,72 +50,73 @@ LAYERS: Mapping[str, Any] = {
 
 @compiled
 def strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
-    """How fast a strength w changes between units that are at x and y."""
+    """Return the change of a strength w between units with activations x and y."""
     if rule == POSTSYNAPTIC:
         return w * (x - ONE) * y + (ONE - w) * x * y
     if rule == PRESYNAPTIC:
         return w * x * (y - ONE) + (ONE - w) * x * y
     if rule == COVARIANCE:
-        f = TWO * sigmoid(TWO * (FOUR * (ONE - abs(x - y)) - TWO)) - ONE  # tanh
+        # f is the hyperbolic tangent of the formula.
+        f = TWO * sigmoid(TWO * (FOUR * (ONE - abs(x - y)) - TWO)) - ONE
         return choose(f > ZERO, (ONE - w) * f, w * f)
     return (ONE - w) * x * y + ZERO * w
 
 
 @compiled
 def _update_strengths(part: Any, state: State, rule: int, lane: Lane) -> None:
-    """Change every weight by the rule, from the inputs' layer on."""
-    rate, source, weight = get(state.rate, 0, lane), 0, 0
+    """Change every weight by the rule, from the first layer on."""
+    rate = get(state.rate, 0, lane)
+    source = 0
+    weight = 0
     for layer in range(part.sizes.size - 1):
-        inputs, outputs = part.sizes[layer], part.sizes[layer + 1]
+        inputs = part.sizes[layer]
+        outputs = part.sizes[layer + 1]
         for i in range(inputs + int(part.biases)):
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
-                x = (
-                    get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                )  # a bias is as if from a 1
+                # A bias has the activation 1.
+                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
                 sign = get(part.signs, weight, lane)
                 strength = get(state.weights, weight, lane) * sign
                 strength = strength + rate * strength_change(rule, strength, x, y)
-                strength = choose(
-                    strength < ZERO, ZERO, choose(strength > ONE, ONE, strength)
-                )  # rounding may pass the ends
+                # Rounding can exceed the limits.
+                strength = choose(strength < ZERO, ZERO, choose(strength > ONE, ONE, strength))
                 put(state.weights, weight, lane, sign * strength)
                 weight += 1
         source += inputs
 
 
 class _StrengthRule(LearningRule):
-    """What the four rules share."""
+    """Base of the four rules."""
 
-    arrays: ClassVar[Mapping[str, Array]] = {
-        "signs": per_agent("weights")
-    }  # 1 or -1, as the weights were born
+    # 1 or -1: signs of the weights at birth.
+    arrays: ClassVar[Mapping[str, Array]] = {"signs": per_agent("weights")}
     derived: ClassVar[Mapping[str, Any]] = LAYERS
 
     def check(self, experiment: Any) -> None:
         rate = experiment.learning.rate
         if rate > 1 or experiment.learning.evolved_rate:
-            said = (
+            problem = (
                 "cannot be a gene (learning.evolved_rate)"
                 if rate <= 1
                 else f"is {rate:g} and must be at most 1"
             )
             raise ValueError(
-                f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {said}"
+                f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {problem}"
             )
 
     @staticmethod
     def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
-        """Signs stay as they are born, and strengths are at most 1."""
+        """Store the signs of the weights, and limit the strengths to 1."""
         lane = world * model.agents + agent
         for weight in range(state.weights.shape[0]):
-            born = state.weights[weight, lane]
-            part.signs[weight, lane] = -ONE if born < ZERO else ONE
-            state.weights[weight, lane] = min(max(born, -ONE), ONE)
+            weight_at_birth = state.weights[weight, lane]
+            part.signs[weight, lane] = -ONE if weight_at_birth < ZERO else ONE
+            state.weights[weight, lane] = min(max(weight_at_birth, -ONE), ONE)
 
 
 def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
-    """The oracle of a rule."""
+    """Compute the update of a rule in plain Python."""
     signs = iter(agent.own["signs"])
     for row, unit, x, y in list_synapses(naive, agent):
         sign = next(signs)
@@ -123,7 +134,7 @@ def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
 class Hebb(_StrengthRule, name="hebb"):
     """Hebbian rule: a strength grows if both units are active.
 
-    The strength of a weight lies in [0, 1], and its sign does not change.
+    The strength of a weight is in [0, 1], and its sign does not change.
 
     References
     ----------

@@ -1,12 +1,17 @@
-"""Learning from others: from the best forager of the world, from whoever is nearest, from a scripted forager, or from chance.
+"""Learning from a teacher: the best agent, the nearest agent, a scripted forager, or chance.
 
-`imitation` moves an agent's answers towards what another's network would answer to the agent's own input, as it stands in that
-step. `supervised` has a teacher that goes to food that it sees. `random-targets` is the control of every rule with targets: as
-much teaching, and nothing to be learned; but what it teaches is also to wander, and who wanders finds food.
+`imitation` moves the outputs of an agent toward those of another network for the same inputs.
+`supervised` has a scripted teacher that goes to visible food.
+`random-targets` is the control of rules with targets: as much learning, without information.
+Random targets also make an agent wander, and a wandering agent finds food.
 
-Sources: imitation of a fitter one as in N. Le, M. O'Neill and A. Brabazon, "The Baldwin effect reconsidered through the prism of
-social learning", CEC 2018 (its numbers are not known to us, so whom and how are readings of ours); random targets as in
-D. Parisi, S. Nolfi and F. Cecconi, "Learning, behavior, and evolution" (1992), and the control of Nolfi, Elman and Parisi (1994).
+Sources:
+
+- Imitation of a fitter agent: N. Le, M. O'Neill and A. Brabazon, "The Baldwin effect reconsidered
+  through the prism of social learning", CEC 2018. The choice of the teacher is our interpretation,
+  as we do not know the settings of the paper.
+- Random targets: D. Parisi, S. Nolfi and F. Cecconi, "Learning, behavior, and evolution" (1992),
+  and the control of Nolfi, Elman and Parisi (1994).
 """
 
 from __future__ import annotations
@@ -25,16 +30,20 @@ from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule, backward, forward
 
-ZERO, HALF, ONE, INFINITY = np.float32(0), np.float32(0.5), np.float32(1), np.float32(np.inf)
+ZERO = np.float32(0)
+HALF = np.float32(0.5)
+ONE = np.float32(1)
+INFINITY = np.float32(np.inf)
+# Inputs and actions of the scripted forager.
 FORAGER = (
     ("left", "front", "right"),
     ("left", "forward", "right"),
-)  # the senses and actions of the scripted forager
+)
 
 
 @compiled
 def _count_eaten(state: State, lane: int) -> int:
-    """Items eaten in this life so far."""
+    """Return the number of items that an agent has eaten since its birth."""
     eaten = 0
     for region in range(state.eaten_in_life.shape[0]):
         eaten += state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
@@ -43,34 +52,38 @@ def _count_eaten(state: State, lane: int) -> int:
 
 @compiled
 def _choose_best_teacher(part: Any, state: State, first: int, end: int) -> None:
-    """From whom to learn: who has eaten most in its life so far, of equals the first."""
-    best, most = first, -1
+    """Set the teacher to the agent with the most eaten items. A tie goes to the first."""
+    best, most_eaten = first, -1
     for lane in range(first, end):
         eaten = _count_eaten(state, lane)
-        if eaten > most:
-            best, most = lane, eaten
+        if eaten > most_eaten:
+            best, most_eaten = lane, eaten
     for lane in range(first, end):
-        part.teacher_index[0, lane] = best if most >= part.min_items else lane
+        part.teacher_index[0, lane] = best if most_eaten >= part.min_items else lane
 
 
 @compiled
 def _choose_nearest_teacher(part: Any, model: Model, state: State, first: int, end: int) -> None:
-    """From whom to learn: whoever else is nearest, of equals the first.
+    """Set the teacher to the nearest other agent. A tie goes to the first.
 
-    Each in turn is held beside all, and not all beside each: so the processor takes many at a time.
+    The inner loop runs over agents, so that the compiler can vectorize it.
     """
     for lane in range(first, end):
         put(part.teacher_index, 0, lane, lane)
         put(part.distance, 0, lane, INFINITY)
-    for other in range(first, end):
-        x, y = get(state.positions, 0, other), get(state.positions, 1, other)
+    for candidate in range(first, end):
+        x = get(state.positions, 0, candidate)
+        y = get(state.positions, 1, candidate)
         for lane in range(first, end):
             dx = shortest_difference(x - get(state.positions, 0, lane), model.width)
             dy = shortest_difference(y - get(state.positions, 1, lane), model.height)
             distance, least = dx * dx + dy * dy, get(part.distance, 0, lane)
-            nearer = (distance < least) & (lane != other)
+            nearer = (distance < least) & (lane != candidate)
             put(
-                part.teacher_index, 0, lane, choose(nearer, other, get(part.teacher_index, 0, lane))
+                part.teacher_index,
+                0,
+                lane,
+                choose(nearer, candidate, get(part.teacher_index, 0, lane)),
             )
             put(part.distance, 0, lane, choose(nearer, distance, least))
     for lane in range(first, end):
@@ -90,7 +103,9 @@ class Imitation(LearningRule, name="imitation"):
 
     teacher: Literal["best", "nearest"] = Field(
         "best",
-        description=("Imitated agent. best: most items eaten so far; nearest: smallest distance."),
+        description=(
+            "Imitated agent. best: most_eaten items eaten so far; nearest: smallest distance."
+        ),
     )
     min_items: int = Field(
         1,
@@ -99,32 +114,36 @@ class Imitation(LearningRule, name="imitation"):
         description="Minimum number of items that the imitated agent has eaten.",
     )
     arrays: ClassVar[Mapping[str, Array]] = {
-        "teacher": per_agent("weights"),  # the other's, as they stand
+        # Current weights of the teacher.
+        "teacher": per_agent("weights"),
         "units": per_agent("units"),
-        "wanted": per_agent("actions"),
+        "desired": per_agent("actions"),
         "teacher_index": per_agent(1, dtype="int32"),
-        "distance": per_agent(1),  # to the nearest so far
+        # Squared distance to the nearest agent.
+        "distance": per_agent(1),
     }
     teacher_array: ClassVar[str] = "teacher_index"
     derived: ClassVar[Mapping[str, Any]] = {
-        "of_nearest": lambda part, experiment: part.teacher == "nearest"
+        "is_nearest": lambda part, experiment: part.teacher == "nearest"
     }
 
     def check(self, experiment: Any) -> None:
         if not experiment.part("network.kind").is_memoryless:
             raise ValueError(
-                "learning.rule = 'imitation' asks another's network with one's own inputs: it must have no memory"
+                "learning.rule = 'imitation' evaluates the network of another agent: "
+                "the network must have no memory"
             )
 
     @staticmethod
     def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
         first, end = world * model.agents, (world + 1) * model.agents
-        if part.of_nearest:
+        if part.is_nearest:
             _choose_nearest_teacher(part, model, state, first, end)
         else:
             _choose_best_teacher(part, state, first, end)
         for lane in range(first, end):
-            teacher = part.teacher_index[0, lane]  # itself, where it is to learn from nobody
+            # The agent itself, if it has no teacher.
+            teacher = part.teacher_index[0, lane]
             for weight in range(state.weights.shape[0]):
                 put(part.teacher, weight, lane, get(state.weights, weight, teacher))
             part.teacher_index[0, lane] = teacher - first
@@ -136,22 +155,22 @@ class Imitation(LearningRule, name="imitation"):
         forward(state.network, part.teacher, part.units, lane)
         first = state.activations.shape[0] - state.targets.shape[0]
         for k in range(state.targets.shape[0]):
-            put(part.wanted, k, lane, get(part.units, first + k, lane))
+            put(part.desired, k, lane, get(part.units, first + k, lane))
         rate = get(state.rate, 0, lane)
         backward(
-            state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane
+            state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
         )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        other = max(agents, key=lambda each: each.eaten_in_life)
-        if part.of_nearest:
-            other = min(
-                (each for each in agents if each is not agent),
-                key=lambda each: naive.distance(agent, each),
+        candidate = max(agents, key=lambda neighbor: neighbor.eaten_in_life)
+        if part.is_nearest:
+            candidate = min(
+                (neighbor for neighbor in agents if neighbor is not agent),
+                key=lambda neighbor: naive.distance(agent, neighbor),
             )
-        if other.eaten_in_life >= part.min_items and other is not agent:
-            target = naive.think(other.action_module, agent.inputs)
+        if candidate.eaten_in_life >= part.min_items and candidate is not agent:
+            target = naive.think(candidate.action_module, agent.inputs)
             naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
 
 
@@ -161,7 +180,7 @@ class Supervised(LearningRule, name="supervised"):
     The forager prefers food in front, then left, then right, and otherwise goes straight on.
     """
 
-    arrays: ClassVar[Mapping[str, Array]] = {"wanted": per_agent("actions")}
+    arrays: ClassVar[Mapping[str, Array]] = {"desired": per_agent("actions")}
 
     def check(self, experiment: Any) -> None:
         if (experiment.inputs[:3], experiment.actions) != FORAGER:
@@ -178,20 +197,21 @@ class Supervised(LearningRule, name="supervised"):
         )
         left = choose(front > HALF, ZERO, left)
         right = choose((front > HALF) | (left > HALF), ZERO, right)
-        put(part.wanted, 0, lane, left)
-        put(part.wanted, 1, lane, ONE - left - right)
-        put(part.wanted, 2, lane, right)
+        put(part.desired, 0, lane, left)
+        put(part.desired, 1, lane, ONE - left - right)
+        put(part.desired, 2, lane, right)
         rate = get(state.rate, 0, lane)
         backward(
-            state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane
+            state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
         )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         left, front, right = agent.inputs[:3]
-        does = "forward" if front else "left" if left else "right" if right else "forward"
-        wanted = [float(does == action) for action in FORAGER[1]]
-        naive.backpropagate(agent.action_module, agent.inputs, wanted, agent.rate)
+        sides = {"forward": front, "left": left, "right": right}
+        target = next((side for side, is_visible in sides.items() if is_visible), "forward")
+        desired = [float(target == action) for action in FORAGER[1]]
+        naive.backpropagate(agent.action_module, agent.inputs, desired, agent.rate)
 
 
 class RandomTargets(LearningRule, name="random-targets"):
@@ -202,30 +222,31 @@ class RandomTargets(LearningRule, name="random-targets"):
     Nolfi, Elman and Parisi 1994.
     """
 
-    arrays: ClassVar[Mapping[str, Array]] = {"wanted": per_agent("actions")}
+    arrays: ClassVar[Mapping[str, Array]] = {"desired": per_agent("actions")}
 
     def check(self, experiment: Any) -> None:
         if len(experiment.actions) > 4:
             raise ValueError(
-                f"learning.rule = 'random-targets' draws 4 targets, and there are {len(experiment.actions)} actions"
+                f"learning.rule = 'random-targets' draws 4 targets, but there are "
+                f"{len(experiment.actions)} actions"
             )
 
     @staticmethod
     def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
-        """Draw: a number for each action, the same whenever it is asked."""
+        """Draw a random target for each action."""
         for agent in range(model.agents):
             words = philox(
                 step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
             )
             lane = world * model.agents + agent
             for k in range(state.targets.shape[0]):
-                part.wanted[k, lane] = unit(words[k])
+                part.desired[k, lane] = unit(words[k])
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
         backward(
-            state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane
+            state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
         )
 
     @staticmethod

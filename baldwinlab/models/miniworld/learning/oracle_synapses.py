@@ -1,4 +1,4 @@
-"""What the oracles of several families share, in plain Python."""
+"""Helper of the oracles of several learning rules, in plain Python."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from typing import Any
 
 
 def list_synapses(naive: Any, agent: Any) -> Iterator[tuple[list[float], int, float, float]]:
-    """Every weight of an agent's action module: its row, its place in the row, and the activations on both of its sides."""
+    """Yield every weight of an agent's action module.
+
+    An entry is the row, the index in the row, and the activations of the source and target units.
+    """
     units = naive.units(agent.action_module, agent.inputs)
     for layer, sources, targets in zip(agent.action_module, units, units[1:], strict=False):
         for x, row in zip(sources + [1.0] * naive.biases, layer, strict=True):

@@ -1,20 +1,25 @@
-"""Learning to predict: what the hidden units learn for it may serve, or harm, the actions that hear the same units.
+"""Learning to predict the inputs of the next step.
 
-The genome holds a second module, "prediction": logistic units, one for each input, that hear the last hidden layer. In every
-step the network is asked again what it would have predicted from what it sensed a step ago; the difference to what it senses
-now is the error, and a step of backpropagation goes down its gradient through the weights from hidden units to predictions and
-those between inputs and hidden units. Weights from hidden units to actions are never taught: they are inherited alone.
+The hidden units of the prediction are also those of the actions, so learning can help or harm them.
 
-The prediction is a module of its own and not further outputs of the action module, so that genomes, founders and the very bits
-of who does not learn are those of `none`, and the learner can be switched off in the same genome. Readings of ours: a module
-has as many weights as the action module, of which the first are used, [hidden unit (and bias), prediction]; predictions do not
-hear the action, which follows from what the hidden units hear (there, the action about to be done is an input; the sense
-`last-action` tells what was done a step ago). There is no prediction before the second step of a life.
+The genome has a second module, "prediction": one logistic unit per input, on the last hidden layer.
+In each step, the network predicts the current inputs from those of the last step.
+One step of backpropagation reduces the error. It changes the weights from hidden units to
+predictions and those between inputs and hidden units, not those from hidden units to actions.
 
-`random-prediction` is the control: as much teaching of the same weights, towards coin flips in place of what is sensed.
+The prediction is a separate module, and not further outputs of the action module.
+So genomes, founders and the results without learning are those of `none`.
 
-Source: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive Behavior 3 (1994); random
-targets as in D. Parisi, S. Nolfi and F. Cecconi, "Learning, behavior, and evolution" (1992).
+Interpretation of the paper: a module has as many weights as the action module. The first are used,
+as [hidden unit (and bias), prediction]. The prediction does not get the action as an input.
+In the paper, the next action is an input. The sense `last-action` adds the previous action.
+The first step of a lifetime has no prediction.
+
+`random-prediction` is the control: it teaches the same weights with random bits as targets.
+
+Source: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
+Behavior 3 (1994). Random targets: D. Parisi, S. Nolfi and F. Cecconi, "Learning, behavior, and
+evolution" (1992).
 """
 
 from __future__ import annotations
@@ -33,8 +38,10 @@ from baldwinlab.models.miniworld.networks.feed_forward import backpropagate
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule, forward
 
-ZERO, ONE = np.float32(0), np.float32(1)
-COINS: Final = 24  # in a random number, as a float32 has it
+ZERO = np.float32(0)
+ONE = np.float32(1)
+# Number of random bits in a float32.
+COINS: Final = 24
 
 
 def _last_hidden(experiment: Any) -> int:
@@ -42,12 +49,13 @@ def _last_hidden(experiment: Any) -> int:
 
 
 @compiled
-def _learn_prediction(part: Any, model: Model, state: State, told: Any, lane: Lane) -> None:
-    """Teach the predictions what they should have been, `told`; write into `part.wanted` where the last hidden layer should be.
+def _learn_prediction(part: Any, model: Model, state: State, targets: Any, lane: Lane) -> None:
+    """Teach the prediction layer its `targets`, and set `part.desired` of the last hidden layer.
 
-    That is where it is, less the gradient of the error by it.
+    The desired activations are the activations minus the gradient of the error.
     """
-    rate, first = get(state.rate, 0, lane), part.first_hidden
+    rate = get(state.rate, 0, lane)
+    first = part.first_hidden
     for k in range(model.inputs):
         total = get(part.predictor, k, lane) * get(part.units, first, lane)
         for unit in range(1, part.hidden):
@@ -57,7 +65,7 @@ def _learn_prediction(part: Any, model: Model, state: State, told: Any, lane: La
         if part.biases:
             total = total + get(part.predictor, part.hidden * model.inputs + k, lane)
         y = sigmoid(total)
-        put(part.errors, k, lane, (y - get(told, k, lane)) * y * (ONE - y))
+        put(part.errors, k, lane, (y - get(targets, k, lane)) * y * (ONE - y))
     for unit in range(part.hidden):
         h = get(part.units, first + unit, lane)
         error = h * ZERO
@@ -70,7 +78,7 @@ def _learn_prediction(part: Any, model: Model, state: State, told: Any, lane: La
                 lane,
                 old - rate * get(part.errors, k, lane) * h,
             )
-        put(part.wanted, unit, lane, h - error)
+        put(part.desired, unit, lane, h - error)
     if part.biases:
         for k in range(model.inputs):
             row = part.hidden * model.inputs + k
@@ -83,12 +91,12 @@ def _learn_prediction(part: Any, model: Model, state: State, told: Any, lane: La
 
 
 @compiled
-def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: Lane) -> None:
+def _learn(part: Any, model: Model, state: State, targets: Any, step: int, lane: Lane) -> None:
     if step > 0:
         for k in range(model.inputs):
             put(part.units, k, lane, get(part.sensed, k, lane))
         forward(state.network, state.weights, part.units, lane)
-        _learn_prediction(part, model, state, told, lane)
+        _learn_prediction(part, model, state, targets, lane)
         rate = get(state.rate, 0, lane)
         backpropagate(
             part.sizes,
@@ -97,7 +105,7 @@ def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: La
             state.weights,
             part.units,
             state.errors,
-            part.wanted,
+            part.desired,
             lane,
         )
     for k in range(model.inputs):
@@ -105,7 +113,10 @@ def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: La
 
 
 def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
-    """The oracle of both: predictions are the outputs of a network with the hidden layers of the action module."""
+    """Compute the update of both rules in plain Python.
+
+    Predictions are the outputs of a network with the hidden layers of the action module.
+    """
     if agent.step > 0:
         inputs, weights = len(agent.inputs), agent.own["predictor"]
         used = (part.hidden + naive.biases) * inputs
@@ -118,22 +129,23 @@ def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -
 
 
 class _PredictionRule(LearningRule):
-    """What both share."""
+    """Base of both rules."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
-        "predictor": per_agent(
-            "weights"
-        ),  # from the last hidden layer to the predictions, and unused ones behind
-        "sensed": per_agent("inputs"),  # a step ago
+        # Weights from the last hidden layer to the predictions. The last weights are unused.
+        "predictor": per_agent("weights"),
+        # Inputs one step ago.
+        "sensed": per_agent("inputs"),
         "units": per_agent("units"),
-        "errors": per_agent("inputs"),  # of the predictions
-        "wanted": per_agent("units"),  # of the last hidden layer
+        # Errors of the predictions.
+        "errors": per_agent("inputs"),
+        # Desired activations of the last hidden layer.
+        "desired": per_agent("units"),
     }
     derived: ClassVar[Mapping[str, Any]] = {
-        "sizes": lambda part, experiment: np.array(
-            experiment.layer_sizes[:-1], np.int64
-        ),  # without the actions
+        # Layers without the actions.
+        "sizes": lambda part, experiment: np.array(experiment.layer_sizes[:-1], np.int64),
         "biases": lambda part, experiment: experiment.network.biases,
         "hidden": lambda part, experiment: _last_hidden(experiment),
         "first_hidden": lambda part, experiment: sum(experiment.layer_sizes[:-2]),
@@ -143,7 +155,8 @@ class _PredictionRule(LearningRule):
         rule = f"learning.rule = {self.name!r}"
         if not experiment.part("network.kind").is_memoryless:
             raise ValueError(
-                f"{rule} asks the network again what it would have predicted: it must have no memory"
+                f"{rule} evaluates the network twice for the same inputs: "
+                "the network must have no memory"
             )
         if not experiment.network.hidden:
             raise ValueError(
@@ -152,8 +165,9 @@ class _PredictionRule(LearningRule):
         needed = (_last_hidden(experiment) + experiment.network.biases) * len(experiment.inputs)
         if needed > experiment.weight_count:
             raise ValueError(
-                f"{rule} needs {needed} weights from the last hidden layer to its predictions, and a module has "
-                f"{experiment.weight_count}: there must be fewer units in that layer, or more before it"
+                f"{rule} needs {needed} weights from the last hidden layer to its predictions, "
+                f"but a module has only {experiment.weight_count}: use fewer units in that layer, "
+                "or more before it"
             )
 
     @staticmethod
@@ -195,12 +209,13 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
         super().check(experiment)
         if len(experiment.inputs) > COINS:
             raise ValueError(
-                f"learning.rule = {self.name!r} tosses {COINS} coins, and there are {len(experiment.inputs)} inputs"
+                f"learning.rule = {self.name!r} draws {COINS} bits, but there are "
+                f"{len(experiment.inputs)} inputs"
             )
 
     @staticmethod
     def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
-        """Toss: the bits of a random word, the highest first; the same whenever they are asked for."""
+        """Draw random bits: the bits of a random word, the highest first."""
         for agent in range(model.agents):
             words = philox(
                 step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]

@@ -1,14 +1,16 @@
-"""Learning from one's own actions: from an inherited evaluation, or from food itself.
+"""Reinforcement learning of the agent's actions: by an inherited evaluation, or by food.
 
-`crbp` is complementary reinforcement backpropagation: where an inherited network's evaluation of what is sensed has risen, the
-action taken before it becomes likelier, and where it has fallen, less likely. `reward` learns from food eaten instead, so
-that "without reward" has its counterpart. Both teach what was done to what was sensed a step ago.
+`crbp` is complementary reinforcement backpropagation. An inherited network evaluates the inputs.
+If the evaluation rises, the last action becomes more likely. If it falls, less likely.
+`reward` uses the energy of eaten food instead.
+Both teach the last action for the inputs of the last step.
 
-Readings of ours: the evaluation is the first output of the reinforcement module; an action is taken as the largest output, not
-drawn, so its target is 1 and the others' are 0.
+Interpretation of the paper: the evaluation is the first output of the reinforcement module.
+The action is the largest output, not a random draw. So its target is 1, and the others are 0.
 
-Source: D. H. Ackley and M. L. Littman, "Interactions between learning and evolution", Artificial Life II (1991), 487-509;
-CRBP: the same, "Generalization and scaling in reinforcement learning", NIPS 2 (1990).
+Source: D. H. Ackley and M. L. Littman, "Interactions between learning and evolution", Artificial
+Life II (1991), 487-509. CRBP: D. H. Ackley and M. L. Littman, "Generalization and scaling in
+reinforcement learning", NIPS 2 (1990).
 """
 
 from __future__ import annotations
@@ -26,31 +28,40 @@ from baldwinlab.models.miniworld.allocation import item_regions
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule, backward, forward
 
-ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+ZERO = np.float32(0)
+ONE = np.float32(1)
+HALF = np.float32(0.5)
 
 MEMORY: Final[dict[str, Array]] = {
-    "worth": per_agent(1),  # the evaluation, or the energy gained in life, a step ago
-    "sensed": per_agent("inputs"),  # and what was sensed,
-    "done": per_agent("actions"),  # and 1 for the action that was done; nothing yet at birth
+    # Evaluation, or energy gained in life, one step ago.
+    "worth": per_agent(1),
+    # Inputs one step ago.
+    "sensed": per_agent("inputs"),
+    # 1 for the action of the last step. All 0 at birth.
+    "done": per_agent("actions"),
     "units": per_agent("units"),
-    "wanted": per_agent("actions"),
+    "desired": per_agent("actions"),
 }
 
 
 @compiled
 def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> None:
-    """Teach the last step's action where `worth` has risen since, and the others where it has fallen; then remember this step."""
-    risen, actions = worth - get(part.worth, 0, lane), state.targets.shape[0]
+    """Teach the last action if `worth` has risen, and the other actions if it has fallen.
+
+    Then store the inputs and the action of this step.
+    """
+    risen = worth - get(part.worth, 0, lane)
+    actions = state.targets.shape[0]
     if step > 0:
         for k in range(part.sensed.shape[0]):
             put(part.units, k, lane, get(part.sensed, k, lane))
         forward(state.network, state.weights, part.units, lane)
         for k in range(actions):
             done = get(part.done, k, lane)
-            put(part.wanted, k, lane, choose(risen > ZERO, done, ONE - done))
+            put(part.desired, k, lane, choose(risen > ZERO, done, ONE - done))
         rate = get(state.rate, 0, lane)
         rate = choose(risen > ZERO, rate, choose(risen < ZERO, rate * part.punishment, ZERO))
-        backward(state.network, rate, state.weights, part.units, state.errors, part.wanted, lane)
+        backward(state.network, rate, state.weights, part.units, state.errors, part.desired, lane)
     put(part.worth, 0, lane, worth)
     for k in range(part.sensed.shape[0]):
         put(part.sensed, k, lane, get(state.activations, k, lane))
@@ -64,16 +75,16 @@ def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> 
 
 
 def _oracle_reinforce(part: Any, agent: Any, naive: Any, worth: float) -> None:
-    """The oracle of `_reinforce`."""
-    risen, done = worth - agent.own["worth"][0], agent.own["done"]
+    """Compute `_reinforce` in plain Python."""
+    risen = worth - agent.own["worth"][0]
+    done = agent.own["done"]
     if risen and any(done):
-        rate = (
-            agent.rate if risen > 0 else agent.rate * float(part.punishment)
-        )  # a float32 would make all of it float32
+        # A float32 factor would make the result float32.
+        rate = agent.rate if risen > 0 else agent.rate * float(part.punishment)
         naive.backpropagate(
             agent.action_module,
             agent.own["sensed"],
-            done if risen > 0 else [1 - one for one in done],
+            done if risen > 0 else [1 - value for value in done],
             rate,
         )
     agent.own |= {
@@ -84,19 +95,20 @@ def _oracle_reinforce(part: Any, agent: Any, naive: Any, worth: float) -> None:
 
 
 class _ReinforcementRule(LearningRule):
-    """What both rules share."""
+    """Base of both rules."""
 
     arrays: ClassVar[Mapping[str, Array]] = MEMORY
 
     def check(self, experiment: Any) -> None:
         if not experiment.part("network.kind").is_memoryless:
             raise ValueError(
-                f"learning.rule = {self.name!r} asks the network again what it answered: it must have no memory"
+                f"learning.rule = {self.name!r} evaluates the network twice for "
+                "the same inputs: the network must have no memory"
             )
 
     @staticmethod
     def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
-        """A newborn has done nothing yet."""
+        """Clear the last action of a newborn."""
         lane = world * model.agents + agent
         part.worth[0, lane] = ZERO
         for k in range(state.targets.shape[0]):
@@ -154,7 +166,10 @@ class Reward(_ReinforcementRule, name="reward"):
 
     @staticmethod
     def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
-        """Add up the energy that each has gained in life: integers, which only a per-world hook may read."""
+        """Add up the energy that each agent has gained in this lifetime.
+
+        The counts are integers, which only a per-world hook can read.
+        """
         for lane in range(world * model.agents, (world + 1) * model.agents):
             gained = ZERO
             for region in range(part.energies.size):

@@ -1,6 +1,7 @@
-"""Learning in life: none, self-teaching, and drift, which is a control for it.
+"""Learning during life: none, self-teaching, and drift, which is its control.
 
-Source: the paper, "The Self-taught neural architecture". Drift is a control of ours: docs/explanation/controls.md.
+Source: the paper, "The Self-learned neural architecture".
+Drift is our control, see `docs/explanation/controls.md`.
 """
 
 from __future__ import annotations
@@ -18,14 +19,16 @@ from baldwinlab.engine.simd import Lane, get, put
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.agent_parts import LearningRule, backward, forward
 
-ZERO, ONE = np.float32(0), np.float32(1)
-FASTEST: Final = 10.0  # the highest rate that an evolved gene can give
+ZERO = np.float32(0)
+ONE = np.float32(1)
+# Maximum learning rate with an evolved gene.
+MAX_RATE: Final = 10.0
 
 
 @compiled
 def express_rate(rate: float, gene: Any) -> np.float32:
-    """The learning rate that a gene makes of the experiment's."""
-    return np.float32(min(rate * power_of_ten(gene), FASTEST))
+    """Return the learning rate for the rate of the experiment and a gene."""
+    return np.float32(min(rate * power_of_ten(gene), MAX_RATE))
 
 
 class NoLearning(LearningRule, name="none"):
@@ -34,7 +37,7 @@ class NoLearning(LearningRule, name="none"):
     learns: ClassVar[bool] = False
 
 
-class SelfTaught(LearningRule, name="self-taught"):
+class SelfTaught(LearningRule, name="self-learned"):
     """Backpropagation toward the outputs of the inherited reinforcement module.
 
     References
@@ -63,23 +66,24 @@ class Drift(LearningRule, name="drift"):
 
     A hidden copy of the agent learns by self-teaching from the inputs of the agent.
     The distance of the weights of the agent from birth equals the distance of the copy.
-    The direction of each change is random, so nothing is learned.
+    The direction of entries change is random, so nothing is learned.
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     supports_drift_control: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
-        "shadow": per_agent("weights"),  # the weights as self-teaching would have made them
+        # Weights of the copy that learns by self-teaching.
+        "shadow": per_agent("weights"),
         "shadow_activations": per_agent("units"),
-        "newborn": per_agent("weights"),  # the weights at birth
-        "signs": per_agent(
-            "weights"
-        ),  # 1 or -1, whether a weight moves as the shadow's or against it
+        # Weights at birth.
+        "newborn": per_agent("weights"),
+        # 1 or -1: direction of the changes, relative to self-teaching.
+        "signs": per_agent("weights"),
     }
 
     @staticmethod
     def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
-        """Draw whether each weight will move as self-teaching would move it, or against it."""
+        """Draw the direction of the changes of each weight: as in self-teaching, or opposite."""
         lane = world * model.agents + agent
         seed, run = state.keys[world, 0], state.keys[world, 1]
         for weight in range(state.weights.shape[0]):
@@ -88,7 +92,8 @@ class Drift(LearningRule, name="drift"):
             part.newborn[weight, lane] = state.weights[weight, lane]
             part.shadow[weight, lane] = state.weights[weight, lane]
         for unit in range(state.activations.shape[0]):
-            part.shadow_activations[unit, lane] = ZERO  # a network with a memory reads them
+            # A network with a memory reads them.
+            part.shadow_activations[unit, lane] = ZERO
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -121,7 +126,7 @@ class Drift(LearningRule, name="drift"):
             shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate
         )
         agent.own["shadow"] = naive.weights(shadow)
-        each = zip(agent.own["newborn"], agent.own["signs"], agent.own["shadow"], strict=True)
+        entries = zip(agent.own["newborn"], agent.own["signs"], agent.own["shadow"], strict=True)
         agent.action_module = naive.module(
-            [born + sign * (taught - born) for born, sign, taught in each]
+            [newborn + sign * (learned - newborn) for newborn, sign, learned in entries]
         )

@@ -118,10 +118,10 @@ def test_an_experiment_says_in_a_sentence_what_cannot_be() -> None:
         r"walls\.boxes\[1\] = \[10, 121, 0, 50\] must be left < right": {
             "walls": {"boxes": [(5, 8, 0, 9), (10, 121, 0, 50)]}
         },
-        r"walls\.boxes\[0\] leaves no room in world\.start": {
+        r"walls\.boxes\[0\] covers world\.start completely": {
             "walls": {"boxes": [(15, 105, 5, 95)]}
         },
-        r"walls\.boxes\[0\] leaves no room in world\.food\[0\]": {
+        r"walls\.boxes\[0\] covers world\.food\[0\] completely": {
             "walls": {"boxes": [(20, 100, 10, 90)]}
         },
         r"patches\.patches\[0\] = \[9, 3, 0, 5\]": {"patches": {"patches": [(9, 3, 0, 5, 1, 1)]}},
