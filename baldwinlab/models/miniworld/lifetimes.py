@@ -1,4 +1,4 @@
-"""Simulate lifetimes of the miniworld: genomes in, energy out."""
+"""Simulate lifetimes of MiniWorld agents: from genomes to energy and learned weights."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 
 
 class MiniWorldSimulator:
-    """Several runs of counts experiment, simulated in a batch."""
+    """Simulate several runs of one experiment side by side."""
 
     def __init__(
         self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None
@@ -34,7 +34,7 @@ class MiniWorldSimulator:
 def collect_results(
     experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]
 ) -> LifeResults:
-    """Return the results of a batch that started with `genomes` [run, agent, module, weight]."""
+    """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
     regions = item_regions(experiment)
     eaten = batch.eaten_in_life()
     final_population = None
@@ -64,7 +64,7 @@ def collect_results(
 def eaten_by_kind(
     experiment: Experiment, eaten: npt.NDArray[np.int32]
 ) -> dict[str, npt.NDArray[np.int32]]:
-    """Return the eaten items [run, agent] by kind, from `eaten` [run, agent, region]."""
+    """Return items eaten per kind, [run, agent], from `eaten` [run, agent, region]."""
     kinds = [region.kind for region in item_regions(experiment)] or [FOOD]
     return {
         "food_eaten" if kind == FOOD else f"{kind}_eaten": eaten[

@@ -98,7 +98,7 @@ def _is_inside(edges: Any, count: int, x: Any, y: Any) -> Any:
 def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
     """Return whether a line crosses a wall.
 
-    The test compares the fractions of the line at which it enters and leaves the strips of the wall.
+    The test compares the fractions of the line at which it enters and leaves both strips.
     """
     enters_x = (edges[wall, 0] - x) / dx
     leaves_x = (edges[wall, 1] - x) / dx

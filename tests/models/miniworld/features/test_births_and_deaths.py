@@ -237,7 +237,7 @@ def test_foraging_evolves_by_births_and_deaths_in_mid_life_alone_and_not_in_the_
 def test_what_cannot_be_is_refused_in_a_sentence() -> None:
     with pytest.raises(
         ExperimentError,
-        match="needs a variation that creates one child at a time; .* 'neat' does not",
+        match=r"needs a variation that creates one child at a time; .* 'neat' does not",
     ):
         turning_over().replace(evolution={"variation": "neat", "selection": "species"})
     asked = {name: why_not_applicable(name, turning_over("evo+self-taught")) for name in ASSAYS}

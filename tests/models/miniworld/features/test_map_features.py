@@ -126,7 +126,7 @@ def test_an_experiment_says_in_a_sentence_what_cannot_be() -> None:
         },
         r"patches\.patches\[0\] = \[9, 3, 0, 5\]": {"patches": {"patches": [(9, 3, 0, 5, 1, 1)]}},
         r"velocity_y = -80 must be less than 80": {"drifting-food": {"velocity_y": -80}},
-        "only one of them can be": both,
+        "use only one of them": both,
     }
     for sentence, features in cases.items():
         with pytest.raises(ExperimentError, match=sentence):
