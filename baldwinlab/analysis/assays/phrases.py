@@ -1,4 +1,4 @@
-"""Terms of the assay section for models without food: their agents gain fitness instead of eating."""
+"""Terms of the assay section for models without food, whose agents gain fitness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report section on the Baldwin effect: verdict, criteria, figures and numbers of the assays."""
+"""The report section on the Baldwin effect: verdicts, criteria, figures and numbers."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The gallery: the verdicts of all papers whose studies are stored, and whether each has a Baldwin effect."""
+"""The gallery: all papers with a stored study, their verdicts, and their Baldwin effects."""

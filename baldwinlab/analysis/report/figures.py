@@ -78,7 +78,8 @@ def _draw_fitness(report: ReportData) -> ReportFigure:
         "Fitness over generations",
         f"{_name_fitness(data, 'best', 'average')} of each generation. Lines are means over runs. "
         "Bands are 95 % intervals of the mean (Student's t).",
-        f"Curves of fitness by generation for each condition. {describe_final_medians(data, report.last)}",
+        "Curves of fitness by generation for each condition. "
+        f"{describe_final_medians(data, report.last)}",
         figures.draw_fitness_curves(data),
         [row for measure in ("best", "mean") for row in _tabulate_generations(data, measure)],
         _list_typical_replays(data),
@@ -132,7 +133,8 @@ def _draw_final_fitness(report: ReportData) -> ReportFigure:
         "final-fitness",
         f"Fitness in the last {report.last} generations",
         f"Fitness, averaged over the last {report.last} generations of each run. {BOXES}{brackets}",
-        f"Box plots of final fitness by condition. {describe_final_medians(report.data, report.last)}",
+        "Box plots of final fitness by condition. "
+        f"{describe_final_medians(report.data, report.last)}",
         figures.draw_fitness_boxes(report.data, report.results, report.last),
         _tabulate_runs(report.data, report.last),
     )

@@ -122,4 +122,7 @@ def describe_fitness(foraging: Iterable[Experiment]) -> str:
     values = " or ".join(f"{energy:g}" for energy in sorted(energies))
     is_count = energies == {1.0} and not has_costs
     count = ", so fitness is the number of eaten items" if is_count else ""
-    return f"energy of the items that an agent eats in its lifetime{costs}; an item gives {values}{count}"
+    return (
+        f"energy of the items that an agent eats in its lifetime{costs}; "
+        f"an item gives {values}{count}"
+    )
