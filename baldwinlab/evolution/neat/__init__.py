@@ -1,8 +1,11 @@
-"""NEAT, neuroevolution of augmenting topologies: networks grow, are crossed by historical marks, and form species.
+"""NEAT, neuroevolution of augmenting topologies, with historical marks and species.
 
-`graphs` is how a network is written into a genome, `growth` how children come of it, `species` who belongs together and how
-species stand; `parts` makes of these a variation and a selection, and `oracle` does the same once more in plain Python.
+`genome` has the array format of networks, `mutation` makes children, and `species` assigns networks
+to species. `operators` has the variation `neat` and the selection `species`. `oracle` is an
+independent implementation in plain Python.
 
-Source: K. O. Stanley and R. Miikkulainen, "Evolving neural networks through augmenting topologies", Evolutionary Computation
-10 (2002), sections 3 and 4.1.
+References
+----------
+K. O. Stanley and R. Miikkulainen, "Evolving neural networks through augmenting topologies",
+Evolutionary Computation 10 (2002), sections 3 and 4.1.
 """

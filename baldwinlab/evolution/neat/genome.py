@@ -1,12 +1,17 @@
-"""Genomes that are graphs: networks of any topology, each link a gene with its historical mark.
+"""Genomes that are graphs: networks of any topology, with a gene for each link.
 
-A genome is float32 [entry]: a head of `CHECKSUM_BYTES` entries, then a gene of `GENE` entries for each link, in the order of their
-innovation numbers; where that number is 0, there are no more. Nodes are named by whole numbers: the inputs from 0 on,
-the last of them the bias, then the outputs; a hidden node has the innovation number of the link that led to it when it arose.
-So a genome says all by itself which nodes it has, and no list of nodes is needed.
+A genome is a float32 array [entry]: a head of `HEAD` entries and a gene of `GENE` entries for each
+link. Genes are in the order of their innovation numbers (historical marks). An innovation
+number of 0 ends the list. Nodes have whole numbers: the inputs from 0 on, the last of which is the
+bias, then the outputs. The number of a hidden node is the innovation number of its first incoming
+link. Therefore, the nodes of a genome follow from its links, without a list of nodes.
 
-Source: K. O. Stanley and R. Miikkulainen, "Evolving neural networks through augmenting topologies", Evolutionary Computation
-10 (2002), sections 3.1 and 3.2; how it lies in an array is ours.
+The array format is ours.
+
+References
+----------
+K. O. Stanley and R. Miikkulainen, "Evolving neural networks through augmenting topologies",
+Evolutionary Computation 10 (2002), sections 3.1 and 3.2.
 """
 
 from __future__ import annotations
@@ -19,20 +24,26 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 
-# The head: what all share (nodes, and the ledger of the run, the last numbers given), then the standing of the species.
+# Entries of the head: numbers that all genomes of a run share (nodes and the last innovation and
+# species numbers), then the status of the species and of the population.
 INPUTS, OUTPUTS, LEDGER, NEWEST, SPECIES, BEST, STALE, BEST_OF_ALL, STALE_OF_ALL = range(9)
 HEAD: Final = 9
-INFINITE_GENES: Final = (BEST, BEST_OF_ALL)  # minus infinity until a species has been evaluated
-NUMBER, SOURCE, TARGET, WEIGHT, ENABLED = range(5)  # of a gene
+# Entries that are minus infinity until a species is evaluated.
+INFINITE_GENES: Final = (BEST, BEST_OF_ALL)
+# Entries of a gene.
+NUMBER, SOURCE, TARGET, WEIGHT, ENABLED = range(5)
 GENE: Final = 5
 
-Graph = npt.NDArray[np.float32]  # [entry]
-ZERO, ONE = np.float32(0), np.float32(1)
-UNKNOWN = np.float32(-1)  # what no node answers
+# [entry].
+Graph = npt.NDArray[np.float32]
+ZERO = np.float32(0)
+ONE = np.float32(1)
+# Value of a node before its update. No output of a node has this value.
+UNKNOWN = np.float32(-1)
 
 
 def require_neat(experiment: Any, holder: str) -> None:
-    """Raises ValueError where another variation than `neat` would make genomes that are no graphs."""
+    """Raise ValueError if the variation is not `neat`, so that genomes would not be graphs."""
     evolution = experiment.evolution
     if evolution.variation != "neat" and evolution.inheritance != "none":
         raise ValueError(
@@ -40,193 +51,239 @@ def require_neat(experiment: Any, holder: str) -> None:
         )
 
 
-def entries(links: int) -> int:
-    """Entries of a genome with room for so many links."""
+def count_entries(links: int) -> int:
+    """Return the number of entries of a genome with a maximum number of links."""
     return HEAD + GENE * links
 
 
-def minimal(
-    inputs: int, outputs: int, links: int, weights: npt.NDArray[Any]
+def make_minimal_graphs(
+    inputs: int, outputs: int, max_links: int, weights: npt.NDArray[Any]
 ) -> npt.NDArray[np.float32]:
-    """Networks without hidden nodes, every input linked with every output: [agent, entry], from `weights` [agent, link]."""
-    made = np.zeros((len(weights), entries(links)), np.float32)
-    made[:, : inputs * outputs] = weights
-    for graph in made:
-        begin(graph, inputs, outputs)
-    return made
+    """Return networks [agent, entry] without hidden nodes, with all links from inputs to outputs.
+
+    `weights` [agent, link] are the weights of these links.
+    """
+    graphs = np.zeros((len(weights), count_entries(max_links)), np.float32)
+    graphs[:, : inputs * outputs] = weights
+    for graph in graphs:
+        init_minimal_graph(graph, inputs, outputs)
+    return graphs
 
 
 @compiled
-def begin(graph: Graph, inputs: int, outputs: int) -> None:
-    """Make a network without hidden nodes, every input linked with every output, of the weights that `graph` begins with."""
-    first, links = inputs + outputs, inputs * outputs
+def init_minimal_graph(graph: Graph, inputs: int, outputs: int) -> None:
+    """Write a network without hidden nodes, with all links from inputs to outputs.
+
+    The weights are read from the first entries of `graph`.
+    """
+    first = inputs + outputs
+    links = inputs * outputs
     for entry in range(HEAD + GENE * links, graph.size):
         graph[entry] = ZERO
-    for link in range(
-        links - 1, -1, -1
-    ):  # from the last on, so that no weight is written over before it is read
-        gene, weight = HEAD + GENE * link, graph[link]
-        graph[gene + NUMBER], graph[gene + SOURCE], graph[gene + TARGET] = (
-            first + link,
-            link // outputs,
-            inputs + link % outputs,
-        )
-        graph[gene + WEIGHT], graph[gene + ENABLED] = weight, ONE
-    graph[INPUTS], graph[OUTPUTS], graph[LEDGER] = inputs, outputs, first + links - 1
-    graph[NEWEST], graph[SPECIES], graph[STALE], graph[STALE_OF_ALL] = ONE, ONE, ZERO, ZERO
+    # The reverse order reads each weight before it is overwritten.
+    for link in range(links - 1, -1, -1):
+        gene = HEAD + GENE * link
+        weight = graph[link]
+        graph[gene + NUMBER] = first + link
+        graph[gene + SOURCE] = link // outputs
+        graph[gene + TARGET] = inputs + link % outputs
+        graph[gene + WEIGHT] = weight
+        graph[gene + ENABLED] = ONE
+    graph[INPUTS] = inputs
+    graph[OUTPUTS] = outputs
+    graph[LEDGER] = first + links - 1
+    graph[NEWEST] = ONE
+    graph[SPECIES] = ONE
+    graph[STALE] = ZERO
+    graph[STALE_OF_ALL] = ZERO
     graph[BEST] = graph[BEST_OF_ALL] = -np.inf
 
 
 @compiled
-def gene_at(link: int) -> int:
-    """Where the gene of a link begins."""
+def gene_offset(link: int) -> int:
+    """Return the first entry of the gene of a link."""
     return HEAD + GENE * link
 
 
 @compiled
-def room(graph: Graph) -> int:
-    """For how many links there is room."""
+def link_capacity(graph: Graph) -> int:
+    """Return the maximum number of links."""
     return (graph.size - HEAD) // GENE
 
 
 @compiled
-def links_of(graph: Graph) -> int:
-    """How many links there are, enabled or not."""
+def count_links(graph: Graph) -> int:
+    """Return the number of links, enabled or disabled."""
     links = 0
-    while links < room(graph) and graph[gene_at(links) + NUMBER] > ZERO:
+    while links < link_capacity(graph) and graph[gene_offset(links) + NUMBER] > ZERO:
         links += 1
     return links
 
 
 @compiled
-def makes_a_node(graph: Graph, link: int) -> bool:
-    """Whether a link is the one that its target, a hidden node, is named by."""
-    return bool(graph[gene_at(link) + NUMBER] == graph[gene_at(link) + TARGET])
+def defines_node(graph: Graph, link: int) -> bool:
+    """Return whether a link has the number of its target, which is a hidden node."""
+    return bool(graph[gene_offset(link) + NUMBER] == graph[gene_offset(link) + TARGET])
 
 
 @compiled
 def has_link(graph: Graph, source: Any, target: Any) -> bool:
-    found = False
-    for link in range(links_of(graph)):
-        found = found or (
-            graph[gene_at(link) + SOURCE] == source and graph[gene_at(link) + TARGET] == target
+    """Return whether a link from `source` to `target` exists, enabled or disabled."""
+    exists = False
+    for link in range(count_links(graph)):
+        exists = exists or (
+            graph[gene_offset(link) + SOURCE] == source
+            and graph[gene_offset(link) + TARGET] == target
         )
-    return found
+    return exists
 
 
 @compiled
-def nodes_of(graph: Graph) -> int:
-    """How many nodes there are: inputs, outputs, and hidden ones."""
+def count_nodes(graph: Graph) -> int:
+    """Return the number of nodes: inputs, outputs and hidden nodes."""
     nodes = int(graph[INPUTS]) + int(graph[OUTPUTS])
-    for link in range(links_of(graph)):
-        nodes += int(makes_a_node(graph, link))
+    for link in range(count_links(graph)):
+        nodes += int(defines_node(graph, link))
     return nodes
 
 
 @compiled
-def node_of(graph: Graph, place: int) -> Any:
-    """The name of the node at a place: inputs and outputs first, then the hidden ones, the oldest first."""
+def node_number(graph: Graph, index: int) -> Any:
+    """Return the number of the node at an index.
+
+    Inputs and outputs are first, then the hidden nodes, the oldest first.
+    """
     fixed = int(graph[INPUTS]) + int(graph[OUTPUTS])
-    name, hidden = np.float32(place), fixed
-    for link in range(links_of(graph)):
-        if makes_a_node(graph, link):
-            if hidden == place:
-                name = graph[gene_at(link) + TARGET]
+    number = np.float32(index)
+    hidden = fixed
+    for link in range(count_links(graph)):
+        if defines_node(graph, link):
+            if hidden == index:
+                number = graph[gene_offset(link) + TARGET]
             hidden += 1
-    return name
+    return number
 
 
 @compiled
-def leads_to(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
-    """Whether links, enabled or not, lead from one node to another, or they are the same. `marks` [link] is scratch."""
-    links = links_of(graph)
+def has_path(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
+    """Return whether `target` is `source`, or can be reached from it by enabled or disabled links.
+
+    `marks` [link] is scratch.
+    """
+    links = count_links(graph)
     for link in range(links):
         marks[link] = 0.0
-    found, grew = bool(source == target), True
-    while grew and not found:
-        grew = False
+    reached = bool(source == target)
+    has_changed = True
+    while has_changed and not reached:
+        has_changed = False
         for link in range(links):
             if marks[link] == 0.0 and _is_reached(graph, source, link, links, marks):
-                marks[link], grew = 1.0, True
-                found = found or graph[gene_at(link) + TARGET] == target
-    return found
+                marks[link] = 1.0
+                has_changed = True
+                reached = reached or graph[gene_offset(link) + TARGET] == target
+    return reached
 
 
 @compiled
 def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) -> bool:
-    """Whether a link begins at the source, or where one ends that is marked."""
-    begin = graph[gene_at(link) + SOURCE]
-    found = bool(begin == source)
-    for other in range(links):
-        found = found or (marks[other] > 0.0 and graph[gene_at(other) + TARGET] == begin)
-    return found
+    """Return whether the source of a link is `source` or the target of a marked link."""
+    begin = graph[gene_offset(link) + SOURCE]
+    reached = bool(begin == source)
+    for marked in range(links):
+        reached = reached or (marks[marked] > 0.0 and graph[gene_offset(marked) + TARGET] == begin)
+    return reached
 
 
 @compiled
-def answer(graph: Graph, inputs: int, outputs: int, steepness: Any, values: Any) -> None:
-    """Fill `values` [unit], of which the inputs are given: each node as soon as all that it hears have answered; no loops.
+def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: Any) -> None:
+    """Compute the values of all nodes of a network without loops.
 
-    The rows are the inputs, without the bias; one for each link that there is room for, which is that of the hidden node
-    that the link once made (0 where it made none); and the outputs. A node answers sigmoid(steepness x total).
+    The value of a node is sigmoid(steepness x total). `total` is the weighted sum of its inputs.
+
+    Parameters
+    ----------
+    graph : array of shape (entries,)
+        The network.
+    inputs : int
+        Number of inputs without the bias.
+    outputs : int
+        Number of outputs.
+    steepness : float32
+        Slope of the sigmoid.
+    values : array of shape (rows,)
+        The rows are the inputs, one row for each possible link, and the outputs. The row of a link
+        is that of the hidden node with its number, or 0 if there is none. The values of the inputs
+        must be set.
     """
     first_output = values.size - outputs
-    links = min(links_of(graph), first_output - inputs)
+    links = min(count_links(graph), first_output - inputs)
     for row in range(inputs, values.size):
-        there = row >= first_output or (row - inputs < links and makes_a_node(graph, row - inputs))
-        values[row] = UNKNOWN if there else ZERO
-    more = True
-    while more:
-        more = False
+        is_node = row >= first_output or (
+            row - inputs < links and defines_node(graph, row - inputs)
+        )
+        values[row] = UNKNOWN if is_node else ZERO
+    has_changed = True
+    while has_changed:
+        has_changed = False
         for row in range(inputs, values.size):
             if values[row] == UNKNOWN:
-                heard, total = _total(graph, inputs, outputs, links, values, row)
-                if heard:
-                    values[row], more = sigmoid(steepness * total), True
+                is_complete, total = _sum_inputs(graph, inputs, outputs, links, values, row)
+                if is_complete:
+                    values[row] = sigmoid(steepness * total)
+                    has_changed = True
 
 
 @compiled
-def _total(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row: int) -> Any:
-    """Whether all have answered that the node of a row hears, and what they come to, in the order of the links."""
-    heard, total = True, ZERO
+def _sum_inputs(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row: int) -> Any:
+    """Return whether all sources of a node have values, and the weighted sum of these values.
+
+    The terms are added in the order of the links.
+    """
+    is_complete = True
+    total = ZERO
     for link in range(links):
-        gene = gene_at(link)
+        gene = gene_offset(link)
         if (
             graph[gene + ENABLED] > ZERO
-            and row_of(graph, inputs, outputs, links, graph[gene + TARGET], values.size) == row
+            and node_row(graph, inputs, outputs, links, graph[gene + TARGET], values.size) == row
         ):
-            source = row_of(graph, inputs, outputs, links, graph[gene + SOURCE], values.size)
+            source = node_row(graph, inputs, outputs, links, graph[gene + SOURCE], values.size)
             value = ONE if source < 0 else values[source]
-            heard = heard and (
-                source < inputs or value != UNKNOWN
-            )  # an input may be what no node answers
+            # An input may have the value UNKNOWN.
+            is_complete = is_complete and (source < inputs or value != UNKNOWN)
             total += graph[gene + WEIGHT] * value
-    return heard, total
+    return is_complete, total
 
 
 @compiled
-def list_links(graph: Graph, inputs: int, outputs: int, units: int, found: Any) -> int:
-    """Fill `found` [link, (from row, to row, weight)] with the links that are enabled, of which it says how many there are."""
-    links, count = min(links_of(graph), units - inputs - outputs), 0
+def list_links(graph: Graph, inputs: int, outputs: int, units: int, listed: Any) -> int:
+    """Fill `listed` [link, (source row, target row, weight)] with enabled links.
+
+    Return the number of these links.
+    """
+    links = min(count_links(graph), units - inputs - outputs)
+    count = 0
     for link in range(links):
-        gene = gene_at(link)
+        gene = gene_offset(link)
         if graph[gene + ENABLED] > ZERO:
-            found[count, 0] = row_of(graph, inputs, outputs, links, graph[gene + SOURCE], units)
-            found[count, 1] = row_of(graph, inputs, outputs, links, graph[gene + TARGET], units)
-            found[count, 2] = graph[gene + WEIGHT]
+            listed[count, 0] = node_row(graph, inputs, outputs, links, graph[gene + SOURCE], units)
+            listed[count, 1] = node_row(graph, inputs, outputs, links, graph[gene + TARGET], units)
+            listed[count, 2] = graph[gene + WEIGHT]
             count += 1
     return count
 
 
 @compiled
-def row_of(graph: Graph, inputs: int, outputs: int, links: int, name: Any, units: int) -> Any:
-    """The row of the node of a name; -1 for the bias."""
-    node = int(name)
+def node_row(graph: Graph, inputs: int, outputs: int, links: int, number: Any, units: int) -> Any:
+    """Return the row of the node with a number, or -1 for the bias."""
+    node = int(number)
     if node <= inputs:
         return node if node < inputs else -1
     if node <= inputs + outputs:
         return units - outputs + node - inputs - 1
     row = -1
     for link in range(links):
-        if graph[gene_at(link)] == name:
+        if graph[gene_offset(link)] == number:
             row = inputs + link
     return row

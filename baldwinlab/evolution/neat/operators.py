@@ -1,10 +1,16 @@
-"""The variation `neat` and the selection `species`, which together are NEAT, of genomes that are graphs.
+"""The variation `neat` and the selection `species`, which together are NEAT.
 
-Each goes with other parts, too: `neat` with any selection, which is NEAT without species.
+Both work with other parts, too. `neat` with another selection is NEAT without species.
 
-Source: Stanley and Miikkulainen 2002, section 4.1, for all numbers but those that are called ours. Open there, and read so: of
-parents that are equally fit a coin says whose structure is inherited; of a species the given share breeds and one more, as, to
-our memory, in the authors' program; a partner from another species is anybody of the population; all children may mutate.
+All numbers are from section 4.1 of the paper, unless a description says that they are our choice.
+The paper leaves some rules open. Our choices are as follows. If two parents have the same fitness,
+the structure is that of a random parent. One more member of a species reproduces than the given
+share, as in the authors' program, from memory. A parent from another species is any agent of the
+population. All children can mutate.
+
+References
+----------
+Stanley and Miikkulainen 2002, section 4.1.
 """
 
 from __future__ import annotations
@@ -17,28 +23,45 @@ import numpy as np
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import LEDGER, SPECIES, ZERO, begin, room
-from baldwinlab.evolution.neat.mutation import OF_LINKS, add_link, add_node, cross, mutate_weights
-from baldwinlab.evolution.neat.species import may_breed, next_species, settle, standing
+from baldwinlab.evolution.neat.genome import (
+    LEDGER,
+    SPECIES,
+    ZERO,
+    init_minimal_graph,
+    link_capacity,
+)
+from baldwinlab.evolution.neat.mutation import (
+    FIRST_LINK_ROW,
+    add_link,
+    add_node,
+    cross,
+    mutate_weights,
+)
+from baldwinlab.evolution.neat.species import (
+    assign_species,
+    can_reproduce,
+    next_species,
+    species_status,
+)
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection, Variation
 from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
 
 
-def _holder(experiment: Any) -> Any:
-    """The part that says what genomes are."""
+def _genome_part(experiment: Any) -> Any:
+    """Return the part that defines the format of genomes: a network or a model."""
     return (
         experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
     )
 
 
 def require_graphs(experiment: Any, what: str) -> None:
-    """Raises ValueError where genomes are no graphs."""
-    if not getattr(_holder(experiment), "graphs", False):
+    """Raise ValueError if genomes are not graphs."""
+    if not getattr(_genome_part(experiment), "graphs", False):
         raise ValueError(
-            f"{what} needs genomes that are graphs: those of network.kind = 'neat', or of the models neat-xor, "
-            "neat-poles and neat-poles-without-velocities"
+            f"{what} needs genomes that are graphs: those of network.kind = 'neat', or of the "
+            "models neat-xor, neat-poles and neat-poles-without-velocities"
         )
 
 
@@ -110,23 +133,27 @@ class Species(Selection, name="species"):
     ) -> None:
         for agent in range(fitness.size):
             shares[agent] = -genome[agent, 0, SPECIES]
-        sort_by(
-            shares, fitness, order
-        )  # species by species, the oldest last, and of each the fittest last
-        total, all_breed, alike = _total(part, genome, fitness)
-        children, given, first, end = parents.shape[0], 0.0, 0, fitness.size
+        # The order is by species, the oldest last, then by fitness, the fittest last.
+        sort_by(shares, fitness, order)
+        total, all_breed, equal_shares = _total_of_means(part, genome, fitness)
+        children = parents.shape[0]
+        cumulative = 0.0
+        first = 0
+        end = fitness.size
         species = next_species(genome, 0)
         while species > ZERO:
-            size, mean, _, _, _ = standing(genome, fitness, species)
-            if all_breed or may_breed(part, genome, fitness, species):
-                given += 1.0 if alike else mean
-                until = int(given * children / total + 0.5)
+            size, mean, _, _, _ = species_status(genome, fitness, species)
+            if all_breed or can_reproduce(part, genome, fitness, species):
+                cumulative += 1.0 if equal_shares else mean
+                until = int(cumulative * children / total + 0.5)
                 for child in range(first, until):
-                    _mate(part, uniforms, order, end - size, end, child, parents)
+                    _choose_parents(part, uniforms, order, end - size, end, child, parents)
                 if size > part.champion_species_size and until > first:
-                    parents[first, 0], parents[first, 1] = order[end - 1], ITSELF
+                    parents[first, 0] = order[end - 1]
+                    parents[first, 1] = ITSELF
                 first = until
-            species, end = next_species(genome, species), end - size
+            species = next_species(genome, species)
+            end = end - size
 
     @staticmethod
     def oracle(part: Any, genome: Any, fitness: Any, uniforms: Any) -> Any:
@@ -134,39 +161,51 @@ class Species(Selection, name="species"):
 
 
 @compiled
-def _total(part: Any, genome: Genome, fitness: Fitness) -> Any:
-    """The mean fitness of the species that breed, added up; whether all breed; whether they are alike, as nobody has any."""
-    breeding, total = 0, 0.0
-    everyone, total_of_all = 0, 0.0
+def _total_of_means(part: Any, genome: Genome, fitness: Fitness) -> Any:
+    """Return the total of the mean fitness of reproducing species, and two flags.
+
+    The flags are whether all species reproduce, and whether all have equal shares of the children,
+    because no agent has any fitness.
+    """
+    breeding = 0
+    total = 0.0
+    all_species = 0
+    total_of_all = 0.0
     species = next_species(genome, 0)
     while species > ZERO:
-        mean = standing(genome, fitness, species)[1]
-        everyone, total_of_all = everyone + 1, total_of_all + mean
-        if may_breed(part, genome, fitness, species):
-            breeding, total = breeding + 1, total + mean
+        mean = species_status(genome, fitness, species)[1]
+        all_species = all_species + 1
+        total_of_all = total_of_all + mean
+        if can_reproduce(part, genome, fitness, species):
+            breeding = breeding + 1
+            total = total + mean
         species = next_species(genome, species)
     if breeding == 0:
-        breeding, total = everyone, total_of_all
-    all_breed = breeding == everyone
+        breeding = all_species
+        total = total_of_all
+    all_breed = breeding == all_species
     return (total if total > 0.0 else float(breeding)), all_breed, total == 0.0
 
 
 @compiled
-def _mate(
+def _choose_parents(
     part: Any, uniforms: Uniforms, order: Order, begin: int, end: int, child: int, parents: Parents
 ) -> None:
-    """Two of those that survive of a species, which stand last from `begin` to `end`; or one; or one and anybody."""
+    """Choose the parents of a child from the best members of a species.
+
+    The members are `order[begin:end]`, the fittest last. The second parent can be any agent of the
+    population, or the first parent itself.
+    """
     draws = uniforms[child]
     survivors = min(end - begin, int(np.float64(part.survival_threshold) * (end - begin)) + 1)
-    one, other = (
-        order[end - 1 - int(draws[0, 0] * survivors)],
-        order[end - 1 - int(draws[0, 3] * survivors)],
-    )
+    first = order[end - 1 - int(draws[0, 0] * survivors)]
+    second = order[end - 1 - int(draws[0, 3] * survivors)]
     if draws[0, 2] < part.interspecies_mating_rate:
-        other = order[int(draws[0, 3] * order.size)]
+        second = order[int(draws[0, 3] * order.size)]
     if draws[0, 1] < part.single_parent_share:
-        other = one
-    parents[child, 0], parents[child, 1] = one, other
+        second = first
+    parents[child, 0] = first
+    parents[child, 1] = second
 
 
 class Neat(Variation, name="neat"):
@@ -179,15 +218,12 @@ class Neat(Variation, name="neat"):
 
     settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {
-        "blind": lambda part, experiment: (
-            experiment.evolution.selection == "neutral"
-        ),  # then nobody counts as the fitter one
-        "loops": lambda part, experiment: bool(
-            getattr(_holder(experiment), "loops", False)
-        ),  # whether new links may close any
-        "inputs": lambda part, experiment: (
-            len(getattr(experiment, "inputs", ())) + 1
-        ),  # with the bias, of foragers
+        # Under neutral selection, no parent is the fitter one.
+        "blind": lambda part, experiment: experiment.evolution.selection == "neutral",
+        # Whether new links may close loops.
+        "loops": lambda part, experiment: bool(getattr(_genome_part(experiment), "loops", False)),
+        # The inputs of foragers, with the bias.
+        "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }
     weight_mutation_rate: float = Field(
@@ -250,7 +286,7 @@ class Neat(Variation, name="neat"):
     @staticmethod
     def init_founders(part: Any, genome: Genome) -> None:
         for agent in range(genome.shape[0]):
-            begin(genome[agent, 0], part.inputs, part.outputs)
+            init_minimal_graph(genome[agent, 0], part.inputs, part.outputs)
 
     @staticmethod
     def vary_population(
@@ -263,25 +299,30 @@ class Neat(Variation, name="neat"):
         children: Genome,
     ) -> None:
         first = int(genome[0, 0, LEDGER]) + 1
-        last, links = first - 1, room(genome[0, 0])
-        used, marks = draws[: OF_LINKS + links], draws[OF_LINKS + links :, 0]
+        last = first - 1
+        links = link_capacity(genome[0, 0])
+        used = draws[: FIRST_LINK_ROW + links]
+        marks = draws[FIRST_LINK_ROW + links :, 0]
         for child in range(children.shape[0]):
-            one, other = parents[child, 0], parents[child, 1]
-            copy_genome(genome[one], children[child])
-            if other == ITSELF:
+            first_parent = parents[child, 0]
+            second_parent = parents[child, 1]
+            copy_genome(genome[first_parent], children[child])
+            if second_parent == ITSELF:
                 continue
             rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, used)
-            if one != other:
-                if (part.blind or fitness[one] == fitness[other]) and used[1, 2] < 0.5:
-                    one, other = other, one
-                    copy_genome(genome[one], children[child])
-                cross(part, genome[other, 0], used, children[child, 0])
+            if first_parent != second_parent:
+                if (part.blind or fitness[first_parent] == fitness[second_parent]) and used[
+                    1, 2
+                ] < 0.5:
+                    first_parent, second_parent = second_parent, first_parent
+                    copy_genome(genome[first_parent], children[child])
+                cross(part, genome[second_parent, 0], used, children[child, 0])
             mutate_weights(part, used, children[child, 0])
             last = add_node(part, used, children, child, first, last)
             last = add_link(part, used, children, child, first, last, marks)
         for child in range(children.shape[0]):
             children[child, 0, LEDGER] = last
-        settle(part, key, genome, fitness, children)
+        assign_species(part, key, genome, fitness, children)
 
     @staticmethod
     def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:

@@ -1,11 +1,16 @@
-"""Species: how far apart two networks are, which species a child is of, how species stand, and which of them may breed.
+"""Species: compatibility distance, species of children, status of species, and reproduction.
 
-A species is represented by anybody of it in the generation of the parents; a child is of the first one, the oldest first, whose
-representative is nearer than a threshold, and founds another where there is none. Its number, and since when its best has
-not been surpassed, stand in the head of every genome, so that a generation follows from the one before and from nothing else.
+A species is represented by a random member of the generation of the parents. A child belongs to the
+first species, the oldest first, whose representative is nearer than a threshold. If there is none,
+the child founds a new species. The head of each genome stores the species number and the number of
+generations without improvement. Therefore, a generation follows from the previous one only.
 
-Source: Stanley and Miikkulainen 2002, sections 3.3 and 4.1. How long the search stays narrowed to the two best species is open
-there: as, to our memory, in the authors' program for one generation, after which counting begins anew.
+The paper does not define for how long only the two best species reproduce. As in the authors'
+program, from memory, this lasts for one generation. Then the count starts again.
+
+References
+----------
+Stanley and Miikkulainen 2002, sections 3.3 and 4.1.
 """
 
 from __future__ import annotations
@@ -28,67 +33,98 @@ from baldwinlab.evolution.neat.genome import (
     WEIGHT,
     ZERO,
     Graph,
-    gene_at,
-    links_of,
+    count_links,
+    gene_offset,
 )
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome
 
-SMALL: Final = 20  # networks with fewer links are compared without regard to their size
+# The distance of networks with fewer links is not divided by their size.
+SMALL_NETWORK: Final = 20
 
 
 @compiled
-def distance(part: Any, one: Graph, other: Graph) -> float:
-    """The compatibility distance: c1 E / N + c2 D / N + c3 W, of excess and disjoint genes and the mean difference of weights."""
-    mine, theirs, of_one, of_other = 0, 0, links_of(one), links_of(other)
-    disjoint, matching, difference = 0, 0, 0.0
-    while mine < of_one and theirs < of_other:
-        a, b = gene_at(mine), gene_at(theirs)
-        if one[a + NUMBER] == other[b + NUMBER]:
-            difference += abs(np.float64(one[a + WEIGHT]) - np.float64(other[b + WEIGHT]))
+def distance(part: Any, first: Graph, second: Graph) -> float:
+    """Compute the compatibility distance c1 E / N + c2 D / N + c3 W.
+
+    E and D are the numbers of excess and disjoint genes, N is the larger number of genes, and W is
+    the mean difference of the weights of matching genes.
+    """
+    first_link = 0
+    second_link = 0
+    first_links = count_links(first)
+    second_links = count_links(second)
+    disjoint = 0
+    matching = 0
+    difference = 0.0
+    while first_link < first_links and second_link < second_links:
+        a = gene_offset(first_link)
+        b = gene_offset(second_link)
+        if first[a + NUMBER] == second[b + NUMBER]:
+            difference += abs(np.float64(first[a + WEIGHT]) - np.float64(second[b + WEIGHT]))
             matching += 1
         else:
             disjoint += 1
-        ahead, behind = one[a + NUMBER] <= other[b + NUMBER], one[a + NUMBER] >= other[b + NUMBER]
-        mine, theirs = mine + int(ahead), theirs + int(behind)
-    excess, size = of_one - mine + of_other - theirs, max(of_one, of_other)
+        advances_first = first[a + NUMBER] <= second[b + NUMBER]
+        advances_second = first[a + NUMBER] >= second[b + NUMBER]
+        first_link += int(advances_first)
+        second_link += int(advances_second)
+    excess = first_links - first_link + second_links - second_link
+    size = max(first_links, second_links)
     genes = (
         np.float64(part.excess_coefficient) * excess
         + np.float64(part.disjoint_coefficient) * disjoint
     )
-    return genes / (size if size >= SMALL else 1) + np.float64(part.weight_coefficient) * (
+    return genes / (size if size >= SMALL_NETWORK else 1) + np.float64(part.weight_coefficient) * (
         difference / max(1, matching)
     )
 
 
 @compiled
 def next_species(genome: Genome, after: Any) -> Any:
-    """The species with the least number above `after`; 0 if there is none."""
-    found = ZERO
+    """Return the smallest species number above `after`, or 0 if there is none."""
+    smallest = ZERO
     for agent in range(genome.shape[0]):
         species = genome[agent, 0, SPECIES]
-        if species > after and (found == ZERO or species < found):
-            found = species
-    return found
+        if species > after and (smallest == ZERO or species < smallest):
+            smallest = species
+    return smallest
 
 
 @compiled
-def standing(genome: Genome, fitness: Fitness, species: Any) -> Any:
-    """Of a species: its size, mean and best fitness; the best it ever had; for how many generations that has not risen."""
-    size, total, best, before, stale = 0, 0.0, -math.inf, -math.inf, 0
+def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
+    """Return the status of a species.
+
+    Returns
+    -------
+    size : int
+        Number of members.
+    mean : float
+        Mean fitness.
+    best : float
+        Best fitness.
+    best_ever : float
+        Best fitness in all generations.
+    stale : int
+        Number of generations without an increase of `best_ever`.
+    """
+    size = 0
+    total = 0.0
+    best = -math.inf
+    before = -math.inf
+    stale = 0
     for agent in range(fitness.size):
         if genome[agent, 0, SPECIES] == species:
-            size, total, best = (
-                size + 1,
-                total + fitness[agent],
-                max(best, np.float64(np.float32(fitness[agent]))),
-            )
-            before, stale = np.float64(genome[agent, 0, BEST]), int(genome[agent, 0, STALE])
+            size = size + 1
+            total = total + fitness[agent]
+            best = max(best, np.float64(np.float32(fitness[agent])))
+            before = np.float64(genome[agent, 0, BEST])
+            stale = int(genome[agent, 0, STALE])
     return size, total / max(1, size), best, max(best, before), 0 if best > before else stale + 1
 
 
 @compiled
-def standing_of_all(genome: Genome, fitness: Fitness) -> Any:
-    """Of the population: the best fitness that it ever had; for how many generations that has not risen."""
+def population_status(genome: Genome, fitness: Fitness) -> Any:
+    """Return the best fitness of all generations, and the generations without its increase."""
     best = -math.inf
     for agent in range(fitness.size):
         best = max(best, np.float64(np.float32(fitness[agent])))
@@ -97,81 +133,89 @@ def standing_of_all(genome: Genome, fitness: Fitness) -> Any:
 
 
 @compiled
-def may_breed(part: Any, genome: Genome, fitness: Fitness, species: Any) -> bool:
-    """Whether a species has children: not for long without a gain, and where all are, only one of the two best."""
-    _, stale_of_all = standing_of_all(genome, fitness)
+def can_reproduce(part: Any, genome: Genome, fitness: Fitness, species: Any) -> bool:
+    """Return whether a species has children.
+
+    A species has none after a long time without improvement. If the population does not improve,
+    only the two best species have children.
+    """
+    _, stale_of_all = population_status(genome, fitness)
     period = part.population_stagnation_generations + 1
     if stale_of_all > 0 and stale_of_all % period == 0:
-        return _ahead(genome, fitness, species) < 2
-    stale = standing(genome, fitness, species)[4]
-    if stale_of_all > period:  # since the search was narrowed
+        return _count_better_species(genome, fitness, species) < 2
+    stale = species_status(genome, fitness, species)[4]
+    # The count starts again after a generation in which only the two best species reproduced.
+    if stale_of_all > period:
         stale = min(stale, stale_of_all % period)
     return bool(stale < part.stagnation_generations)
 
 
 @compiled
-def _ahead(genome: Genome, fitness: Fitness, species: Any) -> int:
-    """How many species have a better best; of equals the older."""
-    own, count = standing(genome, fitness, species)[2], 0
-    other = next_species(genome, 0)
-    while other > ZERO:
-        best = standing(genome, fitness, other)[2]
-        count += int(best > own or (best == own and other < species))
-        other = next_species(genome, other)
+def _count_better_species(genome: Genome, fitness: Fitness, species: Any) -> int:
+    """Return the number of better species. Of equal species, the older is better."""
+    best_of_species = species_status(genome, fitness, species)[2]
+    count = 0
+    competitor = next_species(genome, 0)
+    while competitor > ZERO:
+        best = species_status(genome, fitness, competitor)[2]
+        count += int(best > best_of_species or (best == best_of_species and competitor < species))
+        competitor = next_species(genome, competitor)
     return count
 
 
 @compiled
-def settle(
+def assign_species(
     part: Any, key: GenerationKey, genome: Genome, fitness: Fitness, children: Genome
 ) -> None:
-    """Say of every child which species it is of, and how that stands, in the heads of their genomes."""
-    best_of_all, stale_of_all = standing_of_all(genome, fitness)
+    """Write the species of each child and its status into the heads of the genomes."""
+    best_of_all, stale_of_all = population_status(genome, fitness)
     for child in range(children.shape[0]):
         children[child, 0, SPECIES] = ZERO
-        children[child, 0, BEST_OF_ALL], children[child, 0, STALE_OF_ALL] = (
-            np.float32(best_of_all),
-            np.float32(stale_of_all),
-        )
-    species, count = next_species(genome, 0), 0
+        children[child, 0, BEST_OF_ALL] = np.float32(best_of_all)
+        children[child, 0, STALE_OF_ALL] = np.float32(stale_of_all)
+    species = next_species(genome, 0)
+    count = 0
     while species > ZERO:
-        size, _, _, best, stale = standing(genome, fitness, species)
+        size, _, _, best, stale = species_status(genome, fitness, species)
         draw = rng.uniform(
             rng.philox(1, count, key.generation, rng.INHERITANCE, key.seed, key.run)[3]
         )
-        representative = genome[_member(genome, species, int(draw * size)), 0]
-        _take(part, representative, species, np.float32(best), stale, children)
-        species, count = next_species(genome, species), count + 1
+        representative = genome[_find_member(genome, species, int(draw * size)), 0]
+        _add_children(part, representative, species, np.float32(best), stale, children)
+        species = next_species(genome, species)
+        count = count + 1
     newest = genome[0, 0, NEWEST]
     for child in range(children.shape[0]):
         if children[child, 0, SPECIES] == ZERO:
             newest += np.float32(1)
-            _take(part, children[child, 0], newest, np.float32(-math.inf), 0, children)
+            _add_children(part, children[child, 0], newest, np.float32(-math.inf), 0, children)
     for child in range(children.shape[0]):
         children[child, 0, NEWEST] = newest
 
 
 @compiled
-def _member(genome: Genome, species: Any, number: int) -> int:
-    """Somebody of a species, by number."""
-    found = 0
+def _find_member(genome: Genome, species: Any, number: int) -> int:
+    """Return the agent that is member `number` of a species."""
+    member = 0
     for agent in range(genome.shape[0]):
         if genome[agent, 0, SPECIES] == species:
             if number == 0:
-                found = agent
+                member = agent
             number -= 1
-    return found
+    return member
 
 
 @compiled
-def _take(
+def _add_children(
     part: Any, representative: Graph, species: Any, best: Any, stale: int, children: Genome
 ) -> None:
-    """Take all children into a species that are near its representative, and of no other yet."""
+    """Add children without a species to a species if they are near its representative."""
     for child in range(children.shape[0]):
         graph = children[child, 0]
         if (
             graph[SPECIES] == ZERO
             and distance(part, representative, graph) < part.compatibility_threshold
         ):
-            graph[SPECIES], graph[BEST], graph[STALE] = species, best, np.float32(stale)
+            graph[SPECIES] = species
+            graph[BEST] = best
+            graph[STALE] = np.float32(stale)

@@ -1,9 +1,13 @@
-"""Two poles of different lengths, hinged on a cart that a force pushes along a track: how they move.
+"""Equations of motion of two poles on a cart that a force moves along a track.
 
-A state is [place, velocity of the cart, angle, angular velocity of the long pole, the same of the short one], in m, rad and s.
+A state has the position and velocity of the cart, the angle and angular velocity of the long pole,
+and those of the short pole, in m, rad and s. Track, lengths, masses and steps follow Stanley and
+Miikkulainen 2002, section 4.3.
 
-Sources: A. P. Wieland, "Evolving neural network controllers for unstable systems", IJCNN 1991, for the equations of motion;
-Stanley and Miikkulainen 2002, section 4.3, for track, lengths, masses and steps.
+References
+----------
+A. P. Wieland, "Evolving neural network controllers for unstable systems", IJCNN 1991.
+Stanley and Miikkulainen 2002.
 """
 
 from __future__ import annotations
@@ -15,30 +19,43 @@ import numpy as np
 from baldwinlab.engine.arithmetic import polynomial
 from baldwinlab.engine.jit import compiled
 
-PARTS: Final = 6  # of a state
-TRACK, UPRIGHT = 2.4, 36 * np.pi / 180  # m either way; rad either way
-CART, MASSES, HALVES = (
-    1.0,
-    (0.1, 0.01),
-    (0.5, 0.05),
-)  # kg, kg, and half of the lengths in m: 1 m and 0.1 m
-FORCE, GRAVITY, HINGE = 10.0, -9.8, 2e-6  # N, m/s^2, friction of a hinge
-STEP: Final = 0.01  # s, of which there are two to a push
-SINE = tuple(
-    (-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(9, -1, -1)
-)  # in powers of the square
+# Number of entries of a state.
+PARTS: Final = 6
+# Limit of the position in both directions, in m.
+TRACK = 2.4
+# Limit of the angle in both directions, in rad.
+UPRIGHT = 36 * np.pi / 180
+# Mass of the cart, in kg.
+CART = 1.0
+# Masses of the poles, in kg.
+MASSES = (0.1, 0.01)
+# Half of the lengths of the poles, in m. The lengths are 1 m and 0.1 m.
+HALVES = (0.5, 0.05)
+# Largest force, in N.
+FORCE = 10.0
+# Acceleration, in m/s^2.
+GRAVITY = -9.8
+# Friction coefficient of a hinge.
+HINGE = 2e-6
+# Time step, in s. A network is activated after two steps.
+STEP: Final = 0.01
+# Coefficients of the Taylor series of sine and cosine, in powers of the squared angle.
+SINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(9, -1, -1))
 COSINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 1))) for k in range(10, -1, -1))
 
 
 @compiled
-def stands(state: Any) -> bool:
-    """Whether the cart is on its track and both poles are upright."""
+def is_balanced(state: Any) -> bool:
+    """Return whether the cart is on its track and both poles are upright."""
     return bool(abs(state[0]) <= TRACK and abs(state[2]) <= UPRIGHT and abs(state[4]) <= UPRIGHT)
 
 
 @compiled
 def move(state: Any, push: float, step: float, friction: float, motion: Any) -> None:
-    """One step of Runge and Kutta's fourth order. `motion` [7, 6] is scratch from row 1 on."""
+    """Do one step of the fourth-order Runge-Kutta method.
+
+    `motion` [7, 6] is scratch from row 1 on.
+    """
     point = motion[1]
     _slope(state, push, friction, motion[2])
     for stage in range(1, 4):
@@ -53,33 +70,44 @@ def move(state: Any, push: float, step: float, friction: float, motion: Any) -> 
 
 @compiled
 def _slope(state: Any, push: float, friction: float, slope: Any) -> None:
-    """The rates at which cart and poles change (Wieland 1991)."""
-    force, mass = push, CART
+    """Fill the time derivative of a state (Wieland 1991)."""
+    force = push
+    mass = CART
     for pole in range(2):
-        angle, turning = state[2 + 2 * pole], state[3 + 2 * pole]
-        sine, cosine = sine_of(angle), cosine_of(angle)
-        drag = friction * turning / (MASSES[pole] * HALVES[pole])
+        angle = state[2 + 2 * pole]
+        angular_velocity = state[3 + 2 * pole]
+        sine = compute_sine(angle)
+        cosine = compute_cosine(angle)
+        drag = friction * angular_velocity / (MASSES[pole] * HALVES[pole])
         force += MASSES[pole] * (
-            HALVES[pole] * turning * turning * sine + 0.75 * cosine * (drag + GRAVITY * sine)
+            HALVES[pole] * angular_velocity * angular_velocity * sine
+            + 0.75 * cosine * (drag + GRAVITY * sine)
         )
         mass += MASSES[pole] * (1.0 - 0.75 * cosine * cosine)
-    slope[0], slope[1] = state[1], force / mass
+    slope[0] = state[1]
+    slope[1] = force / mass
     for pole in range(2):
-        angle, turning = state[2 + 2 * pole], state[3 + 2 * pole]
-        drag = friction * turning / (MASSES[pole] * HALVES[pole])
-        slope[2 + 2 * pole] = turning
+        angle = state[2 + 2 * pole]
+        angular_velocity = state[3 + 2 * pole]
+        drag = friction * angular_velocity / (MASSES[pole] * HALVES[pole])
+        slope[2 + 2 * pole] = angular_velocity
         slope[3 + 2 * pole] = (
-            -0.75 / HALVES[pole] * (slope[1] * cosine_of(angle) + GRAVITY * sine_of(angle) + drag)
+            -0.75
+            / HALVES[pole]
+            * (slope[1] * compute_cosine(angle) + GRAVITY * compute_sine(angle) + drag)
         )
 
 
 @compiled
-def sine_of(angle: float) -> float:
-    """Of an angle between -1.5 and 1.5, within 1e-15: products alone, so that the bits are those of any machine."""
+def compute_sine(angle: float) -> float:
+    """Compute the sine of an angle in [-1.5, 1.5], with an error below 1e-15.
+
+    Products alone give the same bits on all machines.
+    """
     return angle * polynomial(angle * angle, SINE)
 
 
 @compiled
-def cosine_of(angle: float) -> float:
-    """Of an angle between -1.5 and 1.5, within 1e-15."""
+def compute_cosine(angle: float) -> float:
+    """Compute the cosine of an angle in [-1.5, 1.5], with an error below 1e-15."""
     return polynomial(angle * angle, COSINE)

@@ -1,16 +1,20 @@
-"""Two poles on a cart, which must be kept from falling: the harder task of NEAT.
+"""Double pole balancing with velocities, the second task of NEAT.
 
     baldwinlab run neat-poles --set evolution.generations=5 neat_poles.max_steps=500 --runs 2
 
-A cart on a track carries two poles, hinged, of different lengths. A network senses the places and
-the velocities of cart and poles, and says every 0.02 s with what force the cart is pushed, from -10
-to 10 N. Fitness is for how many such steps the cart stays on its track and both poles within 36
-degrees of upright; who does for the longest time that is tried has solved it. What it shares with
-the task without velocities, `unseen_velocities.py`, is here, too.
+A cart on a track carries two poles of different lengths on hinges. A network senses the positions
+and the velocities of the cart and the poles. Every 0.02 s, its output sets the force on the cart,
+from -10 to 10 N. Fitness is the number of such steps in which the cart stays on its track and both
+poles stay within 36 degrees of upright. A network that reaches the maximum number of steps has
+solved the task. This module also has the code that it shares with `double_pole_no_velocities.py`.
 
-Sources: Stanley and Miikkulainen 2002, section 4.3 and its tables (track, lengths, masses, steps;
-3,578 networks and 24 generations on average in 120 runs). To our memory as in the authors' program
-are the scale of the senses and the angle at the start.
+Track, lengths, masses and steps follow section 4.3 of Stanley and Miikkulainen 2002 and its tables.
+In the paper, 120 runs evaluate 3,578 networks in 24 generations on average. The scaling of the
+inputs and the initial angle are those of the authors' program, from memory.
+
+References
+----------
+Stanley and Miikkulainen 2002.
 """
 
 from __future__ import annotations
@@ -26,22 +30,25 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.neat.genome import (
     INFINITE_GENES,
-    entries,
+    count_entries,
     list_links,
-    minimal,
+    make_minimal_graphs,
     require_neat,
 )
-from baldwinlab.models.neat.cart_pole import FORCE, HINGE, PARTS, STEP, move, stands
-from baldwinlab.models.neat.measures import SHAPE, of_solutions, shape_of
+from baldwinlab.models.neat.cart_pole import FORCE, HINGE, PARTS, STEP, is_balanced, move
+from baldwinlab.models.neat.measures import SHAPE, measure_solutions, record_shape
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
-SCALE: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)  # what the state is divided by, to be sensed
-START: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)  # the long pole leans, in rad
-LAST: Final = 100  # steps whose unrest is told
+# Divisors of the state, which give the inputs.
+SCALE: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
+# Initial state. The angle of the long pole is 0.07 rad.
+START: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
+# Number of final steps in which the unrest is measured.
+LAST: Final = 100
 
 
 class Poles(Model):
-    """What the tasks have in common."""
+    """Common base of the tasks."""
 
     max_steps: int = Field(
         100_000,
@@ -70,8 +77,10 @@ class Poles(Model):
 
     graphs: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
-    loops: ClassVar[bool] = False  # whether links may lead back, and nodes remember
-    sensed: ClassVar[tuple[int, ...]]  # parts of the state
+    # Whether networks may be recurrent.
+    loops: ClassVar[bool] = False
+    # Indices of the state that are sensed.
+    sensed: ClassVar[tuple[int, ...]]
 
     def without_learning(self) -> Self:
         return self
@@ -84,24 +93,40 @@ class Poles(Model):
         require_neat(experiment, f"model = {self.name!r}")
 
     def weights(self) -> int:
-        return entries(self.max_links)
+        return count_entries(self.max_links)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        inputs = len(self.sensed) + 1  # and the bias
+        # The bias is an input.
+        inputs = len(self.sensed) + 1
         draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
-        return minimal(inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range)[
-            :, None
-        ]
+        return make_minimal_graphs(
+            inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range
+        )[:, None]
 
-    def balanced(
-        self, graphs: npt.NDArray[np.float32], starts: Sequence[Sequence[float]], longest: int
+    def balance_networks(
+        self, graphs: npt.NDArray[np.float32], starts: Sequence[Sequence[float]], max_steps: int
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-        """Of each network, [run, agent, entry], from each start state: the steps until something falls, and `balance`'s unrest.
+        """Balance with each network from each start state.
 
-        Both are [run, agent, start].
+        Parameters
+        ----------
+        graphs : array of shape (runs, agents, entries)
+            Networks.
+        starts : sequence
+            Start states.
+        max_steps : int
+            Maximum number of steps.
+
+        Returns
+        -------
+        steps : array of shape (runs, agents, starts)
+            Number of steps until the cart leaves its track or a pole falls.
+        unrest : array of shape (runs, agents, starts)
+            Unrest, as defined in `balance`.
         """
         shape = (*graphs.shape[:2], len(starts))
-        steps, unrest = poison.empty(shape, np.int64), poison.empty(shape)
+        steps = poison.empty(shape, np.int64)
+        unrest = poison.empty(shape)
         units = poison.empty((2, len(self.sensed) + self.max_links + 1), np.float32)
         scratch = (
             units,
@@ -109,9 +134,14 @@ class Poles(Model):
             poison.empty((7, PARTS)),
             poison.empty(LAST),
         )
-        how = (np.array(self.sensed), self.loops, longest, np.float32(self.sigmoid_slope))
+        settings = (np.array(self.sensed), self.loops, max_steps, np.float32(self.sigmoid_slope))
         balance(
-            np.ascontiguousarray(graphs), np.array(starts, float), *how, *scratch, steps, unrest
+            np.ascontiguousarray(graphs),
+            np.array(starts, float),
+            *settings,
+            *scratch,
+            steps,
+            unrest,
         )
         return steps, unrest
 
@@ -132,38 +162,56 @@ class NeatPoles(Poles, name="neat-poles"):
         ),
         **SHAPE,
     }
-    measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["solves"] == 1)
+    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(lambda runs: runs["solves"] == 1)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps = self.balanced(graphs, [START], self.max_steps)[0][..., 0]
+        steps = self.balance_networks(graphs, [START], self.max_steps)[0][..., 0]
         energy = steps.astype(np.float64)
-        records = {"solves": (steps == self.max_steps).astype(np.int32), **shape_of(graphs)}
+        records = {"solves": (steps == self.max_steps).astype(np.int32), **record_shape(graphs)}
         return LifeResults(energy, np.zeros_like(energy), None, records)
 
 
 @jit_entry_point
 def balance(
-    graphs: Any, starts: Any, sensed: Any, loops: bool, longest: int, steepness: Any,
+    graphs: Any, starts: Any, sensed: Any, loops: bool, max_steps: int, slope: Any,
     units: Any, plan: Any, motion: Any, recent: Any, steps: Any, unrest: Any,
 ) -> None:  # fmt: skip
-    """Fill `steps` [run, agent, start] with the steps until something falls, and `unrest` with how restless the last were.
+    """Balance with all networks from all start states.
 
-    Unrest is |place| + |velocity| of the cart + |angle| + |angular velocity| of the long pole, over
-    the last `MAX_GENERATIONS` steps. `units` [2, unit], `plan` [2, link, 3], `motion` [7, 6] and `recent`
-    [LAST] are scratch.
+    Parameters
+    ----------
+    graphs : array of shape (runs, agents, entries)
+        Networks.
+    starts : array of shape (starts, 6)
+        Start states.
+    sensed : array of int
+        Indices of the state that are sensed.
+    loops : bool
+        Whether networks may be recurrent.
+    max_steps : int
+        Maximum number of steps.
+    slope : float32
+        Slope of the sigmoid.
+    units, plan, motion, recent : arrays of shape (2, units), (2, links, 3), (7, 6) and (LAST,)
+        Scratch.
+    steps : array of shape (runs, agents, starts)
+        Output: the number of steps until the cart leaves its track or a pole falls.
+    unrest : array of shape (runs, agents, starts)
+        Output: the sum over the last `LAST` steps of |position| + |velocity| of the cart + |angle|
+        + |angular velocity| of the long pole.
     """
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
-            links = plan_answer(graphs[run, agent], sensed.size, loops, plan[0], plan[1], units[1])
+            links = order_links(graphs[run, agent], sensed.size, loops, plan[0], plan[1], units[1])
             for start in range(starts.shape[0]):
                 _begin(starts[start], loops, units, motion[0], recent)
-                lived = _live(
-                    plan[1], links, sensed, loops, longest, steepness, units, motion, recent
+                steps[run, agent, start] = _balance_once(
+                    plan[1], links, sensed, loops, max_steps, slope, units, motion, recent
                 )
-                steps[run, agent, start], total = lived, 0.0
+                total = 0.0
                 for step in range(LAST):
                     total += recent[step]
                 unrest[run, agent, start] = total
@@ -171,7 +219,10 @@ def balance(
 
 @compiled
 def _begin(start: Any, loops: bool, units: Any, state: Any, recent: Any) -> None:
-    """A node that hears nobody says 1/2; where there are loops all have said 0 before life."""
+    """Set the initial state and the initial values of nodes.
+
+    A node without links has the value 1/2. In recurrent networks, all initial values are 0.
+    """
     for part in range(PARTS):
         state[part] = start[part]
     for row in range(units.shape[1]):
@@ -181,85 +232,106 @@ def _begin(start: Any, loops: bool, units: Any, state: Any, recent: Any) -> None
 
 
 @compiled
-def _live(
+def _balance_once(
     plan: Any,
     links: int,
     sensed: Any,
     loops: bool,
-    longest: int,
-    steepness: Any,
+    max_steps: int,
+    slope: Any,
     units: Any,
     motion: Any,
     recent: Any,
 ) -> int:
-    """The steps until something falls."""
-    state, step, heard, said = motion[0], 0, units[1 if loops else 0], units[0]
-    while step < longest and stands(state):
-        push = FORCE * (
-            2.0 * np.float64(answer_once(plan, links, steepness, sensed, state, heard, said)) - 1.0
-        )
+    """Return the number of steps until the cart leaves its track or a pole falls."""
+    state = motion[0]
+    step = 0
+    sources = units[1 if loops else 0]
+    values = units[0]
+    while step < max_steps and is_balanced(state):
+        output = activate_once(plan, links, slope, sensed, state, sources, values)
+        push = FORCE * (2.0 * np.float64(output) - 1.0)
         if loops:
-            for row in range(said.size):
-                heard[row] = said[row]
+            for row in range(values.size):
+                sources[row] = values[row]
         move(state, push, STEP, HINGE, motion)
         move(state, push, STEP, HINGE, motion)
-        if stands(state):
+        if is_balanced(state):
             recent[step % LAST] = (abs(state[0]) + abs(state[1])) + (abs(state[2]) + abs(state[3]))
             step += 1
     return step
 
 
 @compiled
-def plan_answer(graph: Any, inputs: int, loops: bool, found: Any, plan: Any, done: Any) -> int:
-    """Fill `plan` [link, (from row, to row, weight)] with the enabled links, each after all those that its source hears.
+def order_links(graph: Any, inputs: int, loops: bool, listed: Any, plan: Any, done: Any) -> int:
+    """Fill `plan` with the enabled links in the order of their evaluation, and return their number.
 
-    Where there may be `loops` they have no such order. How many there are. Links to a node stand
-    together, in the order of the genome. `inputs` are those without the bias. `found`, of the same
-    shape, and `done` [row] are scratch.
+    Without loops, a link is after all links to its source. Links to the same node are adjacent, in
+    the order of the genome.
+
+    Parameters
+    ----------
+    graph : array of shape (entries,)
+        The network.
+    inputs : int
+        Number of inputs without the bias.
+    loops : bool
+        Whether networks may be recurrent.
+    listed : array of shape (links, 3)
+        Scratch.
+    plan : array of shape (links, 3)
+        Output: source row, target row and weight of each link.
+    done : array of shape (rows,)
+        Scratch.
     """
-    count, planned, more = list_links(graph, inputs, 1, done.size, found), 0, True
+    count = list_links(graph, inputs, 1, done.size, listed)
+    planned = 0
+    has_changed = True
     for row in range(done.size):
         done[row] = 1.0 if row < inputs else 0.0
-    while more:
-        more = False
+    while has_changed:
+        has_changed = False
         for row in range(inputs, done.size):
-            if done[row] == 0.0 and (loops or _may_answer(found, count, row, done)):
-                done[row], more = 1.0, True
+            if done[row] == 0.0 and (loops or _has_all_inputs(listed, count, row, done)):
+                done[row] = 1.0
+                has_changed = True
                 for link in range(count):
-                    if found[link, 1] == row:
-                        for entry_of in range(3):
-                            plan[planned, entry_of] = found[link, entry_of]
+                    if listed[link, 1] == row:
+                        for column in range(3):
+                            plan[planned, column] = listed[link, column]
                         planned += 1
     return planned
 
 
 @compiled
-def _may_answer(found: Any, count: int, row: int, done: Any) -> bool:
-    """Whether all have answered that a node hears."""
-    heard = True
+def _has_all_inputs(listed: Any, count: int, row: int, done: Any) -> bool:
+    """Return whether all source nodes of a node are done."""
+    all_done = True
     for link in range(count):
-        if found[link, 1] == row and found[link, 0] >= 0.0:
-            heard = heard and done[int(found[link, 0])] > 0.0
-    return heard
+        if listed[link, 1] == row and listed[link, 0] >= 0.0:
+            all_done = all_done and done[int(listed[link, 0])] > 0.0
+    return all_done
 
 
 @compiled
-def answer_once(
-    plan: Any, links: int, steepness: Any, sensed: Any, state: Any, heard: Any, said: Any
+def activate_once(
+    plan: Any, links: int, slope: Any, sensed: Any, state: Any, sources: Any, values: Any
 ) -> Any:
-    """What the output says, in (0, 1): every node that hears anybody answers what it hears into `said` [row].
+    """Update the values of all nodes with links, and return the output, in (0, 1).
 
-    `heard` [row] is `said` itself where nodes answer one after the other; else what they said a
-    step before, but for what is sensed, which all hear at once. Row -1 is the bias.
+    `sources` [row] has the values that links read. In feed-forward networks it is `values` itself.
+    In recurrent networks it has the values of the last step, and the current inputs. Row -1 is the
+    bias.
     """
     for row in range(sensed.size):
-        heard[row] = said[row] = np.float32(state[sensed[row]] / SCALE[sensed[row]])
+        sources[row] = values[row] = np.float32(state[sensed[row]] / SCALE[sensed[row]])
     link = 0
     while link < links:
-        target, total = int(plan[link, 1]), np.float32(0)
+        target = int(plan[link, 1])
+        total = np.float32(0)
         while link < links and int(plan[link, 1]) == target:
             source = int(plan[link, 0])
-            total += plan[link, 2] * (np.float32(1) if source < 0 else heard[source])
+            total += plan[link, 2] * (np.float32(1) if source < 0 else sources[source])
             link += 1
-        said[target] = sigmoid(steepness * total)
-    return said[said.size - 1]
+        values[target] = sigmoid(slope * total)
+    return values[values.size - 1]

@@ -1,22 +1,31 @@
-"""Two poles on a cart whose velocities are not sensed: the task of NEAT that needs networks with a memory.
+"""Double pole balancing without velocities, the task of NEAT that needs networks with memory.
 
-    baldwinlab run stanley-miikkulainen-2002:poles-without-velocities --set evolution.generations=3 --runs 1
+    baldwinlab run stanley-miikkulainen-2002:poles-without-velocities \\
+        --set evolution.generations=3 --runs 1
 
-Cart, poles and pushes are those of `poles.py`. A network senses the place of the cart, both angles and a bias, so it must
-remember something to tell whither things move: its links may lead anywhere but to an input, back and to the same node, too. In a
-step all nodes answer at once. They hear what is sensed now, and what nodes said a step ago; before life all have said 0, which a
-node that hears nobody goes on to.
+Cart, poles and forces are those of `double_pole.py`. A network senses the position of the cart,
+both angles and a bias. It needs memory to know the direction of movement, so networks are
+recurrent. A link may have any source and any target except an input. In each step, all nodes are
+updated at the same time, from the current inputs and from the values of nodes in the last step. The
+initial values are 0. A node without incoming links keeps the value 0.
 
-Fitness is Gruau's, which rewards rest, so that poles are not kept up by swinging: 0.1 t / 1000 + 0.9 f, where t of 1000 steps are
-balanced, and f is 0.75 / the sum over the last 100 of |place| + |velocity| + |angle| + |angular velocity| of cart and long
-pole, or 0 where t is below 100. The best network of each generation is tried further: whether it balances for 100,000 steps, and
-if so, from how many of 625 start states it does for 1000. From 200 on it has solved the task.
+Fitness is that of Gruau, which rewards rest and not swinging poles: 0.1 t / 1000 + 0.9 f. Here, t
+is the number of balanced steps of 1000. f is 0.75 / the sum over the last 100 steps of |position| +
+|velocity| + |angle| + |angular velocity| of the cart and the long pole. f is 0 if t is below 100.
+The best network of each generation has two further tests. The first test is whether it balances for
+100,000 steps. If so, the second test is the number of 625 start states from which it balances for
+1000 steps. A network with at least 200 start states has solved the task.
 
-Sources: Stanley and Miikkulainen 2002, section 4.3 and its tables (33,184 networks and 286 start states on average in 20 runs);
-F. Gruau, D. Whitley and L. Pyeatt, "A comparison between cellular encoding and direct encoding for genetic neural networks",
-Genetic Programming 1996, for fitness and start states. All numbers are from memory. That nodes answer once a step is as, to
-our memory, in the authors' program, which before the first step goes on until the output has heard anything. How many of the new
-links lead back is open, and read so: as many as it comes to where any two nodes may be joined.
+All numbers are from memory. The simultaneous update of nodes follows the authors' program, from
+memory, which before the first step continues until the output has an input. The share of recurrent
+links among new links is not in the paper. Our choice is to draw any pair of nodes.
+
+References
+----------
+Stanley and Miikkulainen 2002, section 4.3 and its tables (33,184 networks and 286 start states on
+average in 20 runs).
+F. Gruau, D. Whitley and L. Pyeatt, "A comparison between cellular encoding and direct encoding for
+genetic neural networks", Genetic Programming 1996, for fitness and start states.
 """
 
 from __future__ import annotations
@@ -29,19 +38,18 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.models.neat.double_pole import LAST, START, Poles
-from baldwinlab.models.neat.measures import SHAPE, of_solutions, shape_of
+from baldwinlab.models.neat.measures import SHAPE, measure_solutions, record_shape
 from baldwinlab.parts import OF_AGENT, Field, LifeResults, Measure, Variable
 
-ENOUGH: Final = 200  # start states
-SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)  # where a start state lies in each of the four ranges
-RANGES: Final = (
-    2.16,
-    1.35,
-    np.radians(3.6),
-    np.radians(8.6),
-)  # m, m/s, rad and rad/s either way, of cart and long pole
+# Number of start states for a solution.
+ENOUGH: Final = 200
+# Positions of start states in each of the four ranges, as shares.
+SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
+# Limits of position (m), velocity (m/s), angle (rad) and angular velocity (rad/s) in both
+# directions, of the cart and the long pole.
+RANGES: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))
 STARTS: Final = [
-    [*((2 * share - 1) * most for share, most in zip(shares, RANGES, strict=True)), 0.0, 0.0]
+    [*((2 * share - 1) * limit for share, limit in zip(shares, RANGES, strict=True)), 0.0, 0.0]
     for shares in product(SHARES, repeat=len(RANGES))
 ]
 
@@ -94,7 +102,7 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         ),
         **SHAPE,
     }
-    measures: ClassVar[Mapping[str, Measure]] = of_solutions(
+    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
         lambda runs: runs["generalises"] >= ENOUGH,
         {"generalises": "number of start states, of 625, from which the first solution balances"},
     )
@@ -103,7 +111,9 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps, unrest = (found[..., 0] for found in self.balanced(graphs, [START], self.max_steps))
+        steps, unrest = (
+            values[..., 0] for values in self.balance_networks(graphs, [START], self.max_steps)
+        )
         rest = np.divide(
             0.75, unrest, out=np.zeros_like(unrest), where=(steps >= LAST) & (unrest > 0)
         )
@@ -111,15 +121,17 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         proven, generalises = np.zeros((2, *steps.shape), np.int32)
         for run, best in enumerate(energy.argmax(axis=1)):
             champion = graphs[run : run + 1, best : best + 1]
-            proven[run, best] = self.balanced(champion, [START], self.endurance_steps)[0].item()
+            proven[run, best] = self.balance_networks(champion, [START], self.endurance_steps)[
+                0
+            ].item()
             if proven[run, best] == self.endurance_steps:
                 generalises[run, best] = (
-                    self.balanced(champion, STARTS, self.max_steps)[0] == self.max_steps
+                    self.balance_networks(champion, STARTS, self.max_steps)[0] == self.max_steps
                 ).sum()
         records = {
             "balanced": steps.astype(np.int32),
             "proven": proven,
             "generalises": generalises,
-            **shape_of(graphs),
+            **record_shape(graphs),
         }
         return LifeResults(energy, np.zeros_like(energy), None, records)

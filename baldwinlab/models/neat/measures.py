@@ -1,6 +1,6 @@
-"""What models whose agents are networks that grow have in common: records of their shape, measures of a run's first solution.
+"""Records and measures that all models of growing networks share.
 
-First is meant in the order in which networks are made and tried.
+The first solution of a run is the first one in the order in which networks are evaluated.
 """
 
 from __future__ import annotations
@@ -24,56 +24,65 @@ SHAPE: Final[Mapping[str, Variable]] = {
     ),
 }
 
-Solves = Callable[[xr.Dataset], xr.DataArray]  # from runs, whether each agent solves the task
+# Function from runs to whether each agent solves the task.
+Solves = Callable[[xr.Dataset], xr.DataArray]
 
 
-def shape_of(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
-    """What `SHAPE` names, of genomes [run, agent, entry]."""
+def record_shape(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
+    """Return the records of `SHAPE` for genomes [run, agent, entry]."""
     genes = graphs[:, :, HEAD:].reshape(*graphs.shape[:2], -1, GENE)
-    there = genes[..., NUMBER] > 0
-    found = {
-        "hidden": (there & (genes[..., NUMBER] == genes[..., TARGET])).sum(axis=-1),
-        "enabled": (there & (genes[..., ENABLED] > 0)).sum(axis=-1),
+    exists = genes[..., NUMBER] > 0
+    records = {
+        "hidden": (exists & (genes[..., NUMBER] == genes[..., TARGET])).sum(axis=-1),
+        "enabled": (exists & (genes[..., ENABLED] > 0)).sum(axis=-1),
         "species": graphs[:, :, SPECIES],
     }
-    return {name: each.astype(np.int32) for name, each in found.items()}
+    return {name: values.astype(np.int32) for name, values in records.items()}
 
 
-def of_solutions(
+def measure_solutions(
     solves: Solves, recorded: Mapping[str, str] = MappingProxyType({})
 ) -> Mapping[str, Measure]:
-    """Measures of a model whose agents are networks, by name; but for `solved`, NaN of a run without a solution.
+    """Return the measures of a model whose agents are networks, by name.
 
-    `recorded` says of further records what they mean, of the first solution.
+    Except for `solved`, measures are NaN for runs without a solution.
+
+    Parameters
+    ----------
+    solves : callable
+        Function from runs to whether each agent solves the task.
+    recorded : mapping of str to str, optional
+        Descriptions of further records that are measured in the first solution.
     """
 
-    def ever(runs: xr.Dataset) -> xr.DataArray:
+    def is_solved(runs: xr.Dataset) -> xr.DataArray:
         return solves(runs).any(("generation", "agent")) * 1.0
 
-    def first(
-        told: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]],
+    def of_first(
+        quantity: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]],
     ) -> Callable[[xr.Dataset], xr.DataArray]:
-        """What is told of the place [run] that the first solution has among the networks of its run."""
+        """Measure a quantity of the first solution, whose position is its number in its run."""
 
-        def of(runs: xr.Dataset) -> xr.DataArray:
-            place = _in_order(solves(runs)).argmax(axis=1)
-            return xr.DataArray(told(runs, place), {"run": runs["run"]}, "run").where(
-                ever(runs) == 1
+        def measure(runs: xr.Dataset) -> xr.DataArray:
+            position = _in_evaluation_order(solves(runs)).argmax(axis=1)
+            return xr.DataArray(quantity(runs, position), {"run": runs["run"]}, "run").where(
+                is_solved(runs) == 1
             )
 
-        return of
+        return measure
 
     def of_record(name: str, meaning: str) -> Measure:
-        return Measure(meaning, first(lambda runs, place: _at(runs[name], place)))
+        return Measure(meaning, of_first(lambda runs, position: _values_at(runs[name], position)))
 
     return {
-        "solved": Measure("1 if any network solves the task, else 0", ever),
+        "solved": Measure("1 if any network solves the task, else 0", is_solved),
         "generations": Measure(
             "generations to the first solution",
-            first(lambda runs, place: place // runs.sizes["agent"] + 1),
+            of_first(lambda runs, position: position // runs.sizes["agent"] + 1),
         ),
         "evaluations": Measure(
-            "networks evaluated to the first solution", first(lambda runs, place: place + 1)
+            "networks evaluated to the first solution",
+            of_first(lambda runs, position: position + 1),
         ),
         "hidden": of_record("hidden", "hidden nodes of the first solution"),
         "enabled": of_record("enabled", "enabled links of the first solution"),
@@ -81,12 +90,12 @@ def of_solutions(
     }
 
 
-def _in_order(record: xr.DataArray) -> npt.NDArray[Any]:
-    """Of every network [run, network], generation by generation."""
+def _in_evaluation_order(record: xr.DataArray) -> npt.NDArray[Any]:
+    """Return a record as [run, network], ordered by generation, then by agent."""
     return record.transpose("run", "generation", "agent").values.reshape(record.sizes["run"], -1)
 
 
-def _at(record: xr.DataArray, place: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
-    """What is recorded of one network of each run, by its place."""
-    found: npt.NDArray[Any] = _in_order(record)[np.arange(len(place)), place]
-    return found
+def _values_at(record: xr.DataArray, position: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
+    """Return the record of one network of each run, by its position."""
+    values: npt.NDArray[Any] = _in_evaluation_order(record)[np.arange(len(position)), position]
+    return values

@@ -1,14 +1,16 @@
-"""The exclusive or, the classic first task of NEAT: no network without hidden nodes solves it, so one must grow.
+"""The exclusive or (XOR), the first task of NEAT, which needs at least one hidden node.
 
     baldwinlab reproduce stanley-miikkulainen-2002
 
-Two inputs and a bias; the output must be above 1/2 where one of the inputs is 1, and below where
-none or both are. A life is to be asked the four questions; fitness is (4 - the sum of the distances
-from the right answers)^2.
+A network has two inputs and a bias. The output must be above 1/2 if exactly one input is 1, and
+below 1/2 otherwise. A lifetime has the four questions. Fitness is the square of 4 minus the sum of
+the distances from the correct answers.
 
-Source: Stanley and Miikkulainen 2002, section 4.1 (all numbers) and 4.2, where 100 runs of 150
-networks take 32 generations on average, 4,755 networks (SD 2,553), and find solutions of 2.35
-hidden nodes and 7.48 enabled links.
+References
+----------
+Stanley and Miikkulainen 2002, section 4.1 (all numbers) and section 4.2. There, 100 runs with 150
+networks take 32 generations and 4,755 networks (SD 2,553) on average. The solutions have 2.35
+hidden nodes and 7.48 enabled links on average.
 """
 
 from __future__ import annotations
@@ -22,8 +24,14 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import INFINITE_GENES, answer, entries, minimal, require_neat
-from baldwinlab.models.neat.measures import SHAPE, of_solutions, shape_of
+from baldwinlab.evolution.neat.genome import (
+    INFINITE_GENES,
+    activate,
+    count_entries,
+    make_minimal_graphs,
+    require_neat,
+)
+from baldwinlab.models.neat.measures import SHAPE, measure_solutions, record_shape
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -61,7 +69,7 @@ class NeatXor(Model, name="neat-xor"):
         **SHAPE,
     }
 
-    measures: ClassVar[Mapping[str, Measure]] = of_solutions(
+    measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
         lambda runs: runs["right"] == len(QUESTIONS)
     )
 
@@ -72,14 +80,15 @@ class NeatXor(Model, name="neat-xor"):
         require_neat(experiment, f"model = {self.name!r}")
 
     def weights(self) -> int:
-        return entries(self.max_links)
+        return count_entries(self.max_links)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        inputs = len(QUESTIONS[0]) + 1  # and the bias
+        # The bias is an input.
+        inputs = len(QUESTIONS[0]) + 1
         draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
-        return minimal(inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range)[
-            :, None
-        ]
+        return make_minimal_graphs(
+            inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range
+        )[:, None]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -87,32 +96,37 @@ class NeatXor(Model, name="neat-xor"):
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
         units = poison.empty(len(QUESTIONS[0]) + self.max_links + 1, np.float32)
-        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.sigmoid_slope), units, answers)
+        answer_questions(
+            graphs, np.array(QUESTIONS, np.float32), np.float32(self.sigmoid_slope), units, answers
+        )
         wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
         right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
         energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
         return LifeResults(
-            energy, np.zeros_like(energy), None, {"right": right, **shape_of(graphs)}
+            energy, np.zeros_like(energy), None, {"right": right, **record_shape(graphs)}
         )
 
     def oracle(self, graph: Any) -> float:
-        """The fitness of one network, [entry]."""
+        """Return the fitness of one network [entry]."""
         answers = [
             oracle.activate(graph, self.sigmoid_slope, (*question, 1))[0] for question in QUESTIONS
         ]
         return float(
-            (4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True)))
+            (4 - sum(abs(answer - right) for answer, right in zip(answers, ANSWERS, strict=True)))
             ** 2
         )
 
 
 @jit_entry_point
-def ask(graphs: Any, questions: Any, steepness: Any, units: Any, answers: Any) -> None:
-    """Fill `answers` [run, agent, question] with what the output says. `units` is scratch, with room as `answer` has it."""
+def answer_questions(graphs: Any, questions: Any, steepness: Any, units: Any, answers: Any) -> None:
+    """Fill `answers` [run, agent, question] with the outputs of all networks.
+
+    `units` is scratch of the shape that `activate` needs.
+    """
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
             for question in range(questions.shape[0]):
                 for number in range(questions.shape[1]):
                     units[number] = questions[question, number]
-                answer(graphs[run, agent], questions.shape[1], 1, steepness, units)
+                activate(graphs[run, agent], questions.shape[1], 1, steepness, units)
                 answers[run, agent, question] = units[units.size - 1]

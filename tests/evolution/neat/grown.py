@@ -18,9 +18,9 @@ from baldwinlab.evolution.neat.genome import (
     NEWEST,
     SPECIES,
     STALE,
-    minimal,
+    make_minimal_graphs,
 )
-from baldwinlab.evolution.neat.oracle import Genes, genes_of
+from baldwinlab.evolution.neat.oracle import Genes, read_genes
 from baldwinlab.experiment import registry
 
 ROOM = 12
@@ -29,7 +29,7 @@ Graph = npt.NDArray[np.float32]
 
 def network(*genes: tuple[float, float, float, float, float]) -> Graph:
     """Three inputs, one output, and these genes: (number, source, target, weight, enabled)."""
-    graph: Graph = minimal(3, 1, ROOM, np.zeros((1, 3)))[0]
+    graph: Graph = make_minimal_graphs(3, 1, ROOM, np.zeros((1, 3)))[0]
     graph[HEAD:] = 0
     graph[HEAD : HEAD + GENE * len(genes)] = np.ravel(genes)
     graph[LEDGER] = max(number for number, *_ in genes)
@@ -38,7 +38,7 @@ def network(*genes: tuple[float, float, float, float, float]) -> Graph:
 
 def first_network(weights: tuple[float, float, float] = (0.1, 0.2, 0.3)) -> Graph:
     """Inputs 0, 1 and the bias 2, each linked with the output 3."""
-    graph: Graph = minimal(3, 1, ROOM, np.array([weights]))[0]
+    graph: Graph = make_minimal_graphs(3, 1, ROOM, np.array([weights]))[0]
     return graph
 
 
@@ -92,4 +92,4 @@ def evolved(generations: int, agents: int = 40, seed: int = 1, **fields: Any) ->
 
 
 def genes(graph: Graph) -> Genes:
-    return genes_of(graph.tolist())
+    return read_genes(graph.tolist())

@@ -7,13 +7,13 @@ import pytest
 
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
-    answer,
-    leads_to,
-    links_of,
-    node_of,
-    nodes_of,
-    room,
-    row_of,
+    activate,
+    count_links,
+    count_nodes,
+    has_path,
+    link_capacity,
+    node_number,
+    node_row,
 )
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.papers.presets import load
@@ -25,24 +25,24 @@ NESTED = network(
 
 
 def answers(graph: np.ndarray, inputs: list[float], steepness: float = 4.9) -> float:
-    units = np.zeros(2 + room(graph) + 1, np.float32)
+    units = np.zeros(2 + link_capacity(graph) + 1, np.float32)
     units[:2] = inputs
-    answer(graph, 2, 1, np.float32(steepness), units)
+    activate(graph, 2, 1, np.float32(steepness), units)
     return float(units[-1])
 
 
 def test_a_first_network_links_every_input_with_the_output() -> None:
     graph = first_network()
-    assert (links_of(graph), nodes_of(graph)) == (3, 4)
+    assert (count_links(graph), count_nodes(graph)) == (3, 4)
     expected = {4: [0, 3, 0.1, 1], 5: [1, 3, 0.2, 1], 6: [2, 3, 0.3, 1]}
     assert {number: pytest.approx(gene) for number, gene in expected.items()} == genes(graph)
 
 
 def test_a_hidden_node_has_the_number_of_the_link_that_led_to_it() -> None:
-    assert nodes_of(NESTED) == 5
-    assert [node_of(NESTED, place) for place in range(5)] == [0, 1, 2, 3, 9]
+    assert count_nodes(NESTED) == 5
+    assert [node_number(NESTED, place) for place in range(5)] == [0, 1, 2, 3, 9]
     rows = [
-        row_of(NESTED, 2, 1, links_of(NESTED), np.float32(node), 2 + ROOM + 1)
+        node_row(NESTED, 2, 1, count_links(NESTED), np.float32(node), 2 + ROOM + 1)
         for node in (0, 1, 2, 3, 9)
     ]
     assert rows == [0, 1, -1, 2 + ROOM, 2 + 3], (
@@ -53,7 +53,7 @@ def test_a_hidden_node_has_the_number_of_the_link_that_led_to_it() -> None:
 def test_links_lead_on_whether_enabled_or_not() -> None:
     marks = np.zeros(ROOM)
     lead = {
-        (a, b): leads_to(NESTED, np.float32(a), np.float32(b), marks)
+        (a, b): has_path(NESTED, np.float32(a), np.float32(b), marks)
         for a in (0, 1, 9, 3)
         for b in (0, 9, 3)
     }

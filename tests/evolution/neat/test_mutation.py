@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import kstest
 
 from baldwinlab.evolution import GenerationKey, Genome, breed
-from baldwinlab.evolution.neat.genome import LEDGER, entries
+from baldwinlab.evolution.neat.genome import LEDGER, count_entries
 from tests.evolution.neat.grown import experiment, first_network, genes, network, population
 
 AGENTS = 300
@@ -106,7 +106,7 @@ def test_a_new_link_joins_nodes_that_were_not_joined() -> None:
 def test_where_all_is_joined_or_there_is_no_room_nothing_is_added() -> None:
     assert all(len(genes(child)) == 3 for child in bred(alike(), add_link_rate=1.0)[:, 0])
     of = experiment(20, {"add_node_rate": 1.0}).replace(neat_xor={"max_links": 4})
-    genome = np.ascontiguousarray(alike(20)[:, :, : entries(4)])
+    genome = np.ascontiguousarray(alike(20)[:, :, : count_entries(4)])
     children, _ = breed(of, genome, np.ones(20), GenerationKey(1, 0, 1))
     assert all(len(genes(child)) == 3 for child in children[:, 0])
 

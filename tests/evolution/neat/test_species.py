@@ -12,7 +12,7 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, select
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import BEST, BEST_OF_ALL, NEWEST, SPECIES, STALE, STALE_OF_ALL
-from baldwinlab.evolution.neat.species import SMALL, distance
+from baldwinlab.evolution.neat.species import SMALL_NETWORK, distance
 from baldwinlab.parts.evolution_parts import ITSELF
 from tests.evolution.neat.grown import (
     evolved,
@@ -74,17 +74,19 @@ def test_disjoint_and_excess_genes_count_one_by_one_in_small_networks() -> None:
 
 
 def test_large_networks_are_compared_by_shares_of_their_genes() -> None:
-    from baldwinlab.evolution.neat.genome import HEAD, entries
+    from baldwinlab.evolution.neat.genome import HEAD, count_entries
 
     def large(links: int) -> Any:
-        graph = np.zeros(entries(30), np.float32)
+        graph = np.zeros(count_entries(30), np.float32)
         graph[:HEAD] = first_network()[:HEAD]
         for link in range(links):
             graph[HEAD + 5 * link : HEAD + 5 * link + 5] = 4 + link, 0, 3, 1, 1
         return graph
 
-    assert distance(NEAT, large(SMALL - 1), large(SMALL - 3)) == 2
-    assert distance(NEAT, large(SMALL), large(SMALL - 3)) == pytest.approx(3 / SMALL)
+    assert distance(NEAT, large(SMALL_NETWORK - 1), large(SMALL_NETWORK - 3)) == 2
+    assert distance(NEAT, large(SMALL_NETWORK), large(SMALL_NETWORK - 3)) == pytest.approx(
+        3 / SMALL_NETWORK
+    )
 
 
 def test_distances_are_the_oracle_s() -> None:

@@ -1,4 +1,4 @@
-"""Two poles on a cart: they fall as mechanics has it, energy is kept, and NEAT finds networks that balance them."""
+"""Test the mechanics of two poles on a cart, and the evolution of networks that balance them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import GENE, HEAD, answer, minimal
+from baldwinlab.evolution.neat.genome import GENE, HEAD, activate, make_minimal_graphs
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.neat.cart_pole import (
     CART,
@@ -23,56 +23,66 @@ from baldwinlab.models.neat.cart_pole import (
     PARTS,
     TRACK,
     UPRIGHT,
-    cosine_of,
+    compute_cosine,
+    compute_sine,
     move,
-    sine_of,
 )
-from baldwinlab.models.neat.double_pole import SCALE, START, NeatPoles, answer_once, plan_answer
+from baldwinlab.models.neat.double_pole import SCALE, START, NeatPoles, activate_once, order_links
 from baldwinlab.simulation.simulate import simulate_histories
 
 State = npt.NDArray[np.float64]
 
 
 def energy(state: State) -> float:
-    """Of cart and poles, kinetic and potential: each pole is a rod of even thickness, hinged at its foot."""
+    """Compute the kinetic and potential energy of cart and poles.
+
+    A pole is a rod of uniform thickness with a hinge at its lower end.
+    """
     _, speed, *poles = state
     total = CART * speed**2 / 2
-    for (angle, turning), mass, half in zip((poles[:2], poles[2:]), MASSES, HALVES, strict=True):
-        moving = (
-            speed**2 + 2 * speed * half * turning * math.cos(angle) + 4 / 3 * (half * turning) ** 2
+    for (angle, angular_velocity), mass, half in zip(
+        (poles[:2], poles[2:]), MASSES, HALVES, strict=True
+    ):
+        kinetic = (
+            speed**2
+            + 2 * speed * half * angular_velocity * math.cos(angle)
+            + 4 / 3 * (half * angular_velocity) ** 2
         )
-        total += mass * moving / 2 - mass * GRAVITY * half * math.cos(angle)
+        total += mass * kinetic / 2 - mass * GRAVITY * half * math.cos(angle)
     return float(total)
 
 
-def fallen(steps: int, step: float, push: float = 0.0, friction: float = 0.0) -> State:
-    """Where cart and poles are after so many steps."""
-    state, motion = np.array([0.1, 0.3, 0.2, -0.5, -0.1, 0.8]), np.empty((7, PARTS))
+def state_after(steps: int, step: float, push: float = 0.0, friction: float = 0.0) -> State:
+    """Return the state after a number of steps."""
+    state = np.array([0.1, 0.3, 0.2, -0.5, -0.1, 0.8])
+    motion = np.empty((7, PARTS))
     for _ in range(steps):
         move(state, push, step, friction, motion)
     return state
 
 
-def test_without_friction_and_push_energy_is_kept() -> None:
-    begin = energy(fallen(0, 0.01))
-    assert energy(fallen(30, 0.01)) == pytest.approx(begin, rel=1e-5)
-    assert energy(fallen(30, 0.01, friction=1e-3)) < begin * (1 - 1e-4), "friction takes some"
-    assert abs(energy(fallen(30, 0.01, push=FORCE)) - begin) > 1, "and a push does work"
+def test_energy_is_constant_without_friction_and_force() -> None:
+    begin = energy(state_after(0, 0.01))
+    assert energy(state_after(30, 0.01)) == pytest.approx(begin, rel=1e-5)
+    assert energy(state_after(30, 0.01, friction=1e-3)) < begin * (1 - 1e-4), (
+        "friction reduces energy"
+    )
+    assert abs(energy(state_after(30, 0.01, push=FORCE)) - begin) > 1, "a force changes energy"
 
 
 def test_a_step_is_of_fourth_order() -> None:
-    """Steps half as long err a sixteenth as much, held against steps a tenth as long."""
-    exact = fallen(400, 0.0005, push=3.0)
+    """Half the step gives a sixteenth of the error, compared with a tenth of the step."""
+    exact = state_after(400, 0.0005, push=3.0)
     coarse, fine = (
-        np.abs(fallen(steps, 0.2 / steps, push=3.0) - exact).max() for steps in (20, 40)
+        np.abs(state_after(steps, 0.2 / steps, push=3.0) - exact).max() for steps in (20, 40)
     )
     assert coarse < 1e-3 and 12 < coarse / fine < 20
 
 
 def test_sine_and_cosine_are_those_of_mathematics() -> None:
     for angle in np.linspace(-1.5, 1.5, 301):
-        assert sine_of(angle) == pytest.approx(math.sin(angle), abs=1e-15)
-        assert cosine_of(angle) == pytest.approx(math.cos(angle), abs=1e-15)
+        assert compute_sine(angle) == pytest.approx(math.sin(angle), abs=1e-15)
+        assert compute_cosine(angle) == pytest.approx(math.cos(angle), abs=1e-15)
 
 
 def test_a_pole_upright_in_rest_stays_and_one_that_leans_falls() -> None:
@@ -83,11 +93,11 @@ def test_a_pole_upright_in_rest_stays_and_one_that_leans_falls() -> None:
     state[2] = 0.01
     for _ in range(20):
         move(state, 0.0, 0.01, 0.0, motion)
-    assert state[2] > 0.01 and state[1] < 0, "and the cart is pushed back by it"
+    assert state[2] > 0.01 and state[1] < 0, "the pole moves the cart backward"
 
 
 def grown() -> npt.NDArray[np.float32]:
-    """Networks [agent, module, entry] that have grown for some generations."""
+    """Return evolved networks [agent, module, entry]."""
     some = [
         "population.size=40",
         "evolution.generations=12",
@@ -100,62 +110,68 @@ def grown() -> npt.NDArray[np.float32]:
     return genomes
 
 
-def test_a_planned_network_answers_as_any_other() -> None:
+def test_networks_with_ordered_links_have_the_outputs_of_other_implementations() -> None:
     state, steepness = np.array([1.0, -0.3, 0.2, 0.5, -0.4, 1.5]), np.float32(4.9)
     sensed = [float(np.float32(value / scale)) for value, scale in zip(state, SCALE, strict=True)]
-    seen = set()
+    outputs = set()
     for graph in grown()[:, 0]:
         units = np.empty((3, PARTS + 101), np.float32)
         plan = np.empty((2, 100, 3), np.float32)
-        links = plan_answer(graph, PARTS, False, plan[0], plan[1], units[0])
+        links = order_links(graph, PARTS, False, plan[0], plan[1], units[0])
         units[1] = 0.5
-        found = answer_once(plan[1], links, steepness, np.arange(PARTS), state, units[1], units[1])
+        output = activate_once(
+            plan[1], links, steepness, np.arange(PARTS), state, units[1], units[1]
+        )
         units[2, :PARTS] = sensed
-        answer(graph, PARTS, 1, steepness, units[2])
-        assert found == units[2, -1]
-        assert found == pytest.approx(
+        activate(graph, PARTS, 1, steepness, units[2])
+        assert output == units[2, -1]
+        assert output == pytest.approx(
             oracle.activate(graph.tolist(), 4.9, [*sensed, 1])[0], abs=1e-5
         )
-        seen.add(float(found))
-    assert len(seen) > 10
+        outputs.add(float(output))
+    assert len(outputs) > 10
 
 
-def naive_life(graph: Any, longest: int) -> int:
-    """The steps of one network's life, in plain Python."""
+def naive_life(graph: Any, max_steps: int) -> int:
+    """Return the number of steps that a network balances, in plain Python."""
     state, motion = np.array(START), np.empty((7, PARTS))
-    for step in range(longest):
-        (said,) = oracle.activate(
+    for step in range(max_steps):
+        (output,) = oracle.activate(
             graph, 4.9, [*(value / scale for value, scale in zip(state, SCALE, strict=True)), 1]
         )
         for _ in range(2):
-            move(state, FORCE * (2 * said - 1), 0.01, 2e-6, motion)
+            move(state, FORCE * (2 * output - 1), 0.01, 2e-6, motion)
         if abs(state[0]) > TRACK or max(abs(state[2]), abs(state[4])) > UPRIGHT:
             return step
-    return longest
+    return max_steps
 
 
 def test_a_life_lasts_as_long_as_in_plain_python() -> None:
     genomes = grown()
-    found = NeatPoles(max_steps=40).simulate(0, [0], 0, genomes[None]).energy[0]
+    steps = NeatPoles(max_steps=40).simulate(0, [0], 0, genomes[None]).energy[0]
     expected = [naive_life(graph.tolist(), 40) for graph in genomes[:, 0]]
-    np.testing.assert_allclose(found, expected, atol=1)  # as networks are of single precision
+    # Networks have single precision.
+    np.testing.assert_allclose(steps, expected, atol=1)
     assert len(set(expected)) > 3
 
 
-def test_who_pushes_one_way_only_leaves_the_track() -> None:
-    graph = minimal(PARTS + 1, 1, 10, np.zeros((1, PARTS + 1)))
-    graph[0, HEAD + GENE * PARTS + 3] = 5  # of the bias
-    found = NeatPoles(max_links=10).simulate(0, [0], 0, graph[None, :, None])
-    assert found.energy.item() < 50 and found.records["solves"].item() == 0
+def test_a_cart_with_a_constant_force_leaves_the_track() -> None:
+    graph = make_minimal_graphs(PARTS + 1, 1, 10, np.zeros((1, PARTS + 1)))
+    # The weight of the bias.
+    graph[0, HEAD + GENE * PARTS + 3] = 5
+    results = NeatPoles(max_links=10).simulate(0, [0], 0, graph[None, :, None])
+    assert results.energy.item() < 50 and results.records["solves"].item() == 0
 
 
 def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
     founders = NeatPoles().founders(30, GenerationKey(1, 0, 0))
-    found = NeatPoles(max_steps=1).simulate(0, [0], 0, founders[None])
-    assert (found.records["enabled"] == PARTS + 1).all() and (found.records["hidden"] == 0).all()
+    results = NeatPoles(max_steps=1).simulate(0, [0], 0, founders[None])
+    assert (results.records["enabled"] == PARTS + 1).all() and (
+        results.records["hidden"] == 0
+    ).all()
 
 
-def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
+def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
     small = assign(
         bl.load("neat-poles"),
         ["population.size=20", "evolution.generations=4", "neat_poles.max_steps=60"],
@@ -164,7 +180,7 @@ def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
-def test_room_for_fewer_links_than_senses_is_refused() -> None:
+def test_fewer_possible_links_than_inputs_are_refused() -> None:
     with pytest.raises(
         ExperimentError,
         match=r"^neat_poles\.max_links = 6: input should be greater than or equal to 7",
@@ -172,14 +188,14 @@ def test_room_for_fewer_links_than_senses_is_refused() -> None:
         assign(bl.load("neat-poles"), ["neat_poles.max_links=6"])
 
 
-def test_networks_are_found_that_balance_for_twenty_seconds() -> None:
+def test_networks_that_balance_for_twenty_seconds_evolve() -> None:
     short = assign(bl.load("neat-poles"), ["neat_poles.max_steps=1000", "evolution.generations=30"])
     (history,) = simulate_histories(short, 0, [1])
     assert history.recorded_values("solves").any()
 
 
 @pytest.mark.nightly  # minutes
-def test_it_takes_as_many_networks_as_is_published_within_a_factor_of_two() -> None:
+def test_the_number_of_networks_is_within_a_factor_of_two_of_the_published_one() -> None:
     """Published: 3,578 on average of 120 runs, for networks that balance for half an hour."""
     tried = []
     for history in simulate_histories(

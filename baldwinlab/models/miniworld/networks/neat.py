@@ -20,8 +20,8 @@ from baldwinlab.engine.simd import Lane, first_lane, lanes_of
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     INFINITE_GENES,
-    answer,
-    entries,
+    activate,
+    count_entries,
     list_links,
     require_neat,
 )
@@ -30,7 +30,9 @@ from baldwinlab.parts import Field, Network
 
 def max_links(weights: int, hidden: int) -> int:
     """Return the number of links that `weights` entries and `hidden` rows of units can hold."""
-    return max(0, min(hidden, (weights - entries(0)) // (entries(1) - entries(0))))
+    return max(
+        0, min(hidden, (weights - count_entries(0)) // (count_entries(1) - count_entries(0)))
+    )
 
 
 def _max_links(experiment: Any) -> int:
@@ -90,7 +92,7 @@ class NeatNetwork(Network, name="neat"):
     @staticmethod
     def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
         for column in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
-            answer(
+            activate(
                 weights[:, column],
                 part.inputs,
                 part.outputs,
@@ -105,6 +107,6 @@ class NeatNetwork(Network, name="neat"):
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
         graph = [float(entry) for entry in naive.weights(agent.action_module)][
-            : entries(int(part.max_links))
+            : count_entries(int(part.max_links))
         ]
         return oracle.activate(graph, float(part.sigmoid_slope), [*agent.inputs, 1.0])

@@ -13,7 +13,14 @@ import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import HEAD, answer, entries, links_of, makes_a_node, nodes_of
+from baldwinlab.evolution.neat.genome import (
+    HEAD,
+    activate,
+    count_entries,
+    count_links,
+    count_nodes,
+    defines_node,
+)
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.papers.presets import load
@@ -42,15 +49,15 @@ def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[
     values = compiled_values(experiment.part("network.kind"), experiment, lambda array: None)
     units = np.zeros(sum(experiment.layer_sizes), np.float32)
     units[:3] = inputs
-    answer(graph, values.inputs, values.outputs, values.sigmoid_slope, units)
+    activate(graph, values.inputs, values.outputs, values.sigmoid_slope, units)
     return units
 
 
 def test_a_founder_links_each_sense_and_the_bias_with_each_action() -> None:
     experiment = foragers()
     genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
-    assert {(links_of(graph), nodes_of(graph)) for graph in genome[:, 0]} == {(12, 7)}
-    weights = genome[:, 0, HEAD + 3 : entries(12) : 5]
+    assert {(count_links(graph), count_nodes(graph)) for graph in genome[:, 0]} == {(12, 7)}
+    weights = genome[:, 0, HEAD + 3 : count_entries(12) : 5]
     assert abs(weights.mean()) < 0.3 and 0.8 < weights.std() < 1.2, "of N(0, 1)"
     as_layers = draw_genomes(
         load("evo/A").replace(network={"hidden": [40]}), GenerationKey(0, 0, 0)
@@ -61,24 +68,24 @@ def test_a_founder_links_each_sense_and_the_bias_with_each_action() -> None:
 def test_units_answer_as_the_graph_does_in_plain_python(run: Any) -> None:
     grown = 0
     for graph in run["genome"].values[-1][:, 0]:
-        grown += nodes_of(graph) > 7
+        grown += count_nodes(graph) > 7
         for inputs in EVERY_CODE:
-            expected = oracle.activate(graph[: entries(40)].tolist(), 4.9, [*inputs, 1.0])
+            expected = oracle.activate(graph[: count_entries(40)].tolist(), 4.9, [*inputs, 1.0])
             assert answers(graph, inputs)[-3:] == pytest.approx(expected, abs=2e-5)
     assert grown > 10, "or the test says little"
 
 
 def test_the_row_of_a_hidden_node_is_that_of_the_link_it_is_named_by(run: Any) -> None:
-    graph = max(run["genome"].values[-1][:, 0], key=nodes_of)
+    graph = max(run["genome"].values[-1][:, 0], key=count_nodes)
     units = answers(graph, [1.0, 0.0, 1.0])
-    hidden = [link for link in range(links_of(graph)) if makes_a_node(graph, link)]
+    hidden = [link for link in range(count_links(graph)) if defines_node(graph, link)]
     assert np.flatnonzero(units[3:-3]).tolist() == hidden
     assert ((units[3:-3] == 0) | ((units[3:-3] > 0) & (units[3:-3] < 1))).all()
 
 
 def test_networks_grow_and_find_more_food_than_their_founders(run: Any) -> None:
     genome, eaten = run["genome"].values[:, :, 0], run["food_eaten"].mean("agent").values
-    assert max(nodes_of(graph) for graph in genome[-1]) > 8
+    assert max(count_nodes(graph) for graph in genome[-1]) > 8
     assert eaten[-10:].mean() > 2 * eaten[0]
 
 
