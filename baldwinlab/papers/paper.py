@@ -258,11 +258,9 @@ def check(paper: Paper) -> Paper:
     experiments = [paper.experiment(name) for name in names]
     for variant in paper.names("variants"):
         paper.experiment(names[0], variant)
-    for key, listed in (
-        ("emergence", filter(None, [paper.about.emergence])),
-        ("compared", paper.about.compared),
-    ):
-        _require(listed, names, f"{paper.folder / 'paper.toml'}: {key}")
+    emergence = [paper.about.emergence] if paper.about.emergence else []
+    _require(emergence, names, f"{paper.folder / 'paper.toml'}: emergence")
+    _require(paper.about.compared, names, f"{paper.folder / 'paper.toml'}: compared")
     require_known(paper.claims, paper.folder / "claims.toml", names, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:

@@ -145,7 +145,7 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(
     assert bl.open_study(study).assay("descent", "bit-strings").effective_ancestors.notnull().all()
     with pytest.raises(
         bl.StudyError,
-        match="the assay reaction is of foragers and what they eat, so the model bit-strings has none",
+        match="the assay reaction needs the model miniworld, not bit-strings",
     ):
         bl.open_study(study).assay("reaction")
     neutral = (

@@ -1,8 +1,11 @@
-"""Innate and learned: what newborns of each generation eat with learning off, with learning on, and with their weights at death.
+"""Assay of innate and learned performance in each generation.
 
-What they eat with learning off is innate; what learning adds is the gain; as evolution makes innate what had to be learned
-(genetic assimilation), the innate share grows. Source: Hinton and Nowlan, "How learning can guide evolution", 1987, and
-Waddington, "Genetic assimilation of an acquired character", 1953, for the ideas; the lives are ours.
+Newborns are simulated with learning off, with learning on, and with their weights at death. The
+performance with learning off is innate. The gain is the increase by learning. In genetic
+assimilation, evolution makes learned behavior innate, so the innate share grows.
+
+The ideas are from G. E. Hinton and S. J. Nowlan, How learning can guide evolution, Complex Systems
+1 (1987), and C. H. Waddington, Genetic assimilation of an acquired character, Evolution 7 (1953).
 """
 
 from __future__ import annotations
@@ -19,52 +22,57 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
 OfAnyModel = TypeVar("OfAnyModel", bound=BaseExperiment)
-MAX_GENERATIONS = 100  # and the last, so every generation of the paper's
-MAX_COSTLY_GENERATIONS = (
-    10  # and the last: of drift, which takes longest, and where generations differ by chance alone
-)
+# Maximum number of generations in addition to the last one.
+MAX_GENERATIONS = 100
+# The same for drift, which is slow, and for generations that differ only by chance.
+MAX_COSTLY_GENERATIONS = 10
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
-    lived = np.array(assayed_generations(experiment), np.int32)
-    return {"generation": lived, "life": list(LIVES), "layer": layer_names(experiment)}
+    generations = np.array(assayed_generations(experiment), np.int32)
+    return {"generation": generations, "life": list(LIVES), "layer": layer_names(experiment)}
 
 
 def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
-    lived = len(assayed_generations(experiment))
-    return 3 * lived + len(drift_generations(experiment)) if experiment.learns else 0
+    if not experiment.learns:
+        return 0
+    return 3 * len(assayed_generations(experiment)) + len(drift_generations(experiment))
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """`energy` [run, generation, life, agent]; NaN for lives that are not lived. `distance` [run, generation, layer, agent]."""
-    experiment, lived = sample.experiment, assayed_generations(sample.experiment)
-    runs, agents, layers = (
-        len(sample.runs),
-        experiment.population.size,
-        len(layer_names(experiment)),
-    )
-    energy = np.full((len(lived), len(LIVES), runs, agents), np.nan)
-    distance = np.full((len(lived), layers, runs, agents), np.nan, np.float32)
-    measure_one = _learned if experiment.learns else _innate_alone
-    for number, generation in enumerate(lived):
-        measure_one(sample, generation, energy[number], distance[number])
+    """Measure `energy` and `distance`.
+
+    `energy` has the dimensions [run, generation, life, agent], and `distance` [run, generation,
+    layer, agent]. The energy is NaN for lifetimes that are not simulated.
+    """
+    experiment = sample.experiment
+    generations = assayed_generations(experiment)
+    runs = len(sample.runs)
+    agents = experiment.population.size
+    layers = len(layer_names(experiment))
+    energy = np.full((len(generations), len(LIVES), runs, agents), np.nan)
+    distance = np.full((len(generations), layers, runs, agents), np.nan, np.float32)
+    measure_generation = _learned if experiment.learns else _innate_alone
+    for number, generation in enumerate(generations):
+        measure_generation(sample, generation, energy[number], distance[number])
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
 
 
 def _innate_alone(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
-    """Agents that do not learn have one kind of life, and the study has lived it."""
+    """Copy the stored energy: agents that do not learn have one kind of lifetime."""
     energy[LIVES.index("off")] = sample.energy(generation)
 
 
 def _learned(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
-    """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of one generation of agents that learn."""
-    genomes, without = sample.genomes(generation), sample.experiment.without_learning()
+    """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of a generation."""
+    genomes = sample.genomes(generation)
+    without = sample.experiment.without_learning()
     learned = sample.simulate_as_evolved(generation, genomes)
     energy[LIVES.index("on")] = learned.energy
     energy[LIVES.index("off")] = sample.simulate(without, generation, genomes).energy
@@ -82,17 +90,18 @@ def _learned(
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
-    """The generations that are lived again: where nothing is inherited, a few stand for all."""
-    most = (
-        MAX_COSTLY_GENERATIONS
-        if experiment.part("evolution.inheritance").resamples_genomes
-        else MAX_GENERATIONS
-    )
-    return _thin(range(experiment.evolution.generations), most)
+    """Return the generations that are simulated again.
+
+    Without inheritance, generations differ only by chance, so a few are enough.
+    """
+    limit = MAX_GENERATIONS
+    if experiment.part("evolution.inheritance").resamples_genomes:
+        limit = MAX_COSTLY_GENERATIONS
+    return _thin(range(experiment.evolution.generations), limit)
 
 
 def drift_generations(experiment: BaseExperiment) -> list[int]:
-    """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
+    """Return the generations that are also simulated with drift; empty if the rule prevents it."""
     if not isinstance(experiment, Experiment) or (
         experiment.learns and not experiment.part("learning.rule").supports_drift_control
     ):
@@ -101,17 +110,17 @@ def drift_generations(experiment: BaseExperiment) -> list[int]:
 
 
 def with_drift(experiment: OfAnyModel) -> OfAnyModel:
-    """The same agents, which change at random by as much as they would have learned."""
+    """Return the experiment with random weight changes as large as those of learning."""
     return experiment.replace(learning={"rule": "drift"})
 
 
-def _thin(numbers: Sequence[int], most: int) -> list[int]:
-    """All, or every so-many-th, so that they are at most so many; and the last."""
-    return sorted({*numbers[:: -(-len(numbers) // most)], numbers[-1]})
+def _thin(numbers: Sequence[int], limit: int) -> list[int]:
+    """Return at most `limit` equally spaced numbers, and the last."""
+    return sorted({*numbers[:: -(-len(numbers) // limit)], numbers[-1]})
 
 
 def layer_names(experiment: BaseExperiment) -> list[str]:
-    """What each layer of weights connects, from the sensors on; of another model, the module that learns."""
+    """Return the name of each layer of weights; of other models, the name of the module."""
     if not isinstance(experiment, Experiment):
         return list(experiment.modules[:1])
     count = len(experiment.network.hidden)
@@ -123,7 +132,20 @@ def layer_names(experiment: BaseExperiment) -> list[str]:
 def weight_distances(
     experiment: BaseExperiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]
 ) -> npt.NDArray[np.float64]:
-    """Euclidean distances [layer, ...] between weights [..., weight] at birth and at death, biases with their layer's."""
+    """Compute the distance of weights between birth and death.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment, which determines the layers.
+    birth, death : ndarray, shape (..., weight)
+        Weights at birth and at death.
+
+    Returns
+    -------
+    ndarray of float, shape (layer, ...)
+        Euclidean distances; biases belong to their layer.
+    """
     counts = [birth.shape[-1]]
     if isinstance(experiment, Experiment):
         sizes, bias = experiment.layer_sizes, int(experiment.network.biases)

@@ -1,4 +1,4 @@
-"""What assays will take, before the first life is lived again: memory and disk, as `baldwinlab.simulation.memory` says of runs."""
+"""Estimate the memory and disk space of assays, as `baldwinlab.simulation.memory` does for runs."""
 
 from __future__ import annotations
 
@@ -16,57 +16,78 @@ from baldwinlab.studies.assays.descent import FOUNDERS_PER_BATCH
 from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.sample import Conditions
 
-SAVED_STATES: Final = 10  # states that are kept to go back to, where the step of the first meal is looked for by halves
-BYTES_PER_CHILD: Final = 150  # a child and its parents, as Python has them
-HEADER: Final = 1000  # of a file, beside its variables and its experiment
-COPIES: Final = 3  # of what is measured: of each run, of all together, and as it is stored
+# Stored states in the bisection for the step of the first meal.
+SAVED_STATES: Final = 10
+# Bytes of a child and its parents as Python objects.
+BYTES_PER_CHILD: Final = 150
+# Bytes of a file in addition to its variables and its experiment.
+HEADER: Final = 1000
+# Copies of the results: of single runs, of all runs, and as a file.
+COPIES: Final = 3
 
 
 class PlannedStudy(NamedTuple):
-    """The conditions of a study that is not there yet."""
+    """Conditions of a study that does not exist yet."""
 
     experiments: Mapping[str, Experiment]
     factors: Mapping[str, Factors]
 
     def need(self, runs: int, workers: int, assays: Sequence[str] = tuple(ASSAYS)) -> Need:
-        """Of those assays that have something to measure there, on so many runs of each condition."""
+        """Estimate the applicable assays with `runs` runs of each condition."""
         missing = self.fitting(assays)
         return estimate_assays(self, missing, dict.fromkeys(missing, runs), workers)
 
     def fitting(self, assays: Sequence[str]) -> dict[str, list[str]]:
-        """Select for each condition the assays that have something to measure there."""
+        """Return the applicable assays of each condition."""
         return {
-            name: [assay for assay in assays if not why_not_applicable(assay, one)]
-            for name, one in self.experiments.items()
+            name: [assay for assay in assays if not why_not_applicable(assay, experiment)]
+            for name, experiment in self.experiments.items()
         }
 
 
 def estimate_assays(
     study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[str, int], workers: int
 ) -> Need:
-    """Of the assays that are missing, by condition, of so many runs of each, on so many threads."""
+    """Estimate the memory and disk space of missing assays.
+
+    Parameters
+    ----------
+    study : Conditions
+        The study.
+    missing : mapping
+        Names of the missing assays by condition.
+    runs : mapping
+        Number of runs by condition.
+    workers : int
+        Number of tasks that are executed in parallel.
+
+    Returns
+    -------
+    Need
+        Memory and disk space in bytes.
+    """
     total = sum(runs.values())
     size = max(1, min(CPU.worlds, total // workers))
-    tasks, disk, results, header = [], 0, 0, 0
+    tasks = []
+    disk = 0
+    results = 0
+    header = 0
     for condition, names in missing.items():
         if names:
-            header = header or HEADER + len(
-                to_toml(study.experiments[condition]).encode()
-            )  # they are about as long
-            tasks.append(
-                (_task(study.experiments[condition], names, size), -(-runs[condition] // size))
-            )
+            experiment = study.experiments[condition]
+            # All experiments of a study have about the same length.
+            header = header or HEADER + len(to_toml(experiment).encode())
+            tasks.append((_task(experiment, names, size), -(-runs[condition] // size)))
             stored = sum(_stored(study, condition, name, runs[condition]) for name in names)
-            disk, results = disk + stored + len(names) * header, max(results, stored)
-    return (
-        Need(memory.ENGINE + memory.largest_total(tasks, workers) + COPIES * results, disk)
-        if tasks
-        else NOTHING
-    )
+            disk += stored + len(names) * header
+            results = max(results, stored)
+    if not tasks:
+        return NOTHING
+    return Need(memory.ENGINE + memory.largest_total(tasks, workers) + COPIES * results, disk)
 
 
 def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
-    """Memory for some runs of a condition, side by side."""
+    """Return the memory of a task with some runs of a condition, in bytes."""
     living = memory.simulation_bytes(experiment, worlds) * (
         SAVED_STATES if "within-life" in names else 1
     )
@@ -79,8 +100,8 @@ def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
 
 
 def _stored(study: Conditions, condition: str, name: str, runs: int) -> int:
-    """What the variables in the file of an assay take."""
+    """Return the size of the variables of an assay in bytes."""
     coords = ASSAYS[name].coordinates(study, condition)
-    there = {"run": runs, "agent": study.experiments[condition].population.size}
-    there |= {dim: len(values) for dim, values in coords.items()}
-    return sum(memory.variable_bytes(variables.ASSAYS[name], there).values())
+    sizes = {"run": runs, "agent": study.experiments[condition].population.size}
+    sizes |= {dim: len(values) for dim, values in coords.items()}
+    return sum(memory.variable_bytes(variables.ASSAYS[name], sizes).values())

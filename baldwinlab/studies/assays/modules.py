@@ -1,4 +1,4 @@
-"""Where the knowledge sits: the last generation's evolved modules, each with a random one in place of the other."""
+"""Assay of modules: evolved modules of the last generation combined with random modules."""
 
 from __future__ import annotations
 
@@ -28,17 +28,22 @@ def count_lives(study: Conditions, condition: str) -> int:
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """`energy` [run, modules, agent]; an agent keeps its place of birth, and its random modules, from one case to the next."""
+    """Measure `energy` [run, modules, agent].
+
+    In all cases, an agent has the same initial position and the same random modules.
+    """
     last = sample.experiment.evolution.generations - 1
-    evolved, random = sample.genomes(last), sample.random_genomes()
-    action, reinforcement = slice(0, 1), slice(1, 2)
+    evolved = sample.genomes(last)
+    random = sample.random_genomes()
+    action = slice(0, 1)
+    reinforcement = slice(1, 2)
     crossed = [
         np.concatenate([random[:, :, action], evolved[:, :, reinforcement]], axis=2),
         np.concatenate([evolved[:, :, action], random[:, :, reinforcement]], axis=2),
         random,
     ]
-    found = [
+    outcomes = [
         sample.simulate_as_evolved(last, evolved),
         *(sample.simulate(sample.experiment, last, genomes) for genomes in crossed),
     ]
-    return {"energy": np.stack([lives.energy for lives in found], axis=1)}
+    return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}

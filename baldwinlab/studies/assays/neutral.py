@@ -1,9 +1,11 @@
-"""The neutral twin: the last newborns beside those that would have been born had parents been drawn at random.
+"""Assay of the neutral control: newborns of selected parents and of randomly chosen parents.
 
-What newborns gain with learning off, and what learning adds to it, selection has built as far as it is more than their twins'
-do: founders, mutations and the places of birth are the same, run by run. Nobody's gain decides who breeds, so the twin is bred
-without living, unless what is learned is inherited. Source: Kimura, "Evolutionary rate at the molecular level", 1968, for
-evolution without selection as what selection is held against.
+The control has the same founders, mutations and initial positions as the run. A difference in
+performance between the newborns is therefore an effect of selection. Performance does not decide
+which agents reproduce, so the control needs no simulation unless learned weights are inherited.
+
+The neutral model as a baseline is from M. Kimura, Evolutionary rate at the molecular level, Nature
+217 (1968).
 """
 
 from __future__ import annotations
@@ -26,84 +28,91 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-MAX_GENERATIONS = (
-    10  # generations, or as many as there are: one is at the mercy of where it is born
-)
+# Several generations, because the performance of one depends on its initial positions.
+MAX_GENERATIONS = 10
 OFF, ON = (LIVES.index(life) for life in ("off", "on"))
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    lived = np.array(assayed_generations(study.experiments[condition]), np.int32)
-    return {"generation": lived, "newborns": list(NEWBORNS), "life": [LIVES[OFF], LIVES[ON]]}
+    generations = np.array(assayed_generations(study.experiments[condition]), np.int32)
+    return {"generation": generations, "newborns": list(NEWBORNS), "life": [LIVES[OFF], LIVES[ON]]}
 
 
 def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
     compared = len(assayed_generations(experiment))
-    learning_twins = experiment.evolution.generations if _inherits_learned(experiment) else compared
-    return 2 * compared + learning_twins if experiment.learns else compared
+    if not experiment.learns:
+        return compared
+    if _inherits_learned(experiment):
+        return 2 * compared + experiment.evolution.generations
+    return 3 * compared
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """`energy` [run, generation, newborns, life, agent]; NaN for learning on where nobody learns."""
-    experiment, compared = sample.experiment, assayed_generations(sample.experiment)
+    """Measure `energy` [run, generation, newborns, life, agent].
+
+    The energy with learning on is NaN if agents do not learn.
+    """
+    experiment = sample.experiment
+    compared = assayed_generations(experiment)
     shape = (len(compared), len(NEWBORNS), 2, len(sample.runs), experiment.population.size)
     energy = np.full(shape, np.nan)
-    twin = experiment.neutral_control()
-    twins = np.stack(
+    control = experiment.neutral_control()
+    genomes = np.stack(
         [draw_genomes(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
     )
     for generation in range(experiment.evolution.generations):
         learned = None
         if experiment.learns and (generation in compared or _inherits_learned(experiment)):
-            learned = sample.simulate(experiment, generation, twins)
+            learned = sample.simulate(experiment, generation, genomes)
         if generation in compared:
-            _compare(sample, generation, twins, learned, energy[generation - compared[0]])
-        twins = _next_controls(sample, twin, generation, twins, learned)
+            _compare(sample, generation, genomes, learned, energy[generation - compared[0]])
+        genomes = _next_controls(sample, control, generation, genomes, learned)
     return {"energy": np.moveaxis(energy, 3, 0)}
 
 
 def _compare(
     sample: Sample,
     generation: int,
-    twins: Genome,
+    controls: Genome,
     learned: Outcomes | None,
     energy: npt.NDArray[Any],
 ) -> None:
-    """Fill `energy` [newborns, life, run, agent] of one generation; `learned` is what became of twins that learn."""
-    own, other = energy
+    """Fill `energy` [newborns, life, run, agent]; `learned` has the outcomes of the controls."""
+    evolved_energy, control_energy = energy
     without = sample.experiment.without_learning()
-    other[OFF] = sample.simulate(without, generation, twins).energy
-    if (
-        learned is None
-    ):  # agents that do not learn have one kind of life, and the study has lived it
-        own[OFF] = sample.energy(generation)
+    control_energy[OFF] = sample.simulate(without, generation, controls).energy
+    if learned is None:
+        # Agents that do not learn have one kind of lifetime, which is stored.
+        evolved_energy[OFF] = sample.energy(generation)
         return
-    own[ON], other[ON] = sample.energy(generation), learned.energy
-    own[OFF] = sample.simulate(without, generation, sample.genomes(generation)).energy
+    evolved_energy[ON] = sample.energy(generation)
+    control_energy[ON] = learned.energy
+    evolved_energy[OFF] = sample.simulate(without, generation, sample.genomes(generation)).energy
 
 
 def _next_controls(
-    sample: Sample, twin: Experiment, generation: int, twins: Genome, learned: Outcomes | None
+    sample: Sample, control: Experiment, generation: int, genomes: Genome, learned: Outcomes | None
 ) -> Genome:
-    """The twin's next generation, [run, agent, module, weight]; of two parents none is the fitter, or it would be no twin."""
-    alike = np.zeros(twin.population.size)
-    passed_on = [None] * len(sample.runs) if learned is None else learned.weights
+    """Return the next generation of the control, [run, agent, module, weight]."""
+    # Equal fitness excludes selection between the two parents.
+    fitness = np.zeros(control.population.size)
+    learned_weights = [None] * len(sample.runs) if learned is None else learned.weights
     return np.stack(
         [
             make_generation(
-                twin,
+                control,
                 GenerationKey(sample.seed, run, generation + 1),
-                inherit_genomes(twin, genome, weights),
-                alike,
+                inherit_genomes(control, genome, weights),
+                fitness,
             )[0]
-            for run, genome, weights in zip(sample.runs, twins, passed_on, strict=True)
+            for run, genome, weights in zip(sample.runs, genomes, learned_weights, strict=True)
         ]
     )
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
-    """The last ones, in which newborns are compared."""
+    """Return the last generations, whose newborns are compared."""
     return list(range(experiment.evolution.generations))[-MAX_GENERATIONS:]
 
 

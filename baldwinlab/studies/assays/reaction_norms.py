@@ -1,4 +1,4 @@
-"""Reaction norms: what the last generation eats under circumstances that it did not evolve in, one of them changed at a time."""
+"""Assay of reaction norms: performance of the last generation under one changed setting."""
 
 from __future__ import annotations
 
@@ -12,26 +12,37 @@ from baldwinlab.core.variables import AS_EVOLVED
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
 
-FOOD_FACTORS = (0.25, 0.5, 2, 4)  # times as much food
-RADIUS_FACTORS = (0.25, 0.5, 2)  # times as far a view
-RATE_FACTORS = (0, 0.1, 10)  # times as fast learning
+# Factors of the number of items, the visual radius and the learning rate.
+FOOD_FACTORS = (0.25, 0.5, 2, 4)
+RADIUS_FACTORS = (0.25, 0.5, 2)
+RATE_FACTORS = (0, 0.1, 10)
 
 
 class Setting(NamedTuple):
-    """A changed circumstance."""
+    """Changed setting.
 
-    field: str  # the path of what is changed, "map" for the whole world
+    Attributes
+    ----------
+    field : str
+        Path of the changed field, or "map".
+    value : str
+        The value, or the name of the map.
+    experiment : Experiment
+        The experiment with this setting.
+    """
+
+    field: str
     value: str
     experiment: Experiment
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    found = settings(study.experiments[condition], other_maps(study, condition))
-    named = {
-        name: ("setting", [getattr(setting, name) for setting in found])
-        for name in ("field", "value")
+    all_settings = settings(study.experiments[condition], other_maps(study, condition))
+    return {
+        "setting": np.arange(len(all_settings), dtype=np.int32),
+        "field": ("setting", [setting.field for setting in all_settings]),
+        "value": ("setting", [setting.value for setting in all_settings]),
     }
-    return {"setting": np.arange(len(found), dtype=np.int32), **named}
 
 
 def count_lives(study: Conditions, condition: str) -> int:
@@ -39,38 +50,42 @@ def count_lives(study: Conditions, condition: str) -> int:
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """`energy` [run, setting, agent]."""
+    """Measure `energy` [run, setting, agent]."""
     last = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last)
-    _, *others = settings(sample.experiment, sample.elsewhere)
-    found = [sample.simulate_as_evolved(last, genomes)]
-    found += [sample.simulate(setting.experiment, last, genomes) for setting in others]
-    return {"energy": np.stack([lives.energy for lives in found], axis=1)}
+    _, *changed_settings = settings(sample.experiment, sample.elsewhere)
+    outcomes = [sample.simulate_as_evolved(last, genomes)]
+    for setting in changed_settings:
+        outcomes.append(sample.simulate(setting.experiment, last, genomes))
+    return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
 
 
-def settings(experiment: Experiment, elsewhere: Sequence[OnMap]) -> list[Setting]:
-    """The settings of a condition: first as it evolved, then each that is possible and differs."""
-    found = [Setting(AS_EVOLVED, "", experiment)]
-    other_maps = (Setting("map", name, there) for name, there in elsewhere)
-    for setting in (*other_maps, *_other_values(experiment)):
-        if all(setting.experiment != known.experiment for known in found):
-            found.append(setting)
-    return found
+def settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[Setting]:
+    """Return the settings of a condition: the original first, then each distinct change."""
+    distinct = [Setting(AS_EVOLVED, "", experiment)]
+    on_maps = (Setting("map", name, on_map) for name, on_map in maps)
+    for setting in (*on_maps, *_other_values(experiment)):
+        if all(setting.experiment != earlier.experiment for earlier in distinct):
+            distinct.append(setting)
+    return distinct
 
 
 def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
-    """A condition in the worlds of the study's conditions of the same learner on other maps."""
-    experiment, own = study.experiments[condition], study.factors[condition]
-    found: list[OnMap] = []
-    for other, there in study.factors.items():
-        if own.map and there.map and there.learner == own.learner:
-            on_map = there.map, experiment.replace(world=study.experiments[other].world)
-            found += [on_map] if on_map[1] != experiment and on_map not in found else []
-    return tuple(found)
+    """Return a condition on the other maps of the study that have the same learner."""
+    experiment = study.experiments[condition]
+    factors = study.factors[condition]
+    maps: list[OnMap] = []
+    for other_name, other in study.factors.items():
+        if factors.map and other.map and other.learner == factors.learner:
+            world = study.experiments[other_name].world
+            on_map = (other.map, experiment.replace(world=world))
+            if on_map[1] != experiment and on_map not in maps:
+                maps.append(on_map)
+    return tuple(maps)
 
 
 def _other_values(experiment: Experiment) -> Iterator[Setting]:
-    """Fields times some factors; without those that the experiment refuses."""
+    """Yield the settings with scaled values; values that the experiment rejects are omitted."""
     fields: dict[str, list[float]] = {}
     for number, region in enumerate(experiment.world.food):
         fields[f"world.food.{number}.count"] = [

@@ -1,4 +1,7 @@
-"""Assays: what is measured on a stored study by living its genomes again; docs/explanation/assays.md."""
+"""Run assays: simulate the genomes of a stored study again, and measure and store the results.
+
+See docs/explanation/assays.md.
+"""
 
 from __future__ import annotations
 
@@ -39,16 +42,16 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 class Assay(Protocol):
-    """A file of this folder."""
+    """Module of an assay."""
 
     def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
-        """The coordinates of its dataset, but for runs and agents."""
+        """Return the coordinates of the dataset except `run` and `agent`."""
 
     def count_lives(self, study: Conditions, condition: str) -> int:
-        """How many generations it lives again of each run."""
+        """Return the number of simulated generations per run."""
 
     def measure(self, sample: Sample) -> Arrays:
-        """Its variables as `variables.ASSAYS` declares them."""
+        """Return the variables that `variables.ASSAYS` declares."""
 
 
 ASSAYS: Mapping[str, Assay] = {
@@ -62,7 +65,7 @@ ASSAYS: Mapping[str, Assay] = {
 
 
 class AssayTask(NamedTuple):
-    """A task: assays of some runs of one condition, which are given back."""
+    """Task that measures assays of some runs of one condition and returns the results."""
 
     experiment: Experiment
     runs: tuple[int, ...]
@@ -75,50 +78,57 @@ class AssayTask(NamedTuple):
         return (self.experiment, *(experiment for _, experiment in self.elsewhere))
 
     def run(
-        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> dict[str, Arrays]:
-        """What each assay measured. See `Task`."""
+        """Return the arrays of each assay. See `Task`."""
         records = [read_record(directory, self.experiment, seed, run) for run in self.runs]
-        sample = Sample(directory, seed, self.experiment, self.runs, records, self.elsewhere, lived)
+        sample = Sample(
+            directory, seed, self.experiment, self.runs, records, self.elsewhere, report_progress
+        )
         return {name: ASSAYS[name].measure(sample) for name in self.names}
 
 
 def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
-    """Why an assay has nothing to measure of an experiment, in a sentence; empty where it has."""
-    if experiment.births_in_life and name != "descent":  # which lives nobody again
-        return f"the assay {name} is of whole lives of stored genomes, and where agents are born in mid-life others replace them"
-    if name in ("innate", "descent"):
-        return ""  # which ask through a model's switch, or through its pedigree, alone
-    if name == "neutral":  # and this through both switches
-        if experiment.evolution.inheritance == "none":
-            return "the assay neutral is of what selection builds, and where nothing is inherited it builds nothing"
-        drawn = experiment.evolution.selection == "neutral"
+    """Return a sentence that says why an assay is not applicable; "" if it is applicable."""
+    if experiment.births_in_life and name != "descent":
         return (
-            "the assay neutral is of what selection builds, and parents at random are their own neutral twin"
-            if drawn
-            else ""
+            f"the assay {name} simulates complete lifetimes of stored genomes, "
+            "but newborns replace agents during life in this experiment"
         )
-    if name == "modules":  # and this through the genome's
-        there = "reinforcement" in experiment.modules
-        return "" if there else "the assay modules is of agents with a reinforcement module"
+    if name in ("innate", "descent"):
+        return ""
+    if name == "neutral":
+        return _why_not_neutral(experiment)
+    if name == "modules":
+        if "reinforcement" in experiment.modules:
+            return ""
+        return "the assay modules needs agents with a reinforcement module"
     if not isinstance(experiment, Experiment):
-        return f"the assay {name} is of foragers and what they eat, so the model {experiment.model} has none"
+        return f"the assay {name} needs the model miniworld, not {experiment.model}"
+    return ""
+
+
+def _why_not_neutral(experiment: BaseExperiment) -> str:
+    if experiment.evolution.inheritance == "none":
+        return "the assay neutral measures effects of selection, which needs inherited genomes"
+    if experiment.evolution.selection == "neutral":
+        return "the assay neutral measures effects of selection, but parents are chosen at random"
     return ""
 
 
 def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]:
-    """Why assays have nothing to measure of some conditions, each sentence once."""
+    """Return the distinct sentences of `why_not_applicable` for all conditions of a study."""
     _require_assay_names(names)
-    found = (
+    reasons = (
         why_not_applicable(name, experiment)
         for experiment in study.experiments.values()
         for name in names
     )
-    return [sentence for sentence in dict.fromkeys(found) if sentence]
+    return [sentence for sentence in dict.fromkeys(reasons) if sentence]
 
 
 def is_stored(name: str, study: StudyStore, condition: str) -> bool:
-    """Whether there is a file of what an assay measured of a condition."""
+    """Return whether the results of an assay of a condition are stored."""
     return assay_path(study.directory, name, condition).exists()
 
 
@@ -142,16 +152,19 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     Raises
     ------
     StudyError
-        There is no such study, assay or condition, the assay has not been run, or its file is damaged.
+        There is no such study, assay or condition, the assay has not been run, or its file is
+        damaged.
     """
     study = StudyStore(parse_location(directory))
     _require_assay_names([assay])
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
     if not path.exists():
-        again = f"baldwinlab assay {directory} --assays {assay}"
-        why = why_not_applicable(assay, study.experiment(condition))
-        raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
+        reason = why_not_applicable(assay, study.experiment(condition))
+        if reason:
+            raise StudyError(f"{path} does not exist: {reason}")
+        command = f"baldwinlab assay {directory} --assays {assay}"
+        raise StudyError(f"{path} does not exist; `{command}` makes it")
     try:
         return read_assay(study, assay, condition)
     except OSError as error:
@@ -161,9 +174,10 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
 
 
 def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
-    """The assays that are still to do, by condition: those whose files are not there, or do not fit the stored runs.
+    """Return the missing assays of each condition.
 
-    Raises StudyError for an unknown assay, and for a study without any run.
+    An assay is missing if it is applicable and its file is absent, or does not match the stored
+    runs. Raises StudyError for an unknown assay, and for a study without stored runs.
     """
     _require_assay_names(names)
     study.require_runs()
@@ -179,7 +193,7 @@ def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, li
 
 
 def count_assay_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
-    """How much is to live for these assays."""
+    """Return the number of agent-steps of these assays."""
     return sum(
         _agent_steps_of_run(study, condition, names) * len(study.runs(condition))
         for condition, names in missing.items()
@@ -213,29 +227,50 @@ def run_assays(
     missing: Mapping[str, Sequence[str]],
     workers: int,
     progress: Callable[[str, int], Progress],
-    tell: Callable[[str], None],
+    log: Callable[[str], None],
     executor: Executor = THREADS,
 ) -> None:
-    """Measure the missing assays, so many batches of runs at a time, and store those of a condition when all its runs are done.
+    """Measure the missing assays in parallel, and store a condition when all its runs are done.
 
-    `progress(description, total)` opens what is called with the agent-steps that have been lived.
-    The result does not depend on where it is done, nor by how many. What is stored when this is stopped stays. Raises
-    DamagedRecordError for a record that is not what was written, and StudyError for one that cannot be lived again to the same
-    bits.
+    The results do not depend on the executor and the number of workers. Stored results remain if
+    the process is interrupted.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    missing : mapping
+        Names of the missing assays by condition.
+    workers : int
+        Number of tasks that are executed in parallel.
+    progress : callable
+        `progress(description, total)` returns a context manager; its value is called with the
+        number of agent-steps done.
+    log : callable
+        Called with messages.
+    executor : Executor
+        Executor of the tasks.
+
+    Raises
+    ------
+    DamagedRecordError
+        If a record is damaged.
+    StudyError
+        If the simulation of a stored generation gives a different energy.
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = compile_experiments(_experiments_to_compile(study, missing), log=tell)
-    tell(f"Engine ready after {compile_seconds:.1f} s.")
+    compile_seconds = compile_experiments(_experiments_to_compile(study, missing), log=log)
+    log(f"Engine ready after {compile_seconds:.1f} s.")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)
     measured: dict[str, list[tuple[AssayTask, dict[str, Arrays]]]] = {
         condition: [] for condition in left
     }
 
-    def done(task: AssayTask, found: dict[str, Arrays]) -> None:
+    def done(task: AssayTask, results: dict[str, Arrays]) -> None:
         condition = task.experiment.name
-        measured[condition].append((task, found))
+        measured[condition].append((task, results))
         left[condition] -= 1
         if not left[condition]:
             _store(study, condition, measured.pop(condition))
@@ -249,7 +284,7 @@ def run_assays(
 
 
 def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int) -> list[AssayTask]:
-    """Batches of runs, those that learn first, because they are slow, so that no worker is left with one at the end."""
+    """Divide the runs into tasks, with the slow tasks (agents that learn) first."""
     total = sum(len(study.runs(condition)) for condition in missing)
     size = max(1, min(CPU.worlds, total // workers))
     return [
@@ -263,39 +298,37 @@ def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int)
 def _batches(
     study: StudyStore, condition: str, names: tuple[str, ...], size: int
 ) -> Iterator[AssayTask]:
-    """All runs of a condition, so many in a task."""
-    runs, of_run = study.runs(condition), _agent_steps_of_run(study, condition, names)
-    elsewhere = reaction_norms.other_maps(study, condition) if "reaction" in names else ()
+    """Yield the tasks of a condition with at most `size` runs each."""
+    runs = study.runs(condition)
+    steps_per_run = _agent_steps_of_run(study, condition, names)
+    maps = reaction_norms.other_maps(study, condition) if "reaction" in names else ()
     for first in range(0, len(runs), size):
         batch = tuple(runs[first : first + size])
-        yield AssayTask(study.experiments[condition], batch, names, elsewhere, of_run * len(batch))
+        agent_steps = steps_per_run * len(batch)
+        yield AssayTask(study.experiments[condition], batch, names, maps, agent_steps)
 
 
 def _store(
     study: StudyStore, condition: str, measured: list[tuple[AssayTask, dict[str, Arrays]]]
 ) -> None:
-    """Put the runs of a condition together, in whatever order they were done, and write each assay."""
-    measured.sort(key=lambda one: one[0].runs)
+    """Concatenate the results of a condition in the order of its runs, and store each assay."""
+    measured.sort(key=lambda task_and_results: task_and_results[0].runs)
     names = measured[0][0].names
     runs = np.array([run for task, _ in measured for run in task.runs], np.int32)
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)
     for name in names:
         declared = variables.ASSAYS[name]
         arrays = {
-            variable: np.concatenate([found[name][variable] for _, found in measured])
+            variable: np.concatenate([results[name][variable] for _, results in measured])
             for variable in declared
         }
-        found = variables.dataset(declared, arrays, _provenance(study, condition)).assign_coords(
-            run=runs
-        )
-        found = found.assign_coords(ASSAYS[name].coordinates(study, condition))
-        if "agent" in found.dims:
-            found = found.assign_coords(agent=agents)
-        write_in_study(
-            study.directory,
-            assay_path(study.directory, name, condition),
-            to_bytes(found.assign_attrs(format=FORMAT)),
-        )
+        data = variables.dataset(declared, arrays, _provenance(study, condition))
+        data = data.assign_coords(run=runs)
+        data = data.assign_coords(ASSAYS[name].coordinates(study, condition))
+        if "agent" in data.dims:
+            data = data.assign_coords(agent=agents)
+        content = to_bytes(data.assign_attrs(format=FORMAT))
+        write_in_study(study.directory, assay_path(study.directory, name, condition), content)
 
 
 def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
@@ -309,15 +342,16 @@ def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
 
 
 def _is_done(study: StudyStore, name: str, condition: str) -> bool:
-    """Whether an assay is stored, of the same runs of the same experiment, by this version."""
+    """Return whether this version has stored the assay of the same runs and experiment."""
     try:
-        found = read_assay(study, name, condition)
+        data = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
-    same = (
-        found.attrs.get("condition") == condition and found.attrs.get("baldwinlab") == __version__
+    return (
+        data.attrs.get("condition") == condition
+        and data.attrs.get("baldwinlab") == __version__
+        and data.run.values.tolist() == study.runs(condition)
     )
-    return same and found.run.values.tolist() == study.runs(condition)
 
 
 def _require_assay_names(names: Sequence[str]) -> None:

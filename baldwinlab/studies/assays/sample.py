@@ -1,4 +1,4 @@
-"""Stored runs of one condition, to be lived again side by side."""
+"""Sample: stored runs of one condition, which are simulated again in parallel worlds."""
 
 from __future__ import annotations
 
@@ -17,12 +17,14 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.simulation.reevaluation import Outcomes, reevaluate, stored_genome
 from baldwinlab.studies.records import StudyError, record_path
 
-Energy = npt.NDArray[np.float64]  # [run, agent]
-OnMap = tuple[str, Experiment]  # the name of a map, and the condition there
+# Energy [run, agent].
+Energy = npt.NDArray[np.float64]
+# Name of a map, and the experiment on it.
+OnMap = tuple[str, Experiment]
 
 
 class Conditions(Protocol):
-    """What an assay needs to know of a study to say what it will measure."""
+    """Experiments and factors of a study, from which an assay derives its coordinates."""
 
     @property
     def experiments(self) -> Mapping[str, Experiment]: ...
@@ -33,63 +35,85 @@ class Conditions(Protocol):
 
 @dataclass(frozen=True)
 class Sample:
-    """Some stored runs of a condition. Arrays that are measured on it begin with the dimension `run`, in this order."""
+    """Stored runs of a condition; the first dimension of measured arrays is `run`, in this order.
 
-    directory: Path  # of the study
+    Attributes
+    ----------
+    directory : Path
+        The directory of the study.
+    seed : int
+        The seed of the study.
+    experiment : Experiment
+        The experiment of the condition.
+    runs : tuple of int
+        Numbers of the runs.
+    records : sequence of xarray.Dataset
+        Records of the runs.
+    elsewhere : sequence
+        The condition on other maps of the study.
+    report_progress : callable
+        Called with the number of simulated agent-steps. An exception that it raises ends the task.
+    """
+
+    directory: Path
     seed: int
     experiment: Experiment
     runs: tuple[int, ...]
     records: Sequence[xr.Dataset]
-    elsewhere: Sequence[OnMap]  # the same condition on the study's other maps
-    lived: Callable[
-        [int], None
-    ]  # is told the agent-steps that have been lived; what it raises ends the work
+    elsewhere: Sequence[OnMap]
+    report_progress: Callable[[int], None]
 
     def genomes(self, generation: int) -> Genome:
-        """Of that generation, [run, agent, module, weight]."""
+        """Return the genomes of a generation [run, agent, module, weight]."""
         return np.stack(
             [stored_genome(self.experiment, record, generation) for record in self.records]
         )
 
     def random_genomes(self) -> Genome:
-        """Freshly drawn genomes, as those of a generation after the last, so that no draw is shared with one that lived."""
-        after = self.experiment.evolution.generations
+        """Return random genomes [run, agent, module, weight]."""
+        # The key of a later generation gives random numbers that no run has used.
+        unused_generation = self.experiment.evolution.generations
         return np.stack(
             [
-                draw_genomes(self.experiment, GenerationKey(self.seed, run, after))
+                draw_genomes(self.experiment, GenerationKey(self.seed, run, unused_generation))
                 for run in self.runs
             ]
         )
 
     def energy(self, generation: int) -> Energy:
+        """Return the stored energy of a generation."""
         return np.stack([record.energy.values[generation] for record in self.records])
 
     def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Outcomes:
-        """Lives of these genomes in the worlds of that generation, under the circumstances of `experiment`."""
+        """Simulate genomes in the worlds of a generation with the settings of `experiment`."""
         lives = reevaluate(experiment, self.seed, self.runs, generation, genomes)
-        self.tell()
+        self.count_generation()
         return lives
 
     def simulate_as_evolved(self, generation: int, genomes: Genome) -> Outcomes:
-        """Lives as they were in the study. Raises StudyError where they are not what is stored."""
+        """Simulate a generation as in the study.
+
+        Raises StudyError if the energy differs from the stored one.
+        """
         lives = self.simulate(self.experiment, generation, genomes)
-        for run, found, stored in zip(
-            self.runs, lives.energy, self.energy(generation), strict=True
-        ):
-            if not np.array_equal(found, stored):
+        energies = zip(self.runs, lives.energy, self.energy(generation), strict=True)
+        for run, simulated, stored in energies:
+            if not np.array_equal(simulated, stored):
                 path = record_path(self.directory, self.experiment.name, run)
                 gain = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
-                    f"{path}: generation {generation}, lived again, does not {gain} what is stored; "
-                    f"another version of baldwinlab made this study"
+                    f"{path}: generation {generation}, simulated again, does not {gain} "
+                    "what is stored; another version of baldwinlab made this study"
                 )
         return lives
 
-    def tell(self) -> None:
-        """Say that one generation of these runs has lived."""
-        self.lived(len(self.runs) * self.experiment.steps * self.experiment.population.size)
+    def count_generation(self) -> None:
+        """Report the agent-steps of one simulated generation."""
+        self.report_progress(
+            len(self.runs) * self.experiment.steps * self.experiment.population.size
+        )
 
 
 def first_middle_last(generations: int) -> list[int]:
-    """The first generation, the middle one and the last, as far as they differ."""
+    """Return the first, the middle and the last generation without duplicates."""
     return sorted({0, generations // 2, generations - 1})

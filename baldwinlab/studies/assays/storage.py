@@ -1,4 +1,4 @@
-"""Files of assays: read, verified, and brought to the names of this version."""
+"""Read and verify the files of assays, and convert older names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OLD_NEWBORNS: Final = {"blank slate": RANDOM, "neutral twin": NEWBORNS[1]}
 
 
 class AssayedStudy(Protocol):
-    """What must be known of a study to tell whether an assay is of it."""
+    """Properties of a study that identify its assays."""
 
     @property
     def directory(self) -> Path: ...
@@ -37,7 +37,7 @@ class AssayedStudy(Protocol):
     def factors(self) -> Mapping[str, Factors]: ...
 
     def runs(self, condition: str) -> list[int]:
-        """The numbers of the stored runs of a condition."""
+        """Return the numbers of the stored runs of a condition."""
 
 
 def assay_path(directory: Path, assay: str, condition: str) -> Path:
@@ -53,73 +53,76 @@ def read_assays(
     Parameters
     ----------
     study : Measured
-        The study. Conditions stand in its order.
+        The study, which determines the order of the conditions.
     names : iterable of str
         The assays to read.
 
     Returns
     -------
     dict
-        Datasets by assay and condition, as far as they are stored. Each has the factors of its
-        condition among its attributes, and all `learners` of the study.
+        The stored datasets by assay and condition. The attributes of a dataset contain the factors
+        of its condition, and all `learners` of the study.
 
     Raises
     ------
     ValueError
-        If a file is damaged, or is not the assay of this study that it should be; the message names it.
+        If a file is damaged or belongs to another study. The message contains its path.
     """
-    found: dict[str, dict[str, xr.Dataset]] = {}
-    learners = list(dict.fromkeys(one.learner for one in study.factors.values()))
+    assays: dict[str, dict[str, xr.Dataset]] = {}
+    learners = list(dict.fromkeys(factors.learner for factors in study.factors.values()))
     for assay in names:
         folder = study.directory / "assays" / assay
-        there = [
+        stored = [
             path.relative_to(folder).with_suffix("").as_posix()
             for path in sorted(folder.rglob("*.nc"))
         ]
         for condition in dict.fromkeys(
-            name for name in (*study.experiments, *there) if name in there
+            name for name in (*study.experiments, *stored) if name in stored
         ):
-            known = study.factors.get(condition, Factors())
-            named = known._replace(
-                learner=known.learner or condition
-            )  # of a sweep's points, nothing is written down
-            data = read_assay(study, assay, condition).assign_attrs(
-                named._asdict(), learners=learners
-            )
-            found.setdefault(assay, {})[condition] = data
-    return found
+            factors = study.factors.get(condition, Factors())
+            # The points of a sweep have no factors.
+            factors = factors._replace(learner=factors.learner or condition)
+            data = read_assay(study, assay, condition)
+            data = data.assign_attrs(factors._asdict(), learners=learners)
+            assays.setdefault(assay, {})[condition] = data
+    return assays
 
 
 def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
-    """Read an assay of a condition. Raises OSError where there is none, and ValueError as `read` does."""
+    """Read an assay of a condition.
+
+    Raises OSError if it is not stored, and ValueError as `read_assays` does.
+    """
     path = assay_path(study.directory, assay, condition)
-    again = f"`baldwinlab assay {study.directory} --assays {assay}` measures it again"
+    remedy = f"`baldwinlab assay {study.directory} --assays {assay}` measures it again"
     try:
         raw = read_bytes(path, ASSAY_FILE)
     except ValueError as error:
-        raise ValueError(f"{path} cannot be read: {error}; {again}") from None
+        raise ValueError(f"{path} cannot be read: {error}; {remedy}") from None
     try:
         data = from_bytes(raw)
-        if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:  # the first format had none
+        # Format 1 may lack a checksum.
+        if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:
             verify(raw)
     except DamagedError as error:
-        raise ValueError(f"{path} is damaged: {error}; {again}") from None
+        raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
     data = _upgrade_names(data)
     if not _is_declared(data, ASSAYS[assay]):
-        raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
-    if misfit := _find_mismatch(data, study, condition):
-        raise ValueError(
-            f"{path} {misfit}; {again if condition in study.experiments else 'remove it'}"
-        )
+        raise ValueError(f"{path} is not what the assay {assay!r} stores; {remedy}")
+    if mismatch := _find_mismatch(data, study, condition):
+        if condition not in study.experiments:
+            remedy = "remove it"
+        raise ValueError(f"{path} {mismatch}; {remedy}")
     return data
 
 
 def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str:
-    """Say why an assay is not of the stored runs of a condition, in part of a sentence; "" where it is.
+    """Return the end of a sentence about a file that belongs to other runs; "" if it matches.
 
-    Every version has written seed, experiment and runs into its assays. One without them is refused.
+    Every version stores the seed, the experiment and the runs. A file without them is refused.
     """
-    name, seed = data.attrs.get("condition", condition), data.attrs.get("seed")
+    name = data.attrs.get("condition", condition)
+    seed = data.attrs.get("seed")
     if condition not in study.experiments:
         return f"is of the condition {condition!r}, which the study has not"
     if name != condition:
@@ -130,11 +133,9 @@ def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str
         return f"was measured on another experiment than that of {condition} in this study"
     stored = set(study.runs(condition))
     missing = [run for run in data["run"].values.tolist() if run not in stored]
-    return (
-        f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored"
-        if missing
-        else ""
-    )
+    if not missing:
+        return ""
+    return f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored"
 
 
 def _fields(text: str) -> dict[str, Any]:
@@ -142,20 +143,23 @@ def _fields(text: str) -> dict[str, Any]:
 
 
 def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
-    """Whether it holds some of these variables, as numbers with their dimensions and what these stand for; and an experiment."""
-    there = [name for name in declared if name in data]
-    labelled = {"agent", *(dim for coordinate in data.coords.values() for dim in coordinate.dims)}
+    """Return whether a dataset has an experiment and declared variables with coordinates."""
+    present = [name for name in declared if name in data]
+    with_coordinates = {
+        "agent",
+        *(dim for coordinate in data.coords.values() for dim in coordinate.dims),
+    }
     try:
         _fields(data.attrs["experiment"])
     except (KeyError, TypeError, AttributeError, ExperimentError):
         return False
-    if not there or "run" not in data.coords or data["run"].dtype.kind != "i":
+    if not present or "run" not in data.coords or data["run"].dtype.kind != "i":
         return False
     return all(
         set(data[name].dims) == set(declared[name].dims)
         and data[name].dtype.kind in "if"
-        and labelled.issuperset(declared[name].dims)
-        for name in there
+        and with_coordinates.issuperset(declared[name].dims)
+        for name in present
     )
 
 

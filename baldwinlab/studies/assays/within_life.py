@@ -1,4 +1,4 @@
-"""Within life: what newborns of some generations, and random genomes, eat from one part of life to the next, and when first."""
+"""Assay within the lifetime: food eaten in each part of the lifetime, and the first meal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
 
-WINDOW = 250  # steps; the last part of a life may be shorter
+# Length of a part of the lifetime in steps; the last part can be shorter.
+WINDOW = 250
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -32,28 +33,30 @@ def count_lives(study: Conditions, condition: str) -> int:
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """`eaten_in_window` [run, newborns, window, agent], items; `first_meal` [run, newborns, agent], steps, NaN for never."""
+    """Measure `eaten_in_window` [run, newborns, window, agent] and `first_meal`.
+
+    `first_meal` [run, newborns, agent] is the step of the first meal, NaN without one.
+    """
     compared = first_middle_last(sample.experiment.evolution.generations)
-    found = [_of_newborns(sample, compared[-1], sample.random_genomes())]
-    found += [
-        _of_newborns(sample, generation, sample.genomes(generation)) for generation in compared
-    ]
-    eaten, first_meal = zip(*found, strict=True)
+    measured = [_of_newborns(sample, compared[-1], sample.random_genomes())]
+    for generation in compared:
+        measured.append(_of_newborns(sample, generation, sample.genomes(generation)))
+    eaten, first_meal = zip(*measured, strict=True)
     return {"eaten_in_window": np.stack(eaten, axis=1), "first_meal": np.stack(first_meal, axis=1)}
 
 
 def _of_newborns(
     sample: Sample, generation: int, genomes: Genome
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
-    steps, (runs, agents) = sample.experiment.lifetime.steps, genomes.shape[:2]
+    """Measure the items eaten [run, window, agent] and the step of the first meal [run, agent]."""
+    steps = sample.experiment.lifetime.steps
+    runs, agents = genomes.shape[:2]
     batch = make_batch(sample.experiment, sample.seed, sample.runs, generation, genomes)
     moments = [*range(0, steps, WINDOW), steps]
     eaten = Series("eaten_in_life", moments, slice(runs * agents))
     fed = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments)
     record_batch(batch, [eaten, fed])
-    sample.tell()
+    sample.count_generation()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
-    return in_window.swapaxes(
-        0, 1
-    ), fed.values - 1  # what is there at a moment came about in the step before
+    # The value at a step results from the previous step.
+    return in_window.swapaxes(0, 1), fed.values - 1

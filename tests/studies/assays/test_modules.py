@@ -32,6 +32,6 @@ def test_what_is_not_learned_from_does_not_matter(tmp_path: Path) -> None:
 def test_agents_with_one_module_have_nothing_to_exchange(study: StudyStore) -> None:
     with pytest.raises(
         StudyError,
-        match=r"evo/A.nc does not exist: the assay modules is of agents with a reinforcement module",
+        match=r"evo/A.nc does not exist: the assay modules needs agents with a reinforcement module",
     ):
         open_assay(study.directory, "modules", "evo/A")

@@ -242,7 +242,7 @@ def test_what_cannot_be_is_refused_in_a_sentence() -> None:
         turning_over().replace(evolution={"variation": "neat", "selection": "species"})
     asked = {name: why_not_applicable(name, turning_over("evo+self-taught")) for name in ASSAYS}
     assert [name for name, why in asked.items() if not why] == ["descent"]
-    assert "others replace them" in asked["innate"]
+    assert "newborns replace agents" in asked["innate"]
 
 
 @pytest.mark.nightly
