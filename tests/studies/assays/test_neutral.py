@@ -137,8 +137,8 @@ def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]
 @pytest.mark.parametrize(
     ("experiment", "why"),
     [
-        (small("self-taught"), "where nothing is inherited it builds nothing"),
-        (small("evo").neutral_control(), "parents at random are their own neutral twin"),
+        (small("self-taught"), "which needs inherited genomes"),
+        (small("evo").neutral_control(), "parents are chosen at random"),
     ],
 )
 def test_where_selection_builds_nothing_there_is_no_such_assay(
