@@ -1,10 +1,11 @@
-"""What a browser runs: entry points in which a run goes from founders to its last generation, and nothing is left to JavaScript.
+"""Entry points of the WebAssembly module, which simulate a run from its founders to its end.
 
-Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to
-learn how large arrays are, `furnish` once they are there, `found`, and then for every generation
-`begin`, `live` (as often as it likes to look), `reckon` and `breed`; it may `ask` a module
-something, and between which units it has a `link`. They are made of the kernels that Python calls,
-in the order of simulation/simulate.py; tests hold them to its bits.
+Each entry point takes addresses of named tuples, which a page lays out with `ModuleLayout.plan`.
+The page calls `measure` for the sizes of arrays, allocates them, then initializes the world and the
+founders. For each generation it calls `begin`, simulates steps, computes the fitness, and breeds.
+The page can also evaluate a module, and list its links.
+The kernels are those that Python calls, in the order of `simulation/simulate.py`.
+Tests compare the results bit by bit.
 """
 
 from __future__ import annotations
@@ -34,10 +35,12 @@ from baldwinlab.parts.evolution_parts import assign_teachers, evaluate, inherit
 from baldwinlab.parts.evolution_parts import init_founders as make_founders
 
 MEASURED: Final = (
-    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
+    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends",
+    "units", "weights", "answers", "lanes",
     "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
-"""What `measure` answers, in this order."""
+"""Numbers that `measure` computes, in this order."""
+# Columns of `Setting.regions`.
 REGION: Final = (
     "left",
     "right",
@@ -46,21 +49,24 @@ REGION: Final = (
     "count",
     "energy",
     "kind",
-)  # the columns of `Setting.regions`
-TEACHERS: Final = ("inherited", "shuffled", "fresh")  # by number, as `Population.teacher` has them
+)
+# Sources of teachers, by the number in `Population.teacher`.
+TEACHERS: Final = ("inherited", "shuffled", "fresh")
+# Faults of a generation, in `Population.fault`.
 NAN_FITNESS, INVALID_FITNESS, INVALID_PARENT = (
     1,
     2,
     3,
-)  # what may be wrong with a generation: `Population.fault`
+)
 
 
 class Setting(NamedTuple):
-    """What sizes and derived numbers follow from."""
+    """The settings from which sizes and derived numbers follow."""
 
     regions: Any  # float64 [region, REGION]
     sizes: Any  # int64 [layer], units
-    measured: Any  # float64 [MEASURED], what follows
+    # float64 [MEASURED], derived numbers
+    measured: Any
     agents: int
     modules: int
     inputs: int
@@ -74,55 +80,70 @@ class Setting(NamedTuple):
     square_contact: bool
     stride: float
     steps: int
-    learning_stops: int  # -1 for never
+    # -1: never
+    learning_stops: int
 
 
 class Population(NamedTuple):
-    """A run: where it is, what it works on, and the parts that breed."""
+    """A run: its generation, its arrays, and the parts of evolution."""
 
     seed: int
     run: int
     generation: int
     first_step: int
     last_step: int
-    selection: int  # the number of its scheme among `schemes`
-    elite: int  # so many live on
-    resamples_genomes: bool  # nothing is inherited
+    # Number of the scheme in `schemes`.
+    selection: int
+    # Number of survivors.
+    elite: int
+    # Whether genomes are drawn again in each generation.
+    resamples_genomes: bool
     wants_learned: bool
     learns: bool
-    teacher: int  # one of TEACHERS
+    # Index in TEACHERS.
+    teacher: int
     cost_per_step: float
     cost_per_change: float
-    fault: Any  # int64 [(what is wrong, the agent)]
-    purposes: Any  # int64 [module], what random numbers of its weights are for
-    least: Any  # float64 [scheme], the lowest fitness that it copes with
+    # int64 [2]: fault, and number of the agent.
+    fault: Any
+    # int64 [module]: purpose of the random numbers of its weights.
+    purposes: Any
+    # float64 [scheme]: minimum fitness.
+    least: Any
     energies: Any  # float64 [region]
-    kinds: Any  # int64 [region], the number of its items' kind
+    # int64 [region]: number of the kind of its items.
+    kinds: Any
     genome: Any  # float32 [agent, module, weight]
     inherited: Any
     children: Any
-    learned: Any  # float32 [agent, weight], the action module at death
+    # float32 [agent, weight]: action module at death.
+    learned: Any
     eaten: Any  # int32 [agent, region]
     eaten_of_kind: Any  # int32 [kind, agent]
     gained: Any  # float64 [agent]
     cost: Any
-    energy: Any  # fitness
+    # Fitness of each agent.
+    energy: Any
     parents: Any  # int32 [child, 2]
-    origin: (
-        Any  # int32 [agent, 2], of which of the life's first newborns who lives at its end descends
-    )
+    # int32 [agent, 2]: the two ancestors among the first agents of the lifetime.
+    origin: Any
     uniforms: Any  # float64 [child, 2, 4]
     draws: Any  # float64 [module and weight, 4], scratch
     shares: Any  # float64 [agent], scratch
     order: Any  # int64 [agent], scratch
-    asked_weights: Any  # float32 [weight, 1], those of a module that is asked something
-    asked_units: Any  # float32 [unit, 1], its inputs first, and what it answers
-    asked_links: Any  # float32 [link, (from unit, to unit, weight)], where it is no layers
-    asked_count: Any  # int64 [1], of those links
+    # float32 [weight, 1]: weights of a module to evaluate.
+    asked_weights: Any
+    # float32 [unit, 1]: inputs, and computed outputs.
+    asked_units: Any
+    # float32 [link, (source unit, target unit, weight)], without layers.
+    asked_links: Any
+    # int64 [1]: number of links.
+    asked_count: Any
     schemes: Any
     variation: Any
     inheritance: Any
-    worth: Any  # the part that says what a life was worth
+    # Fitness part.
+    worth: Any
 
 
 for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, breed_children):
@@ -130,7 +151,7 @@ for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, bree
 
 
 def measure(setting: Setting) -> None:
-    """How large arrays are, and the numbers that follow from others: fill `setting.measured`."""
+    """Set `setting.measured`: the lengths of arrays, and derived numbers."""
     regions, items, cells = setting.regions.shape[0], 0, 0
     for region in range(regions):
         columns, rows = _grid(setting, region)
@@ -140,18 +161,22 @@ def measure(setting: Setting) -> None:
     for layer in range(1, setting.sizes.size):
         units += setting.sizes[layer]
         weights += (setting.sizes[layer - 1] + int(setting.biases)) * setting.sizes[layer]
-    some, length, stops = (
+    region_count, length, stops = (
         max(1, regions),
         weights + int(setting.evolved_rate),
         setting.learning_stops,
     )
     answers = setting.actions << min(setting.inputs, MAX_TABLE_INPUTS)
     lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
-    slots, ends, fixed = items + WIDTH * some, cells + some, max(1, setting.modules - 1) * weights
-    whole = (
+    slots, ends, fixed = (
+        items + WIDTH * region_count,
+        cells + region_count,
+        max(1, setting.modules - 1) * weights,
+    )
+    lengths = (
         regions,
         regions + 1,
-        some,
+        region_count,
         items,
         slots,
         cells,
@@ -163,19 +188,20 @@ def measure(setting: Setting) -> None:
         length,
         fixed,
     )
-    for number in range(len(whole)):
-        setting.measured[number] = float(whole[number])
-    setting.measured[len(whole)] = float(setting.modules * length)
-    setting.measured[len(whole) + 1] = compute_alert_radius(
+    for number in range(len(lengths)):
+        setting.measured[number] = float(lengths[number])
+    setting.measured[len(lengths)] = float(setting.modules * length)
+    setting.measured[len(lengths) + 1] = compute_alert_radius(
         setting.reach, setting.square_contact, setting.stride
     )
-    setting.measured[len(whole) + 2] = float(
+    setting.measured[len(lengths) + 2] = float(
         setting.steps if stops < 0 else min(stops, setting.steps)
     )
 
 
 @compiled
 def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
+    """Return the numbers of columns and rows of the grid of a region."""
     left, right, upper, lower = _edges(setting, region)
     count = int(setting.regions[region, 4])
     return compute_grid_shape(
@@ -185,12 +211,13 @@ def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
 
 @compiled
 def _edges(setting: Setting, region: int) -> tuple[float, float, float, float]:
-    of = setting.regions
-    return of[region, 0], of[region, 1], of[region, 2], of[region, 3]
+    """Return the left, right, upper and lower edge of a region."""
+    edges = setting.regions
+    return edges[region, 0], edges[region, 1], edges[region, 2], edges[region, 3]
 
 
 def init_world(setting: Setting, model: Any, state: Any, population: Population) -> None:
-    """Fill what never changes in a run: the model's arrays of regions, and whose run it is."""
+    """Set the constants of a run: the arrays of regions, and the keys of random numbers."""
     state.keys[0, 0], state.keys[0, 1] = population.seed, population.run
     alert = compute_alert_radius(setting.reach, setting.square_contact, setting.stride)
     margin = max(setting.visual_radius, alert) + setting.stride
@@ -238,43 +265,45 @@ def _draw_founders(population: Population, generation: int) -> None:
 
 
 def begin(model: Any, state: Any, population: Population) -> None:
-    """Let a generation be born."""
+    """Initialize a generation."""
     state.generation[0] = population.generation
     _copy(population.genome, state.genome[0])
     init_generation(dereference(model), dereference(state))
 
 
 def simulate_steps_simultaneous(model: Any, state: Any, population: Population) -> None:
-    """Live from `population.first_step` up to, and without, `last_step`."""
+    """Simulate `population.first_step` to `last_step` - 1, all agents at the same time."""
     simulate_simultaneous(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
 def simulate_steps_sequential(model: Any, state: Any, population: Population) -> None:
+    """Simulate `population.first_step` to `last_step` - 1, one agent after another."""
     simulate_sequential(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
 def evaluate_module(state: Any, population: Population) -> None:
-    """What a module answers to some inputs, whoever has it."""
+    """Compute the outputs of a module for given inputs."""
     forward(dereference(state).network, population.asked_weights, population.asked_units, 0)
 
 
 def find_links(state: Any, population: Population) -> None:
-    """Between which units a module has links, where it is no layers, whoever has it."""
-    units, found = population.asked_units.shape[0], population.asked_links
+    """List the links between the units of a module that is not layered."""
+    units, link_rows = population.asked_units.shape[0], population.asked_links
     population.asked_count[0] = links(
-        dereference(state).network, population.asked_weights, units, 0, found
+        dereference(state).network, population.asked_weights, units, 0, link_rows
     )
 
 
 def compute_fitness(model: Any, state: Any, population: Population) -> None:
-    """What the lives were worth that have been lived."""
+    """Compute the fitness and the results of the simulated lifetimes."""
     eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
     of_kind[:] = 0
-    _copy(state.genome[0], population.genome)  # some may have been born in the midst of life
+    # Births during life have changed genomes.
+    _copy(state.genome[0], population.genome)
     for agent in range(model.agents):
         population.origin[agent, 0], population.origin[agent, 1] = (
             state.origin[0, agent, 0],
@@ -299,23 +328,23 @@ def compute_fitness(model: Any, state: Any, population: Population) -> None:
 
 
 def breed(population: Population) -> None:
-    """Let the generation that has been reckoned have its children, whose genomes take the place of its own."""
+    """Replace the genomes by those of the children."""
     if population.resamples_genomes:
         population.parents[:] = -1
         _draw_founders(population, population.generation + 1)
         return
-    unfit = find_invalid_fitness(population.energy, population.least[population.selection])
-    if unfit >= 0:
-        population.fault[0], population.fault[1] = INVALID_FITNESS, unfit
+    invalid = find_invalid_fitness(population.energy, population.least[population.selection])
+    if invalid >= 0:
+        population.fault[0], population.fault[1] = INVALID_FITNESS, invalid
         return
     _copy(population.genome, population.inherited)
     if population.learns and population.wants_learned:
         for agent in range(population.genome.shape[0]):
-            born, learned = population.genome[agent, 0], population.learned[agent]
-            inherit(population.inheritance, born, learned, population.inherited[agent, 0])
+            at_birth, learned = population.genome[agent, 0], population.learned[agent]
+            inherit(population.inheritance, at_birth, learned, population.inherited[agent, 0])
             if _has_teachers(population):
                 assign_teachers(
-                    population.inheritance, born, learned, population.inherited[agent, 1]
+                    population.inheritance, at_birth, learned, population.inherited[agent, 1]
                 )
     _choose_parents(population)
     if population.fault[0] == 0:
@@ -381,28 +410,35 @@ def _apply_teacher_control(population: Population, key: GenerationKey) -> None:
 
 
 def draw_parents_by_scheme(schemes: Any, number: int, population: Any) -> None:
-    """Fill the parents by one of some schemes."""
+    """Draw the parents with one of several selection schemes."""
     _draw_parents(schemes[number], population)
 
 
 @compiled
-def _draw_parents(scheme: Any, of: Any) -> None:
+def _draw_parents(scheme: Any, population: Any) -> None:
     select_parents(
-        scheme, of.elite, of.inherited, of.energy, of.uniforms, of.shares, of.order, of.parents
+        scheme,
+        population.elite,
+        population.inherited,
+        population.energy,
+        population.uniforms,
+        population.shares,
+        population.order,
+        population.parents,
     )
 
 
-def _choose_draw_parents_by_scheme(schemes: Any, *others: Any) -> Callable[..., Any]:
+def _choose_draw_parents_by_scheme(schemes: Any, *arguments: Any) -> Callable[..., Any]:
     if len(schemes) == 1:
         return lambda schemes, number, population: _draw_parents(schemes[0], population)
 
-    def either(schemes: Any, number: int, population: Any) -> None:
+    def draw_parents(schemes: Any, number: int, population: Any) -> None:
         if number == 0:
             _draw_parents(schemes[0], population)
         else:
             draw_parents_by_scheme(schemes[1:], number - 1, population)
 
-    return either
+    return draw_parents
 
 
 register(draw_parents_by_scheme, _choose_draw_parents_by_scheme)

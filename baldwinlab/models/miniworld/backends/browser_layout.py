@@ -1,12 +1,14 @@
-"""How the tuples of `browser` lie in a page's memory, and which field of an experiment each number there comes from.
+"""Memory layout of the tuples of `browser`, and the setting that member number comes from.
 
-JavaScript follows this and knows nothing of a model. What stands in it, is JSON:
+JavaScript follows this layout, and has no knowledge of a model. The content is JSON:
 
-    a value   3, or {"path": "world.width"}; with "is": whether it is that; with "among": its place among those; with "above":
-              whether it is larger; {"found": "alert radius"}, a number that `measure` answers; {"given": "seed"}
-    a number  {"at": offset, "type": "f8", "value": a value}
-    an array  {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}, or what is in it: "values" one by
-              one, of which any may be a list; or "table", a row for each entry of a list of the experiment
+- A value is 3, or {"path": "world.width"}. Further keys of a path change the value:
+  "is": whether it equals another; "among": its index in a list; "above": whether it is larger.
+  {"found": "alert radius"} is a number that `measure` computes. {"given": "seed"} is an argument.
+- A number is {"at": offset, "type": "f8", "value": a value}.
+- An array is {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}.
+  It can have a content. "values" is a list, whose entries can be lists.
+  "table" has a row for member entry of a list of the experiment.
 """
 
 from __future__ import annotations
@@ -39,10 +41,12 @@ from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.agent_parts import Network, numeric_fields
 from baldwinlab.parts.evolution_parts import breeding_part
 
-Value = Any  # of JSON, as above
+# A value of the plan, see above.
+Value = Any
 
 
 def field(path: str, **how: Any) -> dict[str, Any]:
+    """Return the value of a setting."""
     return {"path": path, **how}
 
 
@@ -118,7 +122,8 @@ ARRAYS_OF_POPULATION: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "asked_links": ("f4", ("weights", 3)),
     "asked_count": ("i8", (1,)),
 }
-DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the function that says how
+# Values that follow from settings, by the function that derives them.
+DERIVED: Final[Mapping[Any, Value]] = {
     FeedForward.derived["biases"]: field("network.biases"),
     Crossover.derived["one_gate"]: field("evolution.mutation_gate", **{"is": "child"}),
     Crossover.derived["rate"]: field("evolution.mutation_rate"),
@@ -130,7 +135,7 @@ COMMON_INHERITANCES: Final = ("darwinian", "none")
 
 
 class ModuleLayout:
-    """An experiment's tuples as Python has them, whose types are compiled for, and where each leaf of them comes from."""
+    """The tuples of an experiment in Python, their types, and the source of member leaf."""
 
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
@@ -146,11 +151,11 @@ class ModuleLayout:
             browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "measured": ("f8", 1)}
         )
         arrays = {name: (kind, len(shape)) for name, (kind, shape) in ARRAYS_OF_POPULATION.items()}
-        own = {"purposes": ("i8", 1), "least": ("f8", 1)}
+        custom = {"purposes": ("i8", 1), "least": ("f8", 1)}
         self.population = _sample(
             browser.Population,
-            arrays | own,
-            schemes=tuple(breeding_part(each, "selection")[0] for each in self.schemes),
+            arrays | custom,
+            schemes=tuple(breeding_part(member, "selection")[0] for member in self.schemes),
             variation=breeding_part(experiment, "variation")[0],
             inheritance=self.inheritance,
             worth=breeding_part(experiment, "fitness")[0],
@@ -158,11 +163,13 @@ class ModuleLayout:
 
     @property
     def has_common_inheritance(self) -> bool:
+        """Whether the module supports the inheritances `COMMON_INHERITANCES`."""
         return self.experiment.evolution.inheritance in COMMON_INHERITANCES
 
     def entries(self) -> dict[str, wasm.Entry]:
+        """Return the entry points by name, with the types of their arguments."""
         setting, model, state, population = (
-            typeof(each) for each in (self.setting, self.model, self.state, self.population)
+            typeof(member) for member in (self.setting, self.model, self.state, self.population)
         )
         live = (
             browser.simulate_steps_sequential
@@ -182,7 +189,7 @@ class ModuleLayout:
         }
 
     def hooks(self) -> tuple[Any, ...]:
-        """The types of all parts, and their hooks: what is compiled in beside the entry points."""
+        """Return the types of all parts, and their hooks, which the entry points compile."""
         population = self.population
         breeding = (
             *population.schemes,
@@ -192,12 +199,13 @@ class ModuleLayout:
         )
         return (
             *list_hooks(self.state),
-            *(each for part in breeding for each in (type(part), *type(part).part.hooks())),
+            *(member for part in breeding for member in (type(part), *type(part).part.hooks())),
         )
 
     def plan(self) -> dict[str, Any]:
-        """As above; "tuples" by name, in the order in which entry points take them."""
-        experiment, found = self.experiment, list(browser.MEASURED)
+        """Return the layout as JSON data. Tuples have the order of the arguments."""
+        experiment = self.experiment
+        measured = list(browser.MEASURED)
         taught_by = experiment.part("learning.rule").teacher_array
         leaves = {
             "setting": self._setting(),
@@ -214,7 +222,7 @@ class ModuleLayout:
             }
         return {
             "tuples": tuples,
-            "found": found,
+            "found": measured,
             "sizes": {
                 "worlds": 1,
                 "agents": field("population.size"),
@@ -226,7 +234,7 @@ class ModuleLayout:
             "taught": "reinforcement" in experiment.modules,
             "learns from": taught_by and f"state.rule.{taught_by}",
             "takes": {
-                name: [_tuple_name(self, each) for each in types]
+                name: [_tuple_name(self, member) for member in types]
                 for name, (_, types) in self.entries().items()
             },
         }
@@ -255,10 +263,10 @@ class ModuleLayout:
 
     def _layers(self) -> dict[str, Any]:
         network, experiment = self.experiment.part("network.kind"), self.experiment
-        own = type(network).layers is not Network.layers
+        custom = type(network).layers is not Network.layers
         sizes = (
             list(experiment.layer_sizes)
-            if own
+            if custom
             else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
         )
         return {"type": "i8", "values": sizes}
@@ -291,7 +299,7 @@ class ModuleLayout:
         return leaves
 
     def _part(self, prefix: str, values: Any, path: str, part: Any) -> dict[str, Any]:
-        """The leaves of a part: its fields, what is derived, its arrays."""
+        """Return the leaves of a part: fields, derived values and arrays."""
         leaves, table = {}, path.rpartition(".")[0]
         for name in numeric_fields(type(part)):
             source = field(f"{table}.{key_of(type(part).name)}.{name}")
@@ -300,7 +308,8 @@ class ModuleLayout:
             value = getattr(values, name)
             if derive is FeedForward.derived["sizes"]:
                 leaves[prefix + name] = self._layers()
-            elif hasattr(type(value), "part"):  # one that breeds, which it calls in turn
+            # A part of evolution that this part calls.
+            elif hasattr(type(value), "part"):
                 chosen = f"evolution.{type(value).part.kind}"
                 leaves |= self._part(
                     f"{prefix}{name}.", value, chosen, self.experiment.part(chosen)
@@ -320,10 +329,10 @@ class ModuleLayout:
 
     def _population(self) -> dict[str, Any]:
         experiment = self.experiment
-        names = [each.evolution.selection for each in self.schemes]
+        names = [member.evolution.selection for member in self.schemes]
         least = [type(scheme).part.least for scheme in self.population.schemes]
         ever, inheritance = self.has_common_inheritance, experiment.part("evolution.inheritance")
-        own: dict[str, Any] = {
+        custom: dict[str, Any] = {
             "selection": field("evolution.selection", among=names),
             "resamples_genomes": field("evolution.inheritance", **{"is": "none"})
             if ever
@@ -333,7 +342,7 @@ class ModuleLayout:
             else inheritance.wants_learned(experiment),
             "learns": experiment.learns,
         }
-        leaves = _numbers(self.population, {**POPULATION, **own})
+        leaves = _numbers(self.population, {**POPULATION, **custom})
         for name, (kind, shape) in ARRAYS_OF_POPULATION.items():
             leaves[name] = {"type": kind, "shape": shape, "fill": 0}
         leaves["purposes"] = {"type": "i8", "values": purposes(experiment)}
@@ -341,8 +350,8 @@ class ModuleLayout:
             "type": "f8",
             "values": ["-Infinity" if least == -math.inf else least for least in least],
         }
-        for number, each in enumerate(self.schemes):
-            scheme = each.part("evolution.selection")
+        for number, member in enumerate(self.schemes):
+            scheme = member.part("evolution.selection")
             leaves |= self._part(
                 f"schemes.{number}.", self.population.schemes[number], "evolution.selection", scheme
             )
@@ -360,25 +369,26 @@ class ModuleLayout:
 
 
 def _schemes(experiment: Experiment) -> list[Experiment]:
-    """The experiment with each selection scheme that is built in, and, where it chooses another, with that."""
+    """Return the experiment with each built-in selection scheme, and with a custom one."""
     names = list(registry.BUILT_IN["selection"])
-    own = experiment.evolution.selection
+    custom = experiment.evolution.selection
     changed = [experiment.replace(evolution={"selection": name}) for name in names]
-    return changed if own in names else [*changed, experiment]
+    return changed if custom in names else [*changed, experiment]
 
 
-def _sample(kind: Any, arrays: Mapping[str, tuple[str, int]], **others: Any) -> Any:
-    """A tuple that has the types of all of that kind, if nothing in it."""
+def _sample(kind: Any, arrays: Mapping[str, tuple[str, int]], **further_values: Any) -> Any:
+    """Return an instance of a tuple with the types of all its leaves."""
     numbers = {
         name: hint(0) for name, hint in get_type_hints(kind).items() if hint in (int, float, bool)
     }
     made = {
         name: np.zeros((1,) * dimensions, dtype) for name, (dtype, dimensions) in arrays.items()
     }
-    return kind(**numbers, **made, **others)
+    return kind(**numbers, **made, **further_values)
 
 
 def _type(value: Any) -> str:
+    """Return the type code of a value."""
     if isinstance(value, np.ndarray | np.generic):
         return "bool" if value.dtype == bool else value.dtype.str[1:]
     return "bool" if isinstance(value, bool) else "i8" if isinstance(value, int) else "f8"
@@ -399,7 +409,7 @@ def _constants(of: Any, names: Iterable[str]) -> dict[str, Any]:
 
 
 def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
-    """Arrays as they are declared with their owners."""
+    """Return the leaves of declared arrays."""
     shapes: dict[str, Callable[[Any], list[Any]]]
     shapes = {
         "agent": lambda rows: [*rows, "lanes"],
@@ -418,6 +428,7 @@ def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _tuple_name(habitat: ModuleLayout, kind: Any) -> str:
+    """Return the name of the tuple with a type."""
     return next(
         name
         for name in ("setting", "model", "state", "population")

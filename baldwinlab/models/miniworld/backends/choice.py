@@ -1,4 +1,4 @@
-"""Where lives are lived: on the CPU, or on an NVIDIA GPU. To the same bits, so the choice is one of speed."""
+"""Choose the backend: CPU or NVIDIA GPU. Results are bit-identical, so only the speed differs."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.state import Model, State
 
-MIN_GPU_WORLDS: Final = 128  # worlds: with fewer, most of a GPU idles. Reasoned, not measured.
+# Minimum number of worlds for the GPU. Fewer leave most of it idle. An estimate, not measured.
+MIN_GPU_WORLDS: Final = 128
 
 
 class Batch(Protocol):
-    """Several runs of one experiment that live side by side, a generation at a time."""
+    """Several runs of one experiment, simulated one generation at a time."""
 
     model: Model
 
@@ -35,26 +36,36 @@ class Batch(Protocol):
 
 
 class Backend(NamedTuple):
-    name: str  # "cpu" or "cuda"
-    batch: Callable[
-        [Experiment, int, Sequence[int]], Batch
-    ]  # of an experiment, a seed, and the runs of a study
-    worlds: int  # that best live side by side in a batch, if there are so many
+    """A backend and its best batch size."""
+
+    # Name of the backend: cpu or cuda.
+    name: str
+    # Class of a batch: its arguments are an experiment, a seed, and runs.
+    batch: Callable[[Experiment, int, Sequence[int]], Batch]
+    # Best number of worlds in a batch.
+    worlds: int
 
 
-CPU: Final = Backend("cpu", cpu.Batch, 4)  # 80 lanes, whose weights stay in the first-level cache
+# 80 lanes, whose weights fit the first-level cache.
+CPU: Final = Backend("cpu", cpu.Batch, 4)
 
 
 def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
-    """The backend of that name; for "auto", the faster one that can be used here for so many worlds, with so many agents in each.
+    """Return a backend by name.
 
-    Raises ValueError, with a sentence for the user, if the backend asked for cannot be used.
+    "auto" returns the faster available one for `worlds` worlds of `agents` agents each.
+
+    Raises
+    ------
+    ValueError
+        If the requested backend is unknown or unavailable.
     """
     if name not in ("auto", "cpu", "cuda"):
         raise ValueError(f"backend = {name!r} must be one of auto, cpu, cuda")
     if name == "cpu" or (name == "auto" and worlds < MIN_GPU_WORLDS):
         return CPU
-    from baldwinlab.models.miniworld.backends import cuda  # here, because to load it takes a while
+    # Imported on demand, because the import is slow.
+    from baldwinlab.models.miniworld.backends import cuda
 
     problem = cuda.unavailable_reason()
     if problem and name == "cuda":

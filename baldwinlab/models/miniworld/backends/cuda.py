@@ -1,4 +1,4 @@
-"""The launcher for an NVIDIA GPU: Python arrays in, a batch of lives, Python arrays out."""
+"""Backend for NVIDIA GPUs: a batch of compiled simulations of Python arrays."""
 
 from __future__ import annotations
 
@@ -21,31 +21,39 @@ from baldwinlab.models.miniworld.backends.cuda_kernels import (
 )
 from baldwinlab.models.miniworld.state import State
 
-THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
-PROCESSORS: Final = 132  # of an H200
-LARGEST_WORLD: Final = 1024  # agents: the most threads that a batch can have
+# Approximate number of threads in a block: few threads per barrier, and complete warps
+# for worlds of 20 agents.
+THREADS: Final = 128
+# Number of processors of an H200.
+PROCESSORS: Final = 132
+# Maximum number of agents in a world, which is that of threads in a batch.
+LARGEST_WORLD: Final = 1024
 
 
 def unavailable_reason() -> str | None:
-    """Why this backend cannot be used here, in a sentence; None if it can."""
+    """Return why the backend is unavailable, or None if it is available."""
     if config.ENABLE_CUDASIM:
         return None
     if importlib.util.find_spec("numba_cuda") is None:
         return str(missing_extra("cuda", "backend cuda"))
+    # A driver can raise any exception.
     try:
-        found = cuda.is_available()
-    except Exception as problem:  # a driver may fail in any way
-        return f"backend cuda needs an NVIDIA GPU, and asking for one failed: {problem}"
-    return None if found else "backend cuda needs an NVIDIA GPU, and none was found"
+        is_available = cuda.is_available()
+    except Exception as problem:
+        return f"backend cuda needs an NVIDIA GPU, and the query failed: {problem}"
+    return None if is_available else "backend cuda needs an NVIDIA GPU, and none was is_available"
 
 
 def worlds_in_thread_block(agents: int, worlds: int) -> int:
-    """As many as fill `THREADS`, but no more than leaves a thread block for each of the GPU's processors, or nearly."""
+    """Return the number of worlds in a thread block.
+
+    It fills `THREADS`, unless processors of the GPU would then be idle.
+    """
     return max(1, min(THREADS // agents, worlds // PROCESSORS))
 
 
 def _on_device(value: Any, stream: Any) -> Any:
-    """A copy of a `Model` or a `State`, and of the parts in it, whose arrays are on the GPU."""
+    """Return a copy of a `Model` or `State` with device_value arrays on the GPU."""
     if isinstance(value, np.ndarray):
         return cuda.to_device(value, stream)
     if not isinstance(value, tuple):
@@ -54,20 +62,24 @@ def _on_device(value: Any, stream: Any) -> Any:
     return value._make(entries) if hasattr(value, "_make") else tuple(entries)
 
 
-def _fetch(here: Any, there: Any, stream: Any) -> None:
-    """Copy every array of a state on the GPU into its counterpart here."""
-    for mine, its in zip(here, there, strict=True):
-        if isinstance(mine, np.ndarray):
-            its.copy_to_host(mine, stream)
-        elif isinstance(mine, tuple):
-            _fetch(mine, its, stream)
+def _fetch(host: Any, device: Any, stream: Any) -> None:
+    """Copy every array of a state on the GPU to the host."""
+    for host_value, device_value in zip(host, device, strict=True):
+        if isinstance(host_value, np.ndarray):
+            device_value.copy_to_host(host_value, stream)
+        elif isinstance(host_value, tuple):
+            _fetch(host_value, device_value, stream)
 
 
 class Batch:
-    """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others.
+    """Several runs of one experiment, simulated one generation at a time. Runs are independent.
 
-    Worlds are padded to whole thread blocks; those past the last run live, harmlessly, and are not reported.
-    Raises ValueError if there is no GPU, or if a world is larger than a thread block.
+    Worlds are padded to complete thread blocks. Padding worlds are simulated, but not reported.
+
+    Raises
+    ------
+    ValueError
+        If no GPU is available, or a world is larger than a thread block.
     """
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
@@ -76,11 +88,13 @@ class Batch:
             raise ValueError(problem)
         if agents > LARGEST_WORLD:
             raise ValueError(
-                f"backend cuda holds at most {LARGEST_WORLD} agents in a world: population.size = {agents}"
+                f"backend cuda simulates at most {LARGEST_WORLD} agents in a world: "
+                f"population.size = {agents}"
             )
         if 2 * agents * experiment.lifetime.steps >= 2**31:
             raise ValueError(
-                "backend cuda counts turns in 32 bits: lifetime.steps * population.size must be less than 2**30"
+                "backend cuda counts turns in 32 bits: lifetime.steps * population.size must be "
+                "less than 2**30"
             )
         worlds = worlds_in_thread_block(agents, len(runs))
         padded = -(-len(runs) // worlds) * worlds
@@ -102,18 +116,19 @@ class Batch:
         threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
         with COMPILING:
             self._begin = make_birth_kernel(threads)
-            self._live = make_simulation_kernel(threads, source, type(self._host.network).part)
+            self._simulate = make_simulation_kernel(threads, source, type(self._host.network).part)
 
     @property
     def state(self) -> State:
-        """The state as it is now, copied from the GPU."""
+        """Return the current state, copied from the GPU."""
         _fetch(self._host, self._state, self._stream)
         self._stream.synchronize()
         return self._host
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
-        """Let a generation be born. `genomes` is [world, agent, module, weight]."""
-        self._stream.synchronize()  # the last genomes may still be on their way
+        """Initialize a generation. `genomes` is [world, agent, module, weight]."""
+        # The last genomes can still be in transfer.
+        self._stream.synchronize()
         self._genomes[: len(genomes)] = genomes
         self._state.genome.copy_to_device(self._genomes, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
@@ -121,24 +136,29 @@ class Batch:
             self._begin[self._launch](self._model, self._state, self._claims)
 
     def simulate(self, first_step: int, last_step: int) -> None:
-        """Live through the steps from `first_step` up to, and without, `last_step`. Returns before they are done."""
+        """Simulate the steps from `first_step` to `last_step` - 1.
+
+        Return before the steps are done.
+        """
         with without_contraction():
-            self._live[self._launch](self._model, self._state, self._claims, first_step, last_step)
+            self._simulate[self._launch](
+                self._model, self._state, self._claims, first_step, last_step
+            )
 
     def items(self) -> npt.NDArray[np.float32]:
-        """Where the items lie, [world, item, (x, y)]."""
+        """Return the positions of the items, [world, item, (x, y)]."""
         state, worlds = self.state, self._shape[0]
         return np.stack([state.item_x[:worlds], state.item_y[:worlds]], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Items eaten so far in this life, [world, agent, region]. Waits until it is lived."""
+        """Wait, and return the items eaten so far in this lifetime, [world, agent, region]."""
         worlds, agents = self._shape
         self._state.eaten_in_life.copy_to_host(self._host.eaten_in_life, self._stream)
         self._stream.synchronize()
         return self._host.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
 
     def weights(self) -> npt.NDArray[np.float32]:
-        """The action module's weights as they stand, [world, agent, weight]. Waits until they do."""
+        """Wait, and return the current weights of the action module, [world, agent, weight]."""
         worlds, agents = self._shape
         self._state.weights.copy_to_host(self._host.weights, self._stream)
         self._stream.synchronize()

@@ -1,9 +1,11 @@
-"""What an NVIDIA GPU runs: the birth of a generation, and its life.
+"""Kernels for NVIDIA GPUs: the birth of a generation, and the steps of a lifetime.
 
-A thread is an agent; the agents of a world share a thread block, and all steps are one launch. The hooks are the CPU's own
-functions, and so is the order of a step (life.py): they are compiled again for a single lane. What the step itself has of an
-agent (weights, activations, place) is local to its thread, where the compiler may keep it in registers, unless a part looks at
-others. All else stays in global memory; the items change only between two barriers.
+A thread simulates an agent, and the agents of a world share a thread block.
+One launch simulates all steps. The hooks and the order of a step (`step.py`) are those of the CPU,
+compiled for a single lane.
+The per-agent arrays of the step are local to the thread, so that the compiler can use registers.
+They are global if a part reads other agents.
+All other arrays are in global memory. Items change only between two barriers.
 """
 
 from __future__ import annotations
@@ -57,13 +59,16 @@ def _copy(rows: Any, target: Any, lane: int) -> None:
 
 @device
 def _contend_for_items(
-    who: Any, model: Model, state: State, step: int, claim: int, taking: bool
+    agents: Any, model: Model, state: State, step: int, claim: int, is_taking: bool
 ) -> bool:
-    """Claim every item that the agent touches, or take those where no claim was higher. Returns whether any was touched.
+    """Claim the items that the agent touches, or eat those with its claim.
 
-    The same as `eat`, for all agents of a world at once: first they all claim, then, after a barrier, they all take.
+    This is `eat_items` for all agents of a world at the same time.
+    All agents claim. After a barrier, all agents eat. Return whether the agent touches any item.
     """
-    found, world, lane = False, who.first_world, who.first
+    has_touched = False
+    world = agents.first_world
+    lane = agents.first
     for region in range(model.regions.shape[0] if state.alert[0, lane] != 0 else 0):
         for number in range(model.images[region]):
             x, y = position_in_image(
@@ -75,77 +80,78 @@ def _contend_for_items(
                 begin, end = find_slots_in_row(model, state, world, region, row, columns)
                 for slot in range(begin, end):
                     if is_touching(model, state, world, slot, x, y):
-                        found = True
+                        has_touched = True
                         item = state.slot_item[world, slot]
-                        if not taking:
-                            cuda.atomic.max(who.claims, (world, item), claim)
-                        elif who.claims[world, item] == claim:
-                            who.claims[world, item] = (
-                                claim + 1
-                            )  # no claim is odd: nobody takes it a second time
+                        if not is_taking:
+                            cuda.atomic.max(agents.claims, (world, item), claim)
+                        elif agents.claims[world, item] == claim:
+                            # Claims are even, so no other agent takes the item.
+                            agents.claims[world, item] = claim + 1
                             state.touched[world, item] = step
                             state.eaten_in_life[region, lane] += 1
                             place_item(model, state, world, region, item)
-    return found
+    return has_touched
 
 
 @device
-def _eat_all(who: Any, model: Model, state: State, step: int) -> None:
-    """All eat. Items stay where they are until all of the batch's agents have come to claim."""
-    agent, agents = who.first_agent, model.agents
-    turn = (agent + agents - step % agents) % agents
-    claim = 2 * (
-        step * agents + agents - 1 - turn
-    )  # later steps outbid earlier ones, earlier turns later ones
-    found = _contend_for_items(who, model, state, step, claim, False)
-    if cuda.syncthreads_or(int32(found)) != 0:
-        if found:
-            _contend_for_items(who, model, state, step, claim, True)
+def _eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+    """Let all agents of a batch eat. No item moves until all agents have claimed."""
+    agent = agents.first_agent
+    count = model.agents
+    turn = (agent + count - step % count) % count
+    # Claims of later steps are higher. In a step, earlier turns are higher.
+    claim = 2 * (step * count + count - 1 - turn)
+    has_touched = _contend_for_items(agents, model, state, step, claim, False)
+    if cuda.syncthreads_or(int32(has_touched)) != 0:
+        if has_touched:
+            _contend_for_items(agents, model, state, step, claim, True)
         cuda.syncthreads()
         if agent == 0:
-            resort_stale_cells(model, state, who.first_world)
+            resort_stale_cells(model, state, agents.first_world)
         cuda.syncthreads()
 
 
 class _SingleAgentThread:
-    """One of the agents that take a step at the same time, each by itself until they eat."""
+    """Hooks for agents that take a step at the same time, independently until they eat."""
 
     lane_of = staticmethod(lane_of.default)
     prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
     observe_others_per_world = staticmethod(observe_others_per_world.default)
 
     @staticmethod
-    def eat_all(who: Any, model: Model, state: State, step: int) -> None:
-        _eat_all(who, model, state, step)
+    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+        _eat_all(agents, model, state, step)
 
 
 class _AgentInBlock(_SingleAgentThread):
-    """One of the agents that take a step at the same time, in a world in which some part looks at all of them."""
+    """Hooks for agents that take a step at the same time, if a part reads all of a world."""
 
     @staticmethod
-    def prepare_senses_per_world(who: Any, model: Model, state: State, step: int) -> None:
-        if who.first_agent == 0:
-            prepare_all_senses(state.senses, model, state, who.first_world, step)
-        cuda.syncthreads()
-
-    @staticmethod
-    def observe_others_per_world(who: Any, model: Model, state: State, step: int) -> None:
-        cuda.syncthreads()
-        if who.first_agent == 0:
-            observe_others(state.rule, model, state, who.first_world, step)
+    def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+        if agents.first_agent == 0:
+            prepare_all_senses(state.senses, model, state, agents.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
-    def eat_all(who: Any, model: Model, state: State, step: int) -> None:
-        _eat_all(who, model, state, step)
+    def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
         cuda.syncthreads()
-        if who.first_agent == 0:
-            resort_stale_cells(model, state, who.first_world)
-            end_step_of_features(state.features, model, state, who.first_world, step)
+        if agents.first_agent == 0:
+            observe_others(state.rule, model, state, agents.first_world, step)
+        cuda.syncthreads()
+
+    @staticmethod
+    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+        _eat_all(agents, model, state, step)
+        cuda.syncthreads()
+        if agents.first_agent == 0:
+            resort_stale_cells(model, state, agents.first_world)
+            end_step_of_features(state.features, model, state, agents.first_world, step)
         cuda.syncthreads()
 
 
 class SingleAgentThread(NamedTuple):
+    """An agent of the hooks `_SingleAgentThread`."""
+
     first: int
     last: int
     stride: int
@@ -153,10 +159,13 @@ class SingleAgentThread(NamedTuple):
     last_world: int
     first_agent: int
     last_agent: int
-    claims: Any  # [world, item], the highest claim to it so far
+    # Highest claim of each item so far, [world, item].
+    claims: Any
 
 
 class AgentInBlock(NamedTuple):
+    """An agent of the hooks `_AgentInBlock`."""
+
     first: int
     last: int
     stride: int
@@ -167,13 +176,15 @@ class AgentInBlock(NamedTuple):
     claims: Any
 
 
-SingleAgentThread.part, AgentInBlock.part = _SingleAgentThread, _AgentInBlock  # type: ignore[attr-defined]
+SingleAgentThread.part = _SingleAgentThread  # type: ignore[attr-defined]
+AgentInBlock.part = _AgentInBlock  # type: ignore[attr-defined]
 
 
 @device
 def _simulate_independent(
     model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
 ) -> None:
+    """Simulate the steps of an agent that no part compares with others."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(
@@ -188,6 +199,7 @@ def _simulate_independent(
 def _simulate_in_block(
     model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
 ) -> None:
+    """Simulate the steps of an agent with barriers for per-world hooks."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(
@@ -202,7 +214,7 @@ def _simulate_in_block(
 def _simulate_sequential(
     model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
 ) -> None:
-    """Agent after agent, in the step's order, each finds what the last one left (R7)."""
+    """Simulate steps with one agent after another, in the order of the step (R7)."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         for turn in range(model.agents):
@@ -221,7 +233,7 @@ def _simulate_sequential(
 
 @cache
 def make_birth_kernel(threads: int) -> Any:
-    """The kernel in which a generation is born: the agents of a world share the work of placing its items."""
+    """Return the kernel that initializes a generation. Agents share the placing of items."""
 
     @kernel(threads)
     def begin(model: Model, state: State, claims: Any) -> None:
@@ -258,20 +270,24 @@ def make(Network, any_lane):
         world, agent = lane // shared.agents, lane % shared.agents
         {arrays}
         model = Model({model})
-        mine = State({state})
+        local_state = State({state})
         {copies_in}
-        {live}(model, mine, claims, world, agent, first_step, last_step)
+        {live}(model, local_state, claims, world, agent, first_step, last_step)
         {copies_out}
     return live
 """
 
 
 def make_kernel_source(model: Model, state: State, sequential: bool) -> str:
-    """The source of a kernel in which a generation lives: what is constant in it, the compiler can unroll or leave out."""
-    together = _needs_barriers(state)
-    own = (
+    """Return the source of the kernel that simulates steps.
+
+    Constants are literals, so that the compiler can unroll loops and remove branches.
+    """
+    needs_barriers = _needs_barriers(state)
+    concurrent = "_simulate_in_block" if needs_barriers else "_simulate_independent"
+    local_arrays = (
         {}
-        if together
+        if needs_barriers
         else {
             name: getattr(state, name) for name, array in ARRAYS.items() if array.owner == "agent"
         }
@@ -281,35 +297,36 @@ def make_kernel_source(model: Model, state: State, sequential: bool) -> str:
         name: f"network_{name}" if name in derived else f"state.network.{name}"
         for name in state.network._fields
     }
-    mine = {
-        name: f"any_lane({name}, state.{name}.shape[1])" if name in own else f"state.{name}"
+    local_state = {
+        name: f"any_lane({name}, state.{name}.shape[1])"
+        if name in local_arrays
+        else f"state.{name}"
         for name in State._fields
     }
     if network:
-        mine["network"] = f"Network({_arguments(network)})"
+        local_state["network"] = f"Network({_arguments(network)})"
     return _KERNEL_SOURCE.format(
         constants=_lines(
             f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived
         ),
         arrays=_lines(
-            f"{name} = cuda.local.array(({a.shape[0]}, 1), np.{a.dtype})" for name, a in own.items()
+            f"{name} = cuda.local.array(({a.shape[0]}, 1), np.{a.dtype})"
+            for name, a in local_arrays.items()
         ),
         model=_arguments(
             {name: f"shared.{name}" for name in Model._fields} | {"inputs": str(model.inputs)}
         ),
-        state=_arguments(mine),
-        copies_in=_lines(f"_copy(state.{name}, mine.{name}, lane)" for name in own),
-        copies_out=_lines(f"_copy(mine.{name}, state.{name}, lane)" for name in own),
-        live="_simulate_sequential"
-        if sequential
-        else "_simulate_in_block"
-        if together
-        else "_simulate_independent",
+        state=_arguments(local_state),
+        copies_in=_lines(f"_copy(state.{name}, local_state.{name}, lane)" for name in local_arrays),
+        copies_out=_lines(
+            f"_copy(local_state.{name}, state.{name}, lane)" for name in local_arrays
+        ),
+        live="_simulate_sequential" if sequential else concurrent,
     )
 
 
 def _needs_barriers(state: State) -> bool:
-    """Whether any part has a per-world hook in a step."""
+    """Return whether any part has a per-world hook in a step."""
     surveys = any(
         type(sense).part.prepare_senses is not prepare_senses.default for sense in state.senses
     )
@@ -320,15 +337,17 @@ def _needs_barriers(state: State) -> bool:
 
 
 def _lines(statements: Iterable[str]) -> str:
+    """Return statements on one line."""
     return "; ".join(statements) or "pass"
 
 
 def _arguments(values: dict[str, str]) -> str:
+    """Return keyword arguments as source."""
     return ", ".join(f"{name}={value}" for name, value in values.items())
 
 
 def _constant(value: Any) -> str:
-    """The source of a number or an array."""
+    """Return the source of a number or an array."""
     return (
         f"np.array({value.tolist()!r}, np.{value.dtype})"
         if isinstance(value, np.ndarray)
@@ -338,9 +357,8 @@ def _constant(value: Any) -> str:
 
 @cache
 def make_simulation_kernel(threads: int, source: str, network: Any) -> Any:
-    """The kernel of that source, for a network, which is a kind of part."""
-    made: dict[str, Any] = {}
-    exec(
-        source, globals(), made
-    )  # with this module's names: the simulator puts its own `cuda` there
-    return kernel(threads)(made["make"](network.Compiled, any_lane))
+    """Return the kernel of a source, for a network part."""
+    namespace: dict[str, Any] = {}
+    # The names of this module: the simulator replaces its `cuda`.
+    exec(source, globals(), namespace)
+    return kernel(threads)(namespace["make"](network.Compiled, any_lane))

@@ -1,4 +1,4 @@
-"""The WebAssembly modules: those of built-in parts ship with the package, any other is compiled when it is asked for."""
+"""WebAssembly modules: those of built-in parts ship, others are compiled on demand."""
 
 from __future__ import annotations
 
@@ -23,9 +23,8 @@ from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.parts.loading import load_text, sources_of
 
 SHIPPED: Final = Path(__file__).parent / "modules"
-FINGERPRINTS: Final = (
-    SHIPPED / "fingerprints.json"
-)  # of what each was made of, by a Python of that version
+# Hashes of the code of the shipped modules, for one version of Python.
+FINGERPRINTS: Final = SHIPPED / "fingerprints.json"
 RULES: Final = ("none", "self-taught", "drift")
 HAND_WRITTEN: Final = ("lanes.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
 """Files of the engine that write LLVM code, which no fingerprint of a function contains."""
@@ -33,84 +32,97 @@ UPDATES: Final = ("simultaneous", "sequential")
 
 
 def load_module(experiment: Experiment) -> bytes:
-    """What a browser runs of an experiment's lives. Raises RefusedError where it must be linked and there is no linker."""
-    kept = _module_path(experiment)
-    if kept and kept.is_file():
-        return kept.read_bytes()
-    wasm.find_linker()  # says so before a minute has passed
-    made = compile_modules([experiment])[0]
-    if kept:
-        write_atomically(kept, made)
-    return made
+    """Return the module of an experiment. Compile it if necessary.
+
+    Raises
+    ------
+    RefusedError
+        If the module must be linked, and no linker is installed.
+    """
+    path = _module_path(experiment)
+    if path and path.is_file():
+        return path.read_bytes()
+    # Raise before the compilation, which takes a minute.
+    wasm.find_linker()
+    module = compile_modules([experiment])[0]
+    if path:
+        write_atomically(path, module)
+    return module
 
 
 def is_module_available(experiment: Experiment) -> bool:
-    """Whether that module is there already."""
-    kept = _module_path(experiment)
-    return kept is not None and kept.is_file()
+    """Return whether the module of an experiment is already compiled."""
+    path = _module_path(experiment)
+    return path is not None and path.is_file()
 
 
 def _module_path(experiment: Experiment) -> Path | None:
-    """Where a module ships, or is kept once it has been compiled; None where there is no place to keep it."""
+    """Return the path of a shipped or cached module, or None without a cache."""
     if not any(added_choices(experiment)):
         return SHIPPED / f"{module_name(experiment)}.wasm"
-    kept = cache.cache_root()
-    return kept and kept / f"{module_hash(experiment)}.wasm"
+    path = cache.cache_root()
+    return path and path / f"{module_hash(experiment)}.wasm"
 
 
 def module_name(experiment: Experiment) -> str:
-    """Of the module of an experiment whose parts are built in."""
+    """Return the name of the module of an experiment with built-in parts."""
     return f"{experiment.learning.rule}-{experiment.lifetime.update}"
 
 
 def built_in_experiments() -> dict[str, Experiment]:
-    """An experiment for each module that ships, by its name."""
-    made = [
+    """Return an experiment for each module that ships, by name."""
+    experiments = [
         Experiment().replace(learning={"rule": rule}, lifetime={"update": update})
         for rule in RULES
         for update in UPDATES
     ]
-    return {module_name(experiment): experiment for experiment in made}
+    return {module_name(experiment): experiment for experiment in experiments}
 
 
 def module_hash(experiment: Experiment) -> str:
-    """A hash of all that goes into a module; another Python compiles the same to other bytes, so it has another."""
-    habitat = ModuleLayout(experiment)
-    functions = [function for function, _ in habitat.entries().values()]
+    """Return a hash of the code of a module.
+
+    It differs between versions of Python, which compile different bytes.
+    """
+    layout = ModuleLayout(experiment)
+    functions = [function for function, _ in layout.entries().values()]
     engine = Path(wasm.__file__).parent
     sources = b"".join((engine / name).read_bytes() for name in HAND_WRITTEN)
-    code = fingerprint([*functions, *habitat.hooks()])
+    code = fingerprint([*functions, *layout.hooks()])
     return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
 
 
 def compile_modules(experiments: Iterable[Experiment]) -> list[bytes]:
-    """The modules of experiments, made in a process of its own."""
+    """Compile the modules of experiments in a separate process."""
     given = list(experiments)
-    order = {
+    request = {
         "parts": [{"text": source.text, "file": source.file} for source in sources_of(given)],
         "experiments": [experiment.to_dict() for experiment in given],
     }
-    return [b64decode(one) for one in wasm.compile_in_subprocess(__name__, order)]
+    return [b64decode(text) for text in wasm.compile_in_subprocess(__name__, request)]
 
 
-def _compile(order: Mapping[str, Any]) -> list[str]:
-    for source in order["parts"]:
+def _compile(request: Mapping[str, Any]) -> list[str]:
+    """Compile modules from a request, and return them in base64."""
+    for source in request["parts"]:
         load_text(source["text"], Path(source["file"]))
     return [
-        b64encode(_module(ModuleLayout(validate(tree)))).decode() for tree in order["experiments"]
+        b64encode(_module(ModuleLayout(validate(tree)))).decode() for tree in request["experiments"]
     ]
 
 
-def _module(habitat: ModuleLayout) -> bytes:
+def _module(layout: ModuleLayout) -> bytes:
+    """Compile a module."""
     try:
-        return wasm.module(habitat.entries())
+        return wasm.module(layout.entries())
     except NumbaError as error:
-        raise compile_error(error, habitat.hooks()) or error from None
+        raise compile_error(error, layout.hooks()) or error from None
 
 
 if __name__ == "__main__":
     try:
-        with redirect_stdout(sys.stderr):  # whatever a part's file says when it is loaded
+        # A part can print when it is loaded.
+        with redirect_stdout(sys.stderr):
             modules = _compile(json.load(sys.stdin))
         json.dump(modules, sys.stdout)
     except BaldwinLabError as error:
