@@ -1,13 +1,14 @@
-"""Selection schemes beside those of the first paper.
+"""Selection schemes in addition to those of the first paper.
 
 References
 ----------
 .. [1] J. E. Baker, "Reducing bias and inefficiency in the selection algorithm", Proceedings of the
    2nd International Conference on Genetic Algorithms (1987): `expected-offspring`.
 .. [2] S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
-   Behavior 3 (1994): `best-copies`. In that paper the best 20 of 100 agents have five children each.
-.. [3] D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and behavioral
-   fitness", Neural Networks 13 (2000): the setting `two_parent_share` of `best-copies`.
+   Behavior 3 (1994): `best-copies`. In that paper, the best 20 of 100 agents have five children
+   each.
+.. [3] D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and
+   behavioral fitness", Neural Networks 13 (2000): the setting `two_parent_share` of `best-copies`.
 .. [4] D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic
    algorithms", Foundations of Genetic Algorithms 1 (1991): `larger-tournament`.
 """
@@ -45,32 +46,35 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
         order: Order,
         parents: Parents,
     ) -> None:
-        """One spin of a wheel with as many pointers, evenly spaced, as there are places for parents; then these are shuffled."""
+        """Spin a wheel with one pointer per parent, at equal distances, and shuffle the parents."""
         total, last = _slices(fitness, shares)
-        places, agent = 2 * parents.shape[0], 0
-        for place in range(places):
-            pointer = (place + uniforms[0, 1, 0]) * total / places
+        n_parents = 2 * parents.shape[0]
+        agent = 0
+        for index in range(n_parents):
+            pointer = (index + uniforms[0, 1, 0]) * total / n_parents
             while agent < last and shares[agent] <= pointer:
                 agent += 1
-            parents[place // 2, place % 2] = agent
-        for place in range(places - 1, 0, -1):
-            other = int(uniforms[place // 2, 0, place % 2] * (place + 1))
-            moved = parents[other // 2, other % 2]
-            parents[other // 2, other % 2] = parents[place // 2, place % 2]
-            parents[place // 2, place % 2] = moved
+            parents[index // 2, index % 2] = agent
+        for index in range(n_parents - 1, 0, -1):
+            swapped = int(uniforms[index // 2, 0, index % 2] * (index + 1))
+            moved = parents[swapped // 2, swapped % 2]
+            parents[swapped // 2, swapped % 2] = parents[index // 2, index % 2]
+            parents[index // 2, index % 2] = moved
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
         slices = list(accumulate(fitness if any(fitness) else [1.0 for _ in fitness]))
-        places = 2 * len(uniforms)
-        pointers = [(place + uniforms[0][1][0]) * slices[-1] / places for place in range(places)]
+        n_parents = 2 * len(uniforms)
+        pointers = [
+            (index + uniforms[0][1][0]) * slices[-1] / n_parents for index in range(n_parents)
+        ]
         drawn = [
             next(agent for agent, end in enumerate(slices) if pointer < end) for pointer in pointers
         ]
-        for place in range(places - 1, 0, -1):
-            other = int(uniforms[place // 2][0][place % 2] * (place + 1))
-            drawn[place], drawn[other] = drawn[other], drawn[place]
-        return [drawn[place : place + 2] for place in range(0, places, 2)]
+        for index in range(n_parents - 1, 0, -1):
+            swapped = int(uniforms[index // 2][0][index % 2] * (index + 1))
+            drawn[index], drawn[swapped] = drawn[swapped], drawn[index]
+        return [drawn[index : index + 2] for index in range(0, n_parents, 2)]
 
 
 class BestCopies(Selection, name="best-copies"):
@@ -109,7 +113,8 @@ class BestCopies(Selection, name="best-copies"):
         best = max(1, int(part.parent_share * fitness.size + 0.5))
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
-        sort_by(shares, uniforms[:, 1, 0], order)  # equals in random order
+        # Equal agents are in random order.
+        sort_by(shares, uniforms[:, 1, 0], order)
         for child in range(parents.shape[0]):
             parents[child, 0] = parents[child, 1] = order[child % best]
             if uniforms[child, 0, 0] < part.two_parent_share:
@@ -151,18 +156,20 @@ class Outcrossing(Selection, name="outcrossing"):
         for child in range(parents.shape[0]):
             first = find_first_above(shares, uniforms[child, 0, 0] * total)
             before = shares[first - 1] if first > 0 else 0.0
-            others = before + (total - shares[first])
-            if others > 0.0:
-                pointer = uniforms[child, 0, 1] * others
+            rest = before + (total - shares[first])
+            if rest > 0.0:
+                pointer = uniforms[child, 0, 1] * rest
                 second = find_first_above(
                     shares, pointer if pointer < before else shares[first] + (pointer - before)
                 )
-            elif fitness.size > 1:  # nobody else has any fitness
+            elif fitness.size > 1:
+                # No other agent has any fitness.
                 second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
                 second += np.int64(second >= first)
             else:
                 second = first
-            parents[child, 0], parents[child, 1] = first, second
+            parents[child, 0] = first
+            parents[child, 1] = second
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
@@ -170,12 +177,13 @@ class Outcrossing(Selection, name="outcrossing"):
             slices = list(accumulate(shares))
             return next(agent for agent, end in enumerate(slices) if draw * slices[-1] < end)
 
-        shares, pairs = list(fitness) if any(fitness) else [1.0 for _ in fitness], []
-        for one, two, *_ in (draws[0] for draws in uniforms):
-            first = drawn(shares, one)
-            others = [share * (agent != first) for agent, share in enumerate(shares)]
+        shares = list(fitness) if any(fitness) else [1.0 for _ in fitness]
+        pairs = []
+        for first_draw, second_draw, *_ in (draws[0] for draws in uniforms):
+            first = drawn(shares, first_draw)
+            other_shares = [share * (agent != first) for agent, share in enumerate(shares)]
             alike = [float(agent != first or len(shares) == 1) for agent in range(len(shares))]
-            pairs.append([first, drawn(others if any(others) else alike, two)])
+            pairs.append([first, drawn(other_shares if any(other_shares) else alike, second_draw)])
         return pairs
 
 
@@ -208,26 +216,29 @@ class LargerTournament(Selection, name="larger-tournament"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        fought = [
+        tournaments = [
             [[int(draw * len(fitness)) for draw in draws[: part.size]] for draws in of_child[:2]]
             for of_child in uniforms
         ]
         return [
-            [max(each, key=lambda agent: fitness[agent]) for each in of_child]
-            for of_child in fought
+            [max(agents, key=lambda agent: fitness[agent]) for agents in of_child]
+            for of_child in tournaments
         ]
 
 
 @compiled
 def _slices(fitness: Fitness, shares: Keys) -> Any:
-    """Fill `shares` with fitness added up, alike for all if nobody has any. Gives where it ends, and who has the last slice."""
-    nobody = True
+    """Fill `shares` with the cumulative fitness. Return its end and the last agent with a share.
+
+    If no agent has any fitness, all agents have equal shares.
+    """
+    all_zero = True
     for agent in range(fitness.size):
-        nobody = nobody and fitness[agent] == 0.0
+        all_zero = all_zero and fitness[agent] == 0.0
     total, last = 0.0, 0
     for agent in range(fitness.size):
-        total += 1.0 if nobody else fitness[agent]
+        total += 1.0 if all_zero else fitness[agent]
         shares[agent] = total
-        if nobody or fitness[agent] > 0.0:
+        if all_zero or fitness[agent] > 0.0:
             last = agent
     return total, last

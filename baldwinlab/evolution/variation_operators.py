@@ -1,11 +1,12 @@
-"""Variation operators beside `crossover`, the operator of the first paper.
+"""Variation operators in addition to `crossover`, the operator of the first paper.
 
 No operator prefers the fitter of two parents. Chance decides from which parent a child inherits, so
 neutral selection with these operators is a valid neutral control.
 
 References
 ----------
-.. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): normal mutations (`gaussian`).
+.. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): normal mutations
+   (`gaussian`).
 .. [2] J. H. Holland, Adaptation in Natural and Artificial Systems (1975): `one-point-crossover`.
 .. [3] S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
    Behavior 3 (1994): `copy`. Children differ from their single parent by mutation alone.
@@ -31,15 +32,21 @@ from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
 
 
 @compiled
-def draw_cut(draw: float, places: int) -> int:
-    """The first place behind the cut of crossover at one point, uniform over the gaps between places; `draw` is in (0, 1)."""
-    return 1 + int(draw * (places - 1))
+def draw_cut(draw: float, n_genes: int) -> int:
+    """Return the index of the first gene after the cut of one-point crossover.
+
+    The cut is uniform over the gaps between genes. `draw` is uniform in (0, 1).
+    """
+    return 1 + int(draw * (n_genes - 1))
 
 
 @compiled
-def is_from_fitter(place: int, cut: int, coin: float) -> bool:
-    """Whether crossover at one point takes a place from the fitter parent; a coin in (0, 1) says whose places come first."""
-    return (place < cut) == (coin < 0.5)
+def is_from_fitter(gene: int, cut: int, coin: float) -> bool:
+    """Return whether one-point crossover takes a gene from the fitter parent.
+
+    `coin` is uniform in (0, 1) and selects the parent of the first genes.
+    """
+    return (gene < cut) == (coin < 0.5)
 
 
 def flatten(genome: Sequence[Sequence[Any]]) -> list[Any]:
@@ -53,10 +60,10 @@ def split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
 
 
 def cross_at_point(
-    fitter: Sequence[Any], other: Sequence[Any], draw: float, coin: float
+    fitter: Sequence[Any], second_parent: Sequence[Any], draw: float, coin: float
 ) -> list[Any]:
-    """For oracles: the same, of whole parents."""
-    first, second = (fitter, other) if coin < 0.5 else (other, fitter)
+    """Return the one-point crossover of two parents, for oracles."""
+    first, second = (fitter, second_parent) if coin < 0.5 else (second_parent, fitter)
     cut = 1 + int(draw * (len(fitter) - 1))
     return [*first[:cut], *second[cut:]]
 
@@ -91,10 +98,14 @@ class Gaussian(Variation, name="gaussian"):
             opens = (gate if part.one_gate else draw[1]) < part.rate
             return NormalDist(0, part.size).inv_cdf(draw[2]) if opens and part.size else 0.0
 
+        # The iterator of draws continues from module to module, so `zip` must not be strict.
         rest = iter(draws)
-        genes = [zip(ours, theirs, rest) for ours, theirs in zip(fitter, other, strict=True)]  # noqa: B905  (draws go on)
+        genes = [zip(ours, theirs, rest) for ours, theirs in zip(fitter, other, strict=True)]  # noqa: B905
         return [
-            [(one if draw[0] < 0.5 else two) + mutation(draw) for one, two, draw in module]
+            [
+                (first if draw[0] < 0.5 else second) + mutation(draw)
+                for first, second, draw in module
+            ]
             for module in genes
         ]
 
@@ -113,20 +124,20 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
     def vary(
         part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        cut = draw_cut(
-            draws[0, 3], child.size
-        )  # of the modules in a row; not the gate's number, which may be the child's
+        # The cut is in the row of the weights of all modules. The gate cannot be used for the cut,
+        # because it can be the mutation gate of the child.
+        cut = draw_cut(draws[0, 3], child.size)
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 of_fitter = is_from_fitter(draw, cut, draws[0, 0])
                 inherited = fitter[module, weight] if of_fitter else other[module, weight]
-                child[module, weight] = _mutated(part, inherited, draws, draw, gate)
+                child[module, weight] = _mutate(part, inherited, draws, draw, gate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         inherited = cross_at_point(flatten(fitter), flatten(other), draws[0][3], draws[0][0])
-        return _in_modules(part, inherited, draws, gate, len(fitter[0]))
+        return _mutate_in_modules(part, inherited, draws, gate, len(fitter[0]))
 
 
 class Copy(Variation, name="copy"):
@@ -146,14 +157,14 @@ class Copy(Variation, name="copy"):
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 inherited = fitter[module, weight] if draws[0, 0] < 0.5 else other[module, weight]
-                child[module, weight] = _mutated(
+                child[module, weight] = _mutate(
                     part, inherited, draws, module * child.shape[1] + weight, gate
                 )
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         parent = fitter if draws[0][0] < 0.5 else other
-        return _in_modules(part, flatten(parent), draws, gate, len(parent[0]))
+        return _mutate_in_modules(part, flatten(parent), draws, gate, len(parent[0]))
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -190,10 +201,10 @@ class GenePool(Variation, name="gene-pool"):
                 continue
             rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, draws)
             for draw in range(children.shape[1] * length):
-                place = int(draws[draw, 0] * parents.size)
-                parent = parents[place // 2, place % 2]
+                index = int(draws[draw, 0] * parents.size)
+                parent = parents[index // 2, index % 2]
                 if parent == ITSELF:
-                    parent = parents[place // 2, 0]
+                    parent = parents[index // 2, 0]
                 inherited = genome[parent, draw // length, draw % length]
                 if draws[draw, 1] < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
@@ -201,34 +212,38 @@ class GenePool(Variation, name="gene-pool"):
 
     @staticmethod
     def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
-        pool = [agent for one, two in parents for agent in (one, one if two == ITSELF else two)]
+        pool = [
+            agent
+            for first, second in parents
+            for agent in (first, first if second == ITSELF else second)
+        ]
 
         def child_of(of_child: Any) -> Any:
             rest = iter(of_child)
             return [
                 [
-                    _from_pool(part, genome, pool, module, weight, next(rest))
+                    _draw_from_pool(part, genome, pool, module, weight, next(rest))
                     for weight in range(len(genes))
                 ]
                 for module, genes in enumerate(genome[0])
             ]
 
         return [
-            genome[one] if two == ITSELF else child_of(of_child)
-            for (one, two), of_child in zip(parents, draws, strict=True)
+            genome[first] if second == ITSELF else child_of(of_child)
+            for (first, second), of_child in zip(parents, draws, strict=True)
         ]
 
 
 @compiled
-def _mutated(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
-    """A weight after the mutation that `crossover` has."""
+def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
+    """Return a weight after the mutation of the operator `crossover`."""
     if (gate if part.one_gate else draws[draw, 1]) < part.rate:
         inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
     return inherited
 
 
-def _in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
-    """The oracles' uniform mutation, of a genome whose modules lie in a row."""
+def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
+    """Mutate a row of weights uniformly and split it into modules, for oracles."""
     opens = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
     child = [
         old + is_open * part.size * (2 * draw[2] - 1)
@@ -237,7 +252,9 @@ def _in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -
     return split_modules(child, length)
 
 
-def _from_pool(part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any) -> float:
-    """For the oracle of `gene-pool`: one weight of a child."""
+def _draw_from_pool(
+    part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any
+) -> float:
+    """Return one weight of a child, for the oracle of `gene-pool`."""
     inherited = genome[pool[int(draw[0] * len(pool))]][module][weight]
     return float(inherited + (draw[1] < part.rate) * part.size * (2 * draw[2] - 1))

@@ -1,4 +1,4 @@
-"""The model of bit strings that guess: against what is known of it exactly, and in the hands of all that handles experiments."""
+"""Test the example model of bit strings that guess, as a part of third parties."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def model(**fields: Any) -> Any:
     return registry.find("model", "bit-strings")(**fields)
 
 
-def lives(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
+def simulate_strings(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
     genomes = np.array(strings * times, np.float32)[None, :, None]
     return model(loci=len(strings[0]), **fields).simulate(7, [0], 0, genomes)
 
@@ -50,17 +50,20 @@ def small() -> Any:
 
 
 def test_a_string_that_is_right_everywhere_needs_one_guess() -> None:
-    assert lives([[RIGHT] * 20]).energy == 1 + 19 * 999 / 1000
+    assert simulate_strings([[RIGHT] * 20]).energy == 1 + 19 * 999 / 1000
 
 
 def test_one_wrong_allele_is_never_made_good() -> None:
-    assert (lives([[WRONG] + [UNKNOWN] * 3, [WRONG] + [RIGHT] * 3]).energy == 1).all()
+    assert (simulate_strings([[WRONG] + [UNKNOWN] * 3, [WRONG] + [RIGHT] * 3]).energy == 1).all()
 
 
 def test_guesses_are_as_many_as_the_geometric_law_says() -> None:
-    """With q unknown, w = 1 + 19 (1 - (1 - (1-p)^L) / (p L)) with p = 2^-q and L guesses; here L = 1000, q = 5, 10."""
+    """The mean fitness is w = 1 + 19 (1 - (1 - (1-p)^L) / (p L)).
+
+    Here p = 2^-q with q unknown alleles (5 and 10), and L = 1000 guesses.
+    """
     for unknown, expected in ((5, 19.392), (10, 7.868)):
-        payoff = lives([[UNKNOWN] * unknown], times=20_000).energy
+        payoff = simulate_strings([[UNKNOWN] * unknown], times=20_000).energy
         assert abs(payoff.mean() - expected) < 4 * payoff.std() / np.sqrt(payoff.size)
 
 
@@ -75,9 +78,9 @@ def test_without_guessing_only_what_is_innate_pays() -> None:
 
 
 def test_what_was_guessed_is_what_was_learned() -> None:
-    found = lives([[RIGHT, UNKNOWN, UNKNOWN], [WRONG, UNKNOWN, UNKNOWN]])
-    assert found.learned.tolist() == [[[1, 1, 1], [0, 0.5, 0.5]]]
-    assert found.records["unknown"].tolist() == [[2, 2]]
+    results = simulate_strings([[RIGHT, UNKNOWN, UNKNOWN], [WRONG, UNKNOWN, UNKNOWN]])
+    assert results.learned.tolist() == [[[1, 1, 1], [0, 0.5, 0.5]]]
+    assert results.records["unknown"].tolist() == [[2, 2]]
 
 
 def test_lives_are_those_of_the_plain_oracle() -> None:
@@ -105,34 +108,37 @@ def test_children_hold_alleles_of_their_parents_up_to_a_cut_and_from_there() -> 
     assert set(np.unique(run.genome.values)) <= {WRONG, RIGHT, UNKNOWN}
     genomes, parents = run.genome.values[:, :, 0], run.parents.values
     for child in range(60):
-        one, other = genomes[0, parents[1, child, 0]], genomes[0, parents[1, child, 1]]
+        first = genomes[0, parents[1, child, 0]]
+        second = genomes[0, parents[1, child, 1]]
         crossed = [
             np.r_[a[:cut], b[cut:]].tolist()
             for cut in range(1, 6)
-            for a, b in ((one, other), (other, one))
+            for a, b in ((first, second), (second, first))
         ]
         assert genomes[1, child].tolist() in crossed
 
 
 def test_learning_finds_the_needle_and_chance_alone_does_not() -> None:
-    """Hinton and Nowlan's own setting, in which at generation 50 the share of 1 is 0.77 and no 0 is left."""
-    found = validate({"model": "bit-strings"})
-    last = bl.simulate(found, seed=1).genome.values[-1]
+    """The settings are those of Hinton and Nowlan. Their share of 1 in generation 50 is 0.77."""
+    experiment = validate({"model": "bit-strings"})
+    last = bl.simulate(experiment, seed=1).genome.values[-1]
     assert (last == RIGHT).mean() > 0.65 and (last == WRONG).mean() < 0.01
-    alone = bl.simulate(found.without_learning().replace(evolution={"generations": 20}), seed=1)
-    assert alone.energy.values.max() == 1
+    control = bl.simulate(
+        experiment.without_learning().replace(evolution={"generations": 20}), seed=1
+    )
+    assert control.energy.values.max() == 1
 
 
-def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
+def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
     together = [history.dataset() for history in simulate_histories(small(), 4, [0, 1, 2])]
-    for run, found in enumerate(together):
-        assert found.equals(bl.simulate(small(), seed=4, run=run))
+    for run, dataset in enumerate(together):
+        assert dataset.equals(bl.simulate(small(), seed=4, run=run))
 
 
-def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
+def test_its_settings_are_assigned_written_and_validated() -> None:
     changed = assign(small(), ["bit_strings.guesses=7", "evolution.mutation_rate=0.01"])
     assert (changed.bit_strings.guesses, changed.steps) == (7, 7)
-    assert from_toml(to_toml(changed), where="there") == changed
+    assert from_toml(to_toml(changed), where="file") == changed
     with pytest.raises(
         bl.ExperimentError,
         match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1",
@@ -148,12 +154,12 @@ def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
 def test_it_has_no_world_to_replay() -> None:
     with pytest.raises(
         bl.BaldwinLabError,
-        match="bit-strings is of the model bit-strings, whose lives have no world to replay",
+        match="bit-strings cannot be replayed: the model bit-strings has no world",
     ):
         bl.replay(small())
 
 
-def test_a_setting_of_mutation_that_its_variation_does_not_heed_is_refused(tmp_path: Path) -> None:
+def test_a_mutation_setting_without_effect_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
         bl.ExperimentError,
         match=r'^evolution.mutation_size: does nothing with evolution.variation = "one-point"',

@@ -207,7 +207,7 @@ def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
 
 
 def test_a_fifth_of_the_children_have_bits_of_two_parents_to_either_side_of_one_cut() -> None:
-    """A founder is all 0 or all 1. Without mutation, a child of different parents has one change."""
+    """Founders are all 0 or all 1. Without mutation, children of different parents change once."""
     paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")
     experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
     bits = experiment.of_model.weights()

@@ -1,4 +1,4 @@
-"""A needle that moves: where it stays, all is as in Hinton and Nowlan's model, to the bit; else it moves by a law of its own."""
+"""Test the moving needle: with a fixed target, it is bit-identical to Hinton and Nowlan's model."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from baldwinlab.parts import LIFE, uniforms
 SMALL = ["population.size=60", "evolution.generations=12"]
 
 
-def test_a_needle_that_never_moves_is_that_of_hinton_and_nowlan_to_the_bit() -> None:
+def test_a_needle_that_never_moves_is_bit_identical_to_hinton_and_nowlan() -> None:
     still = bl.simulate(
         assign(
             bl.load("moving-needle"),
@@ -26,11 +26,11 @@ def test_a_needle_that_never_moves_is_that_of_hinton_and_nowlan_to_the_bit() -> 
         ),
         seed=3,
     )
-    other = bl.simulate(
+    reference = bl.simulate(
         assign(bl.load("hinton-nowlan"), [*SMALL, "record.genome_every=10"]), seed=3
     )
-    np.testing.assert_array_equal(still.genome, other.genome)
-    np.testing.assert_array_equal(still.energy, other.energy)
+    np.testing.assert_array_equal(still.genome, reference.genome)
+    np.testing.assert_array_equal(still.energy, reference.energy)
     for moved, fixed in {
         "right": "ones",
         "wrong": "zeros",
@@ -38,24 +38,24 @@ def test_a_needle_that_never_moves_is_that_of_hinton_and_nowlan_to_the_bit() -> 
         "succeeded": "succeeded",
         "used": "used",
     }.items():
-        np.testing.assert_array_equal(still[moved], other[fixed])
+        np.testing.assert_array_equal(still[moved], reference[fixed])
 
 
 def targets(run: int = 0, generations: int = 40, **fields: Any) -> npt.NDArray[np.int64]:
-    """What is right [generation, locus]."""
+    """Return the targets [generation, locus]."""
     return np.stack(
         [MovingNeedle(**fields).right(5, run, generation) for generation in range(generations)]
     )
 
 
-def test_it_moves_in_its_period_and_by_as_many_loci_at_the_most() -> None:
-    found = targets(period=8, redrawn_loci=3)
-    changed = (found[1:] != found[:-1]).sum(axis=1)
+def test_the_target_changes_after_each_period_at_most_at_the_given_number_of_loci() -> None:
+    values = targets(period=8, redrawn_loci=3)
+    changed = (values[1:] != values[:-1]).sum(axis=1)
     moves = np.arange(1, 40) % 8 == 0
-    assert (found[:8] == 1).all() and (changed[~moves] == 0).all()
+    assert (values[:8] == 1).all() and (changed[~moves] == 0).all()
     assert changed[moves].max() in (1, 2, 3)
-    assert not np.array_equal(found[-1], targets(run=1, period=8, redrawn_loci=3)[-1]), (
-        "every run has a needle of its own"
+    assert not np.array_equal(values[-1], targets(run=1, period=8, redrawn_loci=3)[-1]), (
+        "each run has its own target"
     )
 
 
@@ -72,40 +72,40 @@ def test_half_of_the_loci_that_are_drawn_change_and_all_come_to_be_drawn() -> No
 
 
 @pytest.mark.parametrize("guessing", [True, False])
-def test_a_life_is_that_of_the_same_string_as_seen_from_the_needle(guessing: bool) -> None:
-    """Against Hinton and Nowlan's oracle, which knows nothing but a needle of ones."""
+def test_a_lifetime_is_that_of_the_string_relative_to_the_target(guessing: bool) -> None:
+    """The reference is Hinton and Nowlan's oracle, with a target of ones."""
     model = MovingNeedle(period=1, guessing=guessing)
     right = model.right(7, 2, 30)
     assert 0 < right.sum() < 20
     generator = np.random.default_rng(1)
-    seen = generator.choice(np.array([0, 0.5, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1], np.float32), (200, 20))
-    seen[:80] = np.where(seen[:80] == 0, 1, seen[:80])
-    genomes = np.where(right == 1, seen, 1 - seen)
-    found = model.simulate(7, [2], 30, genomes[None, :, None])
+    strings = generator.choice(
+        np.array([0, 0.5, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1], np.float32), (200, 20)
+    )
+    strings[:80] = np.where(strings[:80] == 0, 1, strings[:80])
+    genomes = np.where(right == 1, strings, 1 - strings)
+    results = model.simulate(7, [2], 30, genomes[None, :, None])
     luck = uniforms(7, 2, 30, LIFE, (200, 1))[:, 0, 0]
     plain = HintonNowlan(guessing=guessing)
-    assert found.energy[0].tolist() == [
-        plain.oracle(one.tolist(), chance) for one, chance in zip(seen, luck, strict=True)
+    assert results.energy[0].tolist() == [
+        plain.oracle(string.tolist(), chance) for string, chance in zip(strings, luck, strict=True)
     ]
-    assert (found.records["right"][0] == (genomes == right).mean(axis=1, dtype=np.float32)).all()
-    succeeded = found.records["succeeded"][0] == 1
+    assert (results.records["right"][0] == (genomes == right).mean(axis=1, dtype=np.float32)).all()
+    succeeded = results.records["succeeded"][0] == 1
     if guessing:
         assert (
-            found.learned is not None
+            results.learned is not None
             and succeeded.any()
-            and (found.learned[0, succeeded] == right).all()
-        ), "and who succeeds dies with what is right"
+            and (results.learned[0, succeeded] == right).all()
+        ), "agents that succeed have the correct alleles at death"
 
 
-def test_a_generation_is_lived_without_those_before_it() -> None:
+def test_a_generation_is_simulated_without_the_generations_before() -> None:
     genomes = np.full((2, 5, 1, 20), 0.5, np.float32)
-    both, alone = (
-        MovingNeedle(period=3).simulate(1, [4, 9], 17, genomes),
-        MovingNeedle(period=3).simulate(1, [9], 17, genomes[:1]),
-    )
-    np.testing.assert_array_equal(both.energy[1], alone.energy[0])
-    assert both.learned is not None and alone.learned is not None
-    np.testing.assert_array_equal(both.learned[1], alone.learned[0])
+    both = MovingNeedle(period=3).simulate(1, [4, 9], 17, genomes)
+    single = MovingNeedle(period=3).simulate(1, [9], 17, genomes[:1])
+    np.testing.assert_array_equal(both.energy[1], single.energy[0])
+    assert both.learned is not None and single.learned is not None
+    np.testing.assert_array_equal(both.learned[1], single.learned[0])
 
 
 def test_measures_are_of_the_second_half() -> None:
@@ -127,4 +127,4 @@ def test_a_period_below_none_is_refused() -> None:
 
 
 def test_the_model_is_as_parts_should_be() -> None:
-    assert [one for one in check_part(MovingNeedle) if one.holds is False] == []
+    assert [finding for finding in check_part(MovingNeedle) if finding.holds is False] == []

@@ -1,7 +1,8 @@
-"""Numbers on a slope: the law of the gain function, met through the laboratory's own selection, in one generation and in several.
+"""Test the law of the gain function, with the selection of the laboratory.
 
-The law: for any distribution of x and selection in proportion to fitness, learning moves the mean of the parents by
-Cov_f(x, g) / E_f(g), where g = f_L / f and both are weighted by innate fitness f. Its sign is that of the slope of g (Chebyshev).
+The law holds for any distribution of x and for selection in proportion to fitness. Learning moves
+the mean of the parents by Cov_f(x, g) / E_f(g). Here g = f_L / f, and both are weighted by innate
+fitness f. Its sign is that of the slope of g (Chebyshev).
 """
 
 from __future__ import annotations
@@ -28,39 +29,40 @@ SAMPLED = bl.load("stepping/convex")
 
 
 def mean_of_parents(
-    experiment: Any, x: Numbers, fitness: Numbers, places: float, generation: int = 0
+    experiment: Any, x: Numbers, fitness: Numbers, n_parents: float, generation: int = 0
 ) -> float:
-    """The mean x of so many parents, chosen by the laboratory's selection."""
-    uniforms = GenerationKey(5, 0, generation).uniforms(rng.SELECTION, (int(places) // 2, 2))
+    """Return the mean x of a number of selected parents."""
+    uniforms = GenerationKey(5, 0, generation).uniforms(rng.SELECTION, (int(n_parents) // 2, 2))
     return float(x[select(experiment, fitness, uniforms)].mean())
 
 
 def law(x: Numbers, innate: Numbers, learned: Numbers) -> float:
-    """Cov_f(x, g) / E_f(g)."""
+    """Compute Cov_f(x, g) / E_f(g)."""
     weight, gain = innate / innate.sum(), learned / innate
     mean_gain = float(weight @ gain)
     return float(weight @ ((x - weight @ x) * (gain - mean_gain))) / mean_gain
 
 
-def test_the_law_is_met_exactly_by_any_ten_thousand_populations() -> None:
-    """Where expected numbers of offspring are whole, selection without its noise has no chance left: the law, to rounding."""
+def test_the_law_is_exact_in_ten_thousand_populations() -> None:
+    """If expected numbers of offspring are integers, selection has no noise."""
     generator = np.random.default_rng(1)
     for case in range(10_000):
         agents = int(generator.integers(2, 9))
         x = generator.normal(0, 3, agents)
         innate, learned = (generator.integers(low, 9, agents).astype(float) for low in (1, 0))
         learned[0] += learned.sum() == 0
-        if case % 2:  # g rises with x in every second one
+        # In half of the cases, g rises with x.
+        if case % 2:
             learned = innate * np.sort(generator.integers(1, 9, agents))[x.argsort().argsort()]
-        with_it, without = (
-            mean_of_parents(EVEN, x, each, 2 * each.sum()) for each in (learned, innate)
+        with_learning, without = (
+            mean_of_parents(EVEN, x, fitness, 2 * fitness.sum()) for fitness in (learned, innate)
         )
-        moved = with_it - without
+        moved = with_learning - without
         assert abs(moved - law(x, innate, learned)) < 1e-12
         assert not case % 2 or moved > -1e-12
 
 
-def test_selection_by_lot_meets_the_law_on_average() -> None:
+def test_random_selection_follows_the_law_on_average() -> None:
     generator = np.random.default_rng(2)
     x, slope = generator.normal(0.8, 0.3, 1000), SlopeClimbers(curvature=1)
     innate, learned = slope.fitness(x), slope.fitness(x + 0.3)
@@ -75,7 +77,7 @@ def test_selection_by_lot_meets_the_law_on_average() -> None:
 
 
 @pytest.mark.parametrize("name", BENDS)
-def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: str) -> None:
+def test_the_three_slopes_have_the_three_signs_for_all_populations(name: str) -> None:
     slope, generator = (
         SlopeClimbers(curvature=BENDS[name], slope=0.0 if BENDS[name] else 1.0),
         np.random.default_rng(3),
@@ -88,17 +90,17 @@ def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: st
 
 
 def test_an_exponential_slope_chooses_the_same_parents_with_learning_and_without() -> None:
-    found = [
+    values = [
         simulate_histories(bl.load(f"{name}/exponential"), 3, [0])[0].recorded_values("innate_x")
         for name in ("stepping", "not-stepping")
     ]
-    assert (found[0] == found[1]).all()
+    assert (values[0] == values[1]).all()
 
 
 def gaussian_step(
     mean: float, variance: float, slope: SlopeClimbers, mutation: float
 ) -> tuple[float, float]:
-    """Mean and variance after a generation of an infinite population that is normal, and stays so."""
+    """Return mean and variance of an infinite normal population after a generation."""
     left = 1 - slope.curvature * variance
     return (
         mean + variance * (slope.slope + slope.curvature * slope.learning_step * slope.learning)
@@ -124,13 +126,14 @@ def test_a_normal_population_moves_as_exact_theory_says(
     mean, variance = gaussian_step(
         slope.initial_mean, 0.3**2, slope, experiment.evolution.mutation_size
     )
-    error = np.sqrt(2 * variance / agents)  # of parents that are drawn from agents that were drawn
+    # Both the agents and the parents are random samples.
+    error = np.sqrt(2 * variance / agents)
     assert abs(children.mean(dtype=np.float64) - mean) < 4 * error
     assert abs(children.var(dtype=np.float64) - variance) < 4 * np.sqrt(4 * variance**2 / agents)
 
 
 def test_several_generations_go_as_the_recursion_does() -> None:
-    """Of large populations, for of small ones the variance falls behind."""
+    """Populations are large, because the variance of small ones is lower."""
     for condition in ("stepping", "not-stepping"):
         experiment = assign(
             bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"]
@@ -141,61 +144,66 @@ def test_several_generations_go_as_the_recursion_does() -> None:
             mean, variance = gaussian_step(
                 mean, variance, slope, experiment.evolution.mutation_size
             )
-        lived = simulate_histories(experiment, 2, range(8))
-        found = np.array(
-            [history.recorded_values("innate_x")[-1].mean(dtype=np.float64) for history in lived]
+        histories = simulate_histories(experiment, 2, range(8))
+        means = np.array(
+            [
+                history.recorded_values("innate_x")[-1].mean(dtype=np.float64)
+                for history in histories
+            ]
         )
-        assert abs(found.mean() - mean) < 4 * found.std(ddof=1) / np.sqrt(len(found))
+        assert abs(means.mean() - mean) < 4 * means.std(ddof=1) / np.sqrt(len(means))
 
 
-def test_what_is_lived_is_fitness_a_step_further_up_and_nothing_of_it_is_born() -> None:
+def test_fitness_is_that_of_the_learned_x_and_the_genome_does_not_change() -> None:
     genomes = np.random.default_rng(4).normal(0, 1, (2, 30, 1, 1)).astype(np.float32)
     slope = SlopeClimbers(curvature=-0.5, slope=0.7, learning_step=0.25)
-    found, off = (
-        each.simulate(0, [0, 1], 0, genomes) for each in (slope, slope.without_learning())
+    results, control = (
+        model.simulate(0, [0, 1], 0, genomes) for model in (slope, slope.without_learning())
     )
     x = genomes[:, :, 0, 0].astype(np.float64)
     assert np.allclose(
-        found.energy, np.exp(0.7 * (x + 0.25) - 0.25 * (x + 0.25) ** 2), rtol=1e-6, atol=0
+        results.energy, np.exp(0.7 * (x + 0.25) - 0.25 * (x + 0.25) ** 2), rtol=1e-6, atol=0
     )
-    assert np.allclose(off.energy, np.exp(0.7 * x - 0.25 * x**2), rtol=1e-12, atol=0)
-    assert found.learned is not None and np.allclose(found.learned[:, :, 0], x + 0.25)
+    assert np.allclose(control.energy, np.exp(0.7 * x - 0.25 * x**2), rtol=1e-12, atol=0)
+    assert results.learned is not None and np.allclose(results.learned[:, :, 0], x + 0.25)
     assert (
-        slope.without_learning().simulate(0, [0, 1], 0, found.learned[:, :, None]).energy
-        == found.energy
+        slope.without_learning().simulate(0, [0, 1], 0, results.learned[:, :, None]).energy
+        == results.energy
     ).all(), "once it is innate"
-    assert (found.records["innate_x"] == x).all() and (
-        found.records["uphill"] == (0.7 - 0.5 * x > 0)
+    assert (results.records["innate_x"] == x).all() and (
+        results.records["uphill"] == (0.7 - 0.5 * x > 0)
     ).all()
 
 
 def test_the_exponential_is_that_of_numpy() -> None:
     x = np.random.default_rng(5).uniform(-300, 300, 5000)
-    found = np.array([exponential(each) for each in x.tolist()])
-    assert np.allclose(found, np.exp(x), rtol=1e-12, atol=0)
+    values = np.array([exponential(value) for value in x.tolist()])
+    assert np.allclose(values, np.exp(x), rtol=1e-12, atol=0)
 
 
 def test_fitness_stays_a_number_however_far_up() -> None:
-    found = SlopeClimbers(curvature=10).fitness(np.array([0.0, 1e3, -1e30]))
-    assert found[0] == 1 and np.isfinite(found).all() and found[1] == found[2] == found.max()
+    fitness = SlopeClimbers(curvature=10).fitness(np.array([0.0, 1e3, -1e30]))
+    assert (
+        fitness[0] == 1 and np.isfinite(fitness).all() and fitness[1] == fitness[2] == fitness.max()
+    )
 
 
 def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops() -> None:
     """Strings without a 0, x of whose 20 alleles are 1: learning speeds every step but the last."""
-    worth = {}
+    fitness = {}
     for guessing in (False, True):
         strings = np.array([[1.0] * x + [0.5] * (20 - x) for x in range(21)], np.float32)
         genomes = np.repeat(strings, 3000, axis=0)[None, :, None]
         energy = HintonNowlan(guessing=guessing).simulate(3, [0], 0, genomes).energy[0]
-        worth[guessing] = energy.reshape(21, 3000).mean(axis=1)
-    gain = worth[True] / worth[False]
+        fitness[guessing] = energy.reshape(21, 3000).mean(axis=1)
+    gain = fitness[True] / fitness[False]
     assert (
         (np.diff(gain[8:20]) > 0).all()
         and gain[19] == pytest.approx(19.962, abs=0.002)
         and gain[20] == 1
     )
-    assert worth[False][20] / worth[False][19] == pytest.approx(19.981)
-    assert worth[True][20] / worth[True][19] == pytest.approx(1.00095, abs=1e-4)
+    assert fitness[False][20] / fitness[False][19] == pytest.approx(19.981)
+    assert fitness[True][20] / fitness[True][19] == pytest.approx(1.00095, abs=1e-4)
 
 
 def test_level_ground_is_refused() -> None:
@@ -207,4 +215,4 @@ def test_level_ground_is_refused() -> None:
 
 
 def test_the_part_is_as_parts_should_be() -> None:
-    assert [one for one in check_part(SlopeClimbers) if one.holds is False] == []
+    assert [finding for finding in check_part(SlopeClimbers) if finding.holds is False] == []

@@ -232,7 +232,7 @@ def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
 
 @pytest.mark.parametrize("turns", [1, 2])
 def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: Any) -> None:
-    """The network has a neuron that remembers the end, a neuron for the way back, and the output."""
+    """The neurons are: one that remembers the end, one for the way back, and the output."""
     model = TMazes(
         turning_points=turns,
         homing=True,
