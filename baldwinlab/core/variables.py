@@ -72,7 +72,7 @@ RECORD: Mapping[str, Variable] = {
 
 
 def of_record(experiment: Any) -> Mapping[str, Variable]:
-    """Return the variables of a record: `RECORD`, and those of the model and of the kinds of items."""
+    """Return the variables of a record, including those of the model and the kinds of items."""
     if experiment.model != "miniworld":
         model = experiment.of_model
         energy = RECORD["energy"]._replace(unit="1", meaning=model.payoff)
@@ -210,17 +210,15 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
         ),
     },
 }
-RANDOM = "random genome"  # names of newborns in the assay within-life
+# Names of newborns in the assay within-life.
+RANDOM = "random genome"
 EVOLVED = "evolved"
-AS_EVOLVED = "as evolved"  # the setting of the assay reaction that changes nothing
+# Name of the unchanged setting in the assay reaction.
+AS_EVOLVED = "as evolved"
 # Newborns in the assay neutral: evolved ones, and those of parents that are chosen at random.
 NEWBORNS = (EVOLVED, "neutral control")
-LIVES = (
-    "off",
-    "on",
-    "frozen",
-    "drift",
-)  # learning off, learning on, weights as at death, drift in place of learning
+# Kinds of lifetimes: learning off, learning on, weights at death without learning, random drift.
+LIVES = ("off", "on", "frozen", "drift")
 
 WEIGHT_ORDER = (
     "layer by layer, from the inputs; within a layer, by source unit, then by"
@@ -253,7 +251,22 @@ def from_storage(record: xr.Dataset) -> xr.Dataset:
 def dataset(
     variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Arrays with the names, dimensions, types and units declared for them. Raises KeyError for an undeclared name."""
+    """Return a dataset of arrays with their declared dimensions, types and units.
+
+    Parameters
+    ----------
+    variables : mapping
+        Declared variables by name.
+    arrays : mapping
+        Values by name of variable.
+    attributes : mapping
+        Attributes of the dataset.
+
+    Raises
+    ------
+    KeyError
+        If a name is not declared.
+    """
     data = {}
     for name, array in arrays.items():
         dims, dtype, unit, meaning = variables[name]

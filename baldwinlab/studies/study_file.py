@@ -74,7 +74,7 @@ def read_text_of_study(path: Path, kind: FileKind) -> str:
     Raises as `read_text` does, and ValueError for a link to another folder.
     """
     if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
-        raise ValueError("it is a link to a file elsewhere")
+        raise ValueError("it is a link to a file in another folder")
     return read_text(path, kind)
 
 

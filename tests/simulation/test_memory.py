@@ -38,12 +38,12 @@ from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import create
 from tests.small import ignore, silent
-from baldwinlab.studies.run import missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs, run_study
 
 def of_runs(experiment):
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", [experiment], 0)
-        run_study(study, missing_runs(study, 4, ignore), 1, silent, ignore)
+        run_study(study, find_missing_runs(study, 4, ignore), 1, silent, ignore)
 
 def of_replay(experiment):
     replay(experiment).to_netcdf(engine="scipy")

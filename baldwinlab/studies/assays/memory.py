@@ -88,7 +88,7 @@ def estimate_assays(
 
 def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     """Return the memory of a task with some runs of a condition, in bytes."""
-    living = memory.simulation_bytes(experiment, worlds) * (
+    simulation = memory.simulation_bytes(experiment, worlds) * (
         SAVED_STATES if "within-life" in names else 1
     )
     agents, generations = experiment.population.size, experiment.evolution.generations
@@ -96,7 +96,7 @@ def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     pedigree = (
         agents * (generations * BYTES_PER_CHILD + agents // 4) + shares if "descent" in names else 0
     )
-    return worlds * memory.dataset_bytes(experiment) + max(living, pedigree)
+    return worlds * memory.dataset_bytes(experiment) + max(simulation, pedigree)
 
 
 def _stored(study: Conditions, condition: str, name: str, runs: int) -> int:

@@ -257,7 +257,7 @@ def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
 def _progress_reporter(
     worker: Worker, agent_steps: int, topic: str, silence: float
 ) -> Callable[[int], None]:
-    """Return a callback that sends the remaining agent-steps, and ends a cancelled task."""
+    """Return a callback that sends the remaining agent-steps, and ends a canceled task."""
     key = worker.get_current_task()
     remaining = agent_steps
     last_report = time.monotonic()
