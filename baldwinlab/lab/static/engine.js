@@ -46,16 +46,16 @@ export class Engine {
       experiment,
       given: { seed, run },
       free: this.first,
-      found: {},
+      measured: {},
       tuples: {},
       arrays: {},
     });
     this.allocateTuple("setting");
     this.call("measure");
     const answers = this.array("setting.measured");
-    this.plan.found.forEach((name, number) => (this.found[name] = answers[number]));
+    this.plan.measured.forEach((name, number) => (this.measured[name] = answers[number]));
     for (const name of ["model", "state", "population"]) this.allocateTuple(name);
-    this.call("furnish");
+    this.call("init_world");
   }
 
   /** Call an entry point with the addresses of its tuples. */
@@ -134,7 +134,7 @@ export class Engine {
 
   sizes(names) {
     return names.map((name) =>
-      typeof name === "string" ? (this.found[name] ?? this.value(this.plan.sizes[name])) : name,
+      typeof name === "string" ? (this.measured[name] ?? this.value(this.plan.sizes[name])) : name,
     );
   }
 
@@ -142,7 +142,7 @@ export class Engine {
   value(value) {
     if (value === null || typeof value !== "object")
       return typeof value === "string" ? Number(value) : value;
-    if ("found" in value) return this.found[value.found];
+    if ("measured" in value) return this.measured[value.measured];
     if ("given" in value) return this.given[value.given];
     const current = lookUp(this.experiment, value.path) ?? value.absent;
     if ("is" in value) return current === value.is;

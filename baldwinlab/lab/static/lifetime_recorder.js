@@ -177,14 +177,14 @@ function evaluate(engine, weights, inputs) {
   const units = engine.array("population.asked_units");
   engine.array("population.asked_weights").set(weights);
   units.set(inputs);
-  engine.call("ask");
+  engine.call("evaluate_module");
   return units.slice();
 }
 
 /** Return the links of a network without layers [link, (from unit, to unit, weight)]. */
 function links(engine, weights) {
   engine.array("population.asked_weights").set(weights);
-  engine.call("link");
+  engine.call("find_links");
   return engine
     .array("population.asked_links")
     .slice(0, 3 * Number(engine.array("population.asked_count")[0]));

@@ -27,7 +27,7 @@ export class Run {
     this.engine.prepare(experiment, { seed, run });
     Object.assign(this, { experiment, seed, run, generationsDone: 0 });
     this.generations = experiment.evolution.generations;
-    this.engine.call("found");
+    this.engine.call("init_founders");
     this.parents = this.teachers = this.engine.array("population.parents").fill(-1).slice();
   }
 
@@ -51,7 +51,7 @@ export class Run {
   /** Return the results of the generation, and create the next one. */
   finishGeneration(genome) {
     const { engine, parents } = this;
-    engine.call("reckon");
+    engine.call("compute_fitness");
     this.check();
     const agents = this.experiment.population.size;
     const result = {
@@ -92,7 +92,7 @@ export class Run {
   live(first, last) {
     this.engine.set("population.first_step", first);
     this.engine.set("population.last_step", last);
-    this.engine.call("live");
+    this.engine.call("simulate");
   }
 
   check() {

@@ -4,7 +4,7 @@ JavaScript follows this layout, and has no knowledge of a model. The content is 
 
 - A value is 3, or {"path": "world.width"}. Further keys of a path change the value:
   "is": whether it equals another; "among": its index in a list; "above": whether it is larger.
-  {"found": "alert radius"} is a number that `measure` computes. {"given": "seed"} is an argument.
+  {"measured": "alert radius"} is a number that `measure` computes. {"given": "seed"} is an argument.
 - A number is {"at": offset, "type": "f8", "value": a value}.
 - An array is {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}.
   It can have a content. "values" is a list, whose entries can be lists.
@@ -57,12 +57,12 @@ MODEL: Final[Mapping[str, Value]] = {
     "height": field("world.height"),
     "random_headings": field("world.start.headings", **{"is": "random"}),
     "visual_radius": field("senses.visual_radius"),
-    "alert_radius": {"found": "alert radius"},
+    "alert_radius": {"measured": "alert radius"},
     "open_boundaries": field("senses.boundaries", **{"is": "open"}),
     "square_contact": field("contact.shape", **{"is": "square"}),
     "reach": field("contact.reach"),
     "action_noise": field("motor.noise"),
-    "learning_steps": {"found": "learning steps"},
+    "learning_steps": {"measured": "learning steps"},
     "rate": field("learning.rate"),
     "evolved_rate": field("learning.evolved_rate"),
 }
@@ -171,20 +171,20 @@ class ModuleLayout:
         setting, model, state, population = (
             typeof(member) for member in (self.setting, self.model, self.state, self.population)
         )
-        live = (
+        simulate = (
             browser.simulate_steps_sequential
             if self.experiment.lifetime.update == "sequential"
             else browser.simulate_steps_simultaneous
         )
         return {
             "measure": (browser.measure, (setting,)),
-            "furnish": (browser.init_world, (setting, model, state, population)),
-            "found": (browser.init_founders, (population,)),
+            "init_world": (browser.init_world, (setting, model, state, population)),
+            "init_founders": (browser.init_founders, (population,)),
             "begin": (browser.begin, (model, state, population)),
-            "live": (live, (model, state, population)),
-            "ask": (browser.evaluate_module, (state, population)),
-            "link": (browser.find_links, (state, population)),
-            "reckon": (browser.compute_fitness, (model, state, population)),
+            "simulate": (simulate, (model, state, population)),
+            "evaluate_module": (browser.evaluate_module, (state, population)),
+            "find_links": (browser.find_links, (state, population)),
+            "compute_fitness": (browser.compute_fitness, (model, state, population)),
             "breed": (browser.breed, (population,)),
         }
 
@@ -222,7 +222,7 @@ class ModuleLayout:
             }
         return {
             "tuples": tuples,
-            "found": measured,
+            "measured": measured,
             "sizes": {
                 "worlds": 1,
                 "agents": field("population.size"),
