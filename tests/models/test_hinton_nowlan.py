@@ -1,6 +1,7 @@
-"""Strings that guess: as in plain Python, trial by trial; and as exact theory has it.
+"""Test strings that guess, against plain Python and exact theory.
 
-The closed forms follow from the model's text: of a string with q alleles ? and no 0, a trial succeeds with chance 2^-q.
+A trial of a string with q alleles ? and without 0 succeeds with the probability 2^-q. The closed
+forms follow from this.
 """
 
 from __future__ import annotations
@@ -26,40 +27,41 @@ LOCI, TRIALS = 20, 1000
 
 
 def expected_fitness(unset: Any, trials: int = TRIALS) -> Any:
-    """Of a string without 0: 1 + 19 E[trials that remain] / trials."""
+    """Return the mean fitness of a string without 0: 1 + 19 E[remaining trials] / trials."""
     chance = 0.5**unset
     return 1 + 19 * (1 - (1 - (1 - chance) ** trials) / (chance * trials))
 
 
 def strings(unset: int, agents: int, zeros: int = 0) -> npt.NDArray[np.float32]:
-    """[run, agent, module, locus], all alike."""
+    """Return equal genomes [run, agent, module, locus]."""
     alleles = np.array([0.5] * unset + [0.0] * zeros + [1.0] * (LOCI - unset - zeros), np.float32)
     return np.tile(alleles, (1, agents, 1, 1))
 
 
-def lives(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
+def simulate_strings(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
     return HintonNowlan(**fields).simulate(7, [0], 3, genomes)
 
 
 @pytest.mark.parametrize(
     "fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}]
 )
-def test_a_life_is_worth_what_it_is_trial_by_trial(fields: dict[str, Any]) -> None:
+def test_fitness_is_that_of_the_plain_oracle(fields: dict[str, Any]) -> None:
     genomes = np.random.default_rng(1).choice(
         np.array([0, 0.5, 1, 1, 1, 1], np.float32), (1, 300, 1, 6)
     )
-    found = lives(genomes, loci=6, **fields).energy[0]
+    energy = simulate_strings(genomes, loci=6, **fields).energy[0]
     luck = uniforms(7, 0, 3, LIFE, (300, 1))[:, 0, 0]
     model = HintonNowlan(loci=6, **fields)
-    assert found.tolist() == [
-        model.oracle(one[0].tolist(), chance) for one, chance in zip(genomes[0], luck, strict=True)
+    assert energy.tolist() == [
+        model.oracle(genome[0].tolist(), chance)
+        for genome, chance in zip(genomes[0], luck, strict=True)
     ]
-    assert len(set(found.tolist())) > (2 if fields.get("guessing", True) else 1)
+    assert len(set(energy.tolist())) > (2 if fields.get("guessing", True) else 1)
 
 
 @pytest.mark.parametrize("unset", range(0, 21, 2))
 def test_mean_fitness_is_that_of_the_closed_form(unset: int) -> None:
-    energy = lives(strings(unset, 4000)).energy
+    energy = simulate_strings(strings(unset, 4000)).energy
     error = energy.std() / np.sqrt(energy.size)
     assert abs(energy.mean() - expected_fitness(unset)) <= 4 * error + 1e-9
 
@@ -84,19 +86,19 @@ def test_the_closed_form_has_the_values_of_the_specification() -> None:
     assert [round(expected_fitness(unset), 3) for unset in range(14)] == expected
 
 
-def test_who_has_a_0_never_succeeds_and_tries_all_its_life() -> None:
-    found = lives(strings(3, 50, zeros=1))
+def test_a_string_with_a_0_never_succeeds_and_uses_all_trials() -> None:
+    results = simulate_strings(strings(3, 50, zeros=1))
     assert (
-        (found.energy == 1).all()
-        and (found.records["succeeded"] == 0).all()
-        and (found.records["used"] == TRIALS).all()
+        (results.energy == 1).all()
+        and (results.records["succeeded"] == 0).all()
+        and (results.records["used"] == TRIALS).all()
     )
 
 
-def test_what_is_learned_is_what_was_guessed_and_alleles_add_up_to_all() -> None:
-    found = lives(strings(2, 50))
-    assert (found.learned == 1).all() and (found.records["succeeded"] == 1).all()
-    shares = {name: found.records[name] for name in ("ones", "unset", "zeros")}
+def test_learned_alleles_are_correct_and_shares_of_alleles_add_up() -> None:
+    results = simulate_strings(strings(2, 50))
+    assert (results.learned == 1).all() and (results.records["succeeded"] == 1).all()
+    shares = {name: results.records[name] for name in ("ones", "unset", "zeros")}
     assert {name: share[0, 0].item() for name, share in shares.items()} == pytest.approx(
         {"ones": 0.9, "unset": 0.1, "zeros": 0}
     )
@@ -110,64 +112,70 @@ def test_founders_have_a_half_of_question_marks_and_the_rest_alike() -> None:
     assert shares == pytest.approx([0.25, 0.5, 0.25], abs=4 * 0.5 / np.sqrt(genomes.size))
     able = (genomes[:, 0] != 0).all(axis=-1)
     expected = 0.75**LOCI * len(able)
-    assert abs(able.sum() - expected) < 4 * np.sqrt(expected), "who could ever learn it"
+    assert abs(able.sum() - expected) < 4 * np.sqrt(expected), "agents without a 0 can learn"
 
 
 def exact_step(shares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The shares of 1, 0 and ? after a generation of an infinite population whose loci are independent."""
-    ones, zeros, unset = shares
+    """Return the shares of 1, 0 and ? after a generation of an infinite population."""
+    share_of_1, share_of_0, unset = shares
     q = np.arange(LOCI + 1)
-    of_q = np.array([comb(LOCI, int(k)) for k in q]) * unset**q * ones ** (LOCI - q)
+    of_q = np.array([comb(LOCI, int(k)) for k in q]) * unset**q * share_of_1 ** (LOCI - q)
     gain = of_q * (expected_fitness(q) - 1)
     mean = 1 + gain.sum()
-    after = [ones + (gain * (LOCI - q) / LOCI).sum(), zeros, unset + (gain * q / LOCI).sum()]
-    return np.array([share / mean for share in after])
+    next_shares = [
+        share_of_1 + (gain * (LOCI - q) / LOCI).sum(),
+        share_of_0,
+        unset + (gain * q / LOCI).sum(),
+    ]
+    return np.array([share / mean for share in next_shares])
 
 
 def test_the_exact_recursion_has_the_values_of_the_specification() -> None:
     shares = np.array([0.25, 0.25, 0.5])
-    seen = {}
+    shares_by_generation = {}
     for generation in range(1, 51):
         shares = exact_step(shares)
-        seen[generation] = shares
-    assert seen[10] == pytest.approx([0.2662, 0.2310, 0.5029], abs=1e-4)
-    assert seen[20] == pytest.approx([0.3045, 0.1892, 0.5063], abs=1e-4)
-    assert seen[50] == pytest.approx([0.8231, 0, 0.1769], abs=1e-4)
+        shares_by_generation[generation] = shares
+    assert shares_by_generation[10] == pytest.approx([0.2662, 0.2310, 0.5029], abs=1e-4)
+    assert shares_by_generation[20] == pytest.approx([0.3045, 0.1892, 0.5063], abs=1e-4)
+    assert shares_by_generation[50] == pytest.approx([0.8231, 0, 0.1769], abs=1e-4)
 
 
 AGENTS = 20_000
-PAYING = np.array([0.6, 0.02, 0.38])  # shares of 1, 0 and ? at which learning pays
+# Shares of 1, 0 and ? at which learning raises fitness.
+PAYING = np.array([0.6, 0.02, 0.38])
 
 
 def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.float64]:
-    """By generation: the shares of 1, 0 and ? in a large population, less those of the exact recursion."""
+    """Return the shares of 1, 0 and ? by generation, minus those of the exact recursion."""
     experiment = assign(
         bl.load("guessing"), [f"evolution.variation={variation}", f"population.size={AGENTS}"]
     )
-    generator, expected, found = np.random.default_rng(seed), PAYING, []
+    generator = np.random.default_rng(seed)
+    expected = PAYING
+    differences = []
     genome = generator.choice(np.array([1, 0, 0.5], np.float32), (AGENTS, 1, LOCI), p=PAYING)
     for generation in range(1, generations + 1):
         energy = HintonNowlan().simulate(seed, [0], generation - 1, genome[None]).energy[0]
         genome, _ = breed(experiment, genome, energy, GenerationKey(seed, 0, generation))
         expected = exact_step(expected)
-        found.append([(genome == allele).mean() for allele in (1, 0, 0.5)] - expected)
-    return np.array(found)
+        differences.append([(genome == allele).mean() for allele in (1, 0, 0.5)] - expected)
+    return np.array(differences)
 
 
 @pytest.mark.parametrize("variation", ["crossover", "gene-pool"])
 def test_a_generation_from_independent_loci_follows_the_exact_recursion(variation: str) -> None:
-    """From independent loci, recombination by two parents and by the gene pool have the same shares."""
+    """With independent loci, two parents and the gene pool give the same shares."""
     after = exact_step(PAYING)
-    error = (
-        4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3
-    )  # parents are drawn, so children are not independent
+    # The factor 3 allows for children of the same parents, which are not independent.
+    error = 4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3
     assert (abs(distances(variation, 1, seed=5)[0]) < error).all() and abs(after - PAYING)[
         0
     ] > 2 * error[0]
 
 
 def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> None:
-    """Two parents leave half of the linkage, so their population is more than .01 from the recursion soon."""
+    """Two parents preserve half of the linkage, so the population leaves the recursion."""
     pool, pairs = (
         np.mean([distances(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1]
         for variation in ("gene-pool", "crossover")
@@ -176,15 +184,16 @@ def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> Non
     assert abs(pairs[2]) > 0.008
 
 
-def test_only_with_guessing_is_the_needle_found_and_then_the_wrong_alleles_vanish() -> None:
+def test_only_agents_that_guess_find_the_needle_and_wrong_alleles_vanish() -> None:
     guessing, all_set = (
         [_measured(history) for history in simulate_histories(bl.load(name), 0, range(4))]
         for name in ("guessing", "all-set")
     )
     assert all(
-        one["taken-off"] == 1 and one["zeros"] < 0.005 and one["fall"] > 0 for one in guessing
+        measured["taken-off"] == 1 and measured["zeros"] < 0.005 and measured["fall"] > 0
+        for measured in guessing
     )
-    assert sum(one["hit"] for one in all_set) <= 1
+    assert sum(measured["hit"] for measured in all_set) <= 1
 
 
 def _measured(history: Any) -> dict[str, float]:
@@ -199,24 +208,24 @@ def _measured(history: Any) -> dict[str, float]:
 
 
 def test_a_run_that_never_takes_off_has_no_take_off() -> None:
-    never: Experiment = assign(
+    experiment: Experiment = assign(
         bl.load("never-guessing"), ["evolution.generations=3", "population.size=20"]
     )
-    (history,) = simulate_histories(never, 0, [0])
-    found = _measured(history)
+    (history,) = simulate_histories(experiment, 0, [0])
+    measured = _measured(history)
     assert (
-        np.isnan(found["take-off"])
-        and np.isnan(found["unset-at-take-off"])
-        and found["taken-off"] == 0
+        np.isnan(measured["take-off"])
+        and np.isnan(measured["unset-at-take-off"])
+        and measured["taken-off"] == 0
     )
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
-    found = [
+    findings = [
         *check_part(HintonNowlan),
         *check_part(OnePointOfAlleles, requirements=["fields", "limits", "arithmetic", "oracle"]),
     ]
-    assert [one for one in found if one.holds is False] == []
+    assert [finding for finding in findings if finding.holds is False] == []
 
 
 @pytest.mark.parametrize(
@@ -258,8 +267,8 @@ def test_the_founders_law_agrees_with_the_oracle() -> None:
     draws = np.random.default_rng(3).random((LOCI, 4)).tolist()
     part = SimpleNamespace(rate=1.0, zero=3 * 0.25)
     child = np.empty((1, LOCI), np.float32)
-    ones = np.ones((1, LOCI), np.float32)
-    OnePointOfAlleles.vary(part, ones, ones, np.array(draws), 0.5, child)
+    all_1 = np.ones((1, LOCI), np.float32)
+    OnePointOfAlleles.vary(part, all_1, all_1, np.array(draws), 0.5, child)
     assert child.tolist() == OnePointOfAlleles.oracle(
-        part, ones.tolist(), ones.tolist(), draws, 0.5
+        part, all_1.tolist(), all_1.tolist(), draws, 0.5
     )
