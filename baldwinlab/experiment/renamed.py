@@ -1,7 +1,7 @@
 """Settings and parts that were renamed after version 0.1.
 
-Stored experiments keep their old names, and `upgrade` translates them when they are read. In user input an
-old name is an error, and `new_path` and `new_name` give the name for its message.
+Stored experiments contain old names, and `upgrade` translates them when they are read. In user
+input an old name is an error, and `new_path` and `new_name` return the name for its message.
 """
 
 from __future__ import annotations

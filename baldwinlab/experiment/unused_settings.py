@@ -1,8 +1,8 @@
 """Settings without effect. They are errors if a user changes them.
 
 A user has changed a setting if its value differs from the origin of the experiment: the preset,
-the base of the file, or the defaults. Stored studies and experiments of assays may contain settings without
-effect, for example settings of learning in an experiment without learning.
+the base of the file, or the defaults. Stored studies and experiments of assays may contain settings
+without effect, for example settings of learning in an experiment without learning.
 """
 
 from __future__ import annotations
