@@ -234,7 +234,7 @@ class BaseExperiment(Fields):
             raise ExperimentError(
                 f"evolution.selection = {self.evolution.selection!r} breeds groups of agents "
                 "separately, and 'neutral' would mix "
-                "them: there is no neutral twin"
+                "them: there is no neutral control"
             )
         return self.replace(evolution={"selection": "neutral"})
 

@@ -110,6 +110,6 @@ def test_what_else_would_mix_groups_is_refused_in_one_sentence(
 
 
 def test_groups_have_no_neutral_twin(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match="no neutral twin"):
+    with pytest.raises(ExperimentError, match="no neutral control"):
         experiment_with(tmp_path, "halves", declared=True).neutral_control()
     assert load("evo/A").neutral_control().evolution.selection == "neutral"

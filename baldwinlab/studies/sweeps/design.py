@@ -159,7 +159,8 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
 def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    return tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
+    text: str = tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
+    return text
 
 
 def _labels(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
