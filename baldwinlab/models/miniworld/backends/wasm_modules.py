@@ -26,7 +26,7 @@ SHIPPED: Final = Path(__file__).parent / "modules"
 # Hashes of the code of the shipped modules, for one version of Python.
 FINGERPRINTS: Final = SHIPPED / "fingerprints.json"
 RULES: Final = ("none", "self-taught", "drift")
-HAND_WRITTEN: Final = ("lanes.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
+HAND_WRITTEN: Final = ("simd.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
 """Files of the engine that write LLVM code, which no fingerprint of a function contains."""
 UPDATES: Final = ("simultaneous", "sequential")
 
