@@ -65,7 +65,7 @@ def test_fields_are_changed_one_at_a_time(study: StudyStore) -> None:
 
 
 def values(experiment: Experiment) -> list[tuple[str, str]]:
-    return [(setting.field, setting.value) for setting in settings(experiment, other_maps=())]
+    return [(setting.field, setting.value) for setting in settings(experiment, maps=())]
 
 
 def test_what_the_experiment_refuses_is_left_out() -> None:
