@@ -9,7 +9,7 @@ from typing import Final
 from PIL import Image, ImageSequence
 
 import baldwinlab as bl
-from baldwinlab.analysis.figures.movie import Scene, write_scenes
+from baldwinlab.analysis.movie import Scene, write_scenes
 
 PICTURE: Final = Path(__file__).parents[1] / "docs" / "pictures" / "lifetimes.gif"
 PRESETS: Final = ("evo+self-taught/B", "evo/B")

@@ -20,7 +20,7 @@ from nbconvert import HTMLExporter
 from pygments.formatters import HtmlFormatter
 from traitlets.config import Config
 
-from baldwinlab.analysis.figures import palette
+from baldwinlab.analysis import palette
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
 # Largest duration of a cell, in seconds.

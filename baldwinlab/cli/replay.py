@@ -91,6 +91,6 @@ def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
         )
         write_atomically(out, picture.getvalue())
     else:
-        from baldwinlab.analysis.figures.movie import write_movie
+        from baldwinlab.analysis.movie import write_movie
 
         write_movie(trace, experiment.world.width, experiment.world.height, out)

@@ -16,8 +16,8 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
-from baldwinlab.analysis.figures import palette
-from baldwinlab.analysis.figures.movie import MovieError
+from baldwinlab.analysis import palette
+from baldwinlab.analysis.movie import MovieError
 from baldwinlab.core.console import clip_for_terminal
 from baldwinlab.lab import (
     Lab,

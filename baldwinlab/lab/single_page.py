@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from baldwinlab.analysis.figures import palette
+from baldwinlab.analysis import palette
 
 STATIC = Path(__file__).parent / "static"
 _IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')

@@ -688,7 +688,7 @@ class LearningRule(Part):
         agent
         itself means that it has no teacher.
     color : str
-        Color of the rule in figures, a name of `baldwinlab.analysis.figures.palette`.
+        Color of the rule in figures, a name of `baldwinlab.analysis.palette`.
     """
 
     kind: ClassVar[str] = "learning rule"

@@ -63,7 +63,7 @@ def test_a_cache_that_cannot_be_used_is_a_problem(
     (tmp_path / "file").touch()
     monkeypatch.setenv("BALDWINLAB_CACHE", str(tmp_path / "file"))
     monkeypatch.setattr(
-        cache, "place", cache.cache_root.__wrapped__
+        cache, "cache_root", cache.cache_root.__wrapped__
     )  # which is remembered for as long as a process lives
     done = command("doctor")
     assert (

@@ -67,6 +67,6 @@ def test_a_part_whose_file_somebody_gave_keeps_its_place(says: Says, tmp_path: P
     code = "import baldwinlab as bl; from baldwinlab.parts import load_file; mine = load_file('mine.py'); bl.load('evo/A');"
     shown = says(
         code
-        + "from baldwinlab.experiment import choices; print(choices.find('selection', 'theirs') is mine.Theirs)"
+        + "from baldwinlab.experiment import registry; print(registry.find('selection', 'theirs') is mine.Theirs)"
     )
     assert shown == ["mine", "executed", "True"]

@@ -297,7 +297,7 @@ def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(
 def test_replay_writes_a_trace_a_movie_or_a_picture(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.analysis.figures.movie.MAX_DURATION", 1)  # second
+    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)  # second
     study = small_study(tmp_path / "study")
     for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
         done = command(

@@ -31,10 +31,10 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
         for condition in small_paper()
     ]
     monkeypatch.setattr(presets, "paper", lambda variant="standard": conditions)
-    monkeypatch.setattr(command_multiverse, "one_at_a_time", lambda paper: READINGS)
+    monkeypatch.setattr(command_multiverse, "vary_one_at_a_time", lambda paper: READINGS)
     monkeypatch.setattr(
         command_multiverse,
-        "combinations",
+        "vary_all",
         lambda paper: [*READINGS, Variant(("contact-5", "rank"))],
     )
 

@@ -81,7 +81,7 @@ FORKED.set_forkserver_preload(
         "baldwinlab.cli",
         "baldwinlab.api.report",
         "baldwinlab.api.run_study",
-        "baldwinlab.analysis.figures.movie",
+        "baldwinlab.analysis.movie",
     ]
 )
 FRESH = multiprocessing.get_context("spawn")

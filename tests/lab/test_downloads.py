@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from baldwinlab.analysis.figures.movie import CAPTION, GAP, Scene
+from baldwinlab.analysis.movie import CAPTION, GAP, Scene
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command
 from baldwinlab.lab import binary_frames, downloads, single_page
@@ -125,7 +125,7 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "baldwinlab.analysis.figures.movie.MAX_DURATION", 1
+        "baldwinlab.analysis.movie.MAX_DURATION", 1
     )  # second, for a picture is as large after a few
     answer = ask(
         lab_server.address,

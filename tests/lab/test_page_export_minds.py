@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from playwright.sync_api import Page, expect
 
-from baldwinlab.analysis.figures.palette import shade
+from baldwinlab.analysis.palette import shade
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames

@@ -84,9 +84,7 @@ def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_te
     again = command("reproduce", paper, *SET)
     assert "all 4 runs are already stored" in again.out
     refused = command("reproduce", paper, "--out", str(study))
-    assert (
-        refused.code == 2 and "hinton_nowlan.loci of guessing is 4, not 5" in refused.err
-    )
+    assert refused.code == 2 and "hinton_nowlan.loci of guessing is 4, not 5" in refused.err
 
 
 def test_the_model_of_the_paper_is_not_marked(command: Command, paper: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.figures.palette import GREEN, PURPLE
+from baldwinlab.analysis.palette import GREEN, PURPLE
 from baldwinlab.experiment import ExperimentError, assign, registry
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.presets import load

@@ -208,5 +208,5 @@ def test_neither_simulate_nor_replay_begins_what_is_too_large() -> None:
         match=r"evo/A: needs about .* of memory, but only .* free on this machine",
     ):
         simulate(long.replace(population={"size": 10_000}))
-    with pytest.raises(RefusedError, match=r"a life of evo/A: needs about .* of memory"):
+    with pytest.raises(RefusedError, match=r"a lifetime of evo/A: needs about .* of memory"):
         replay(long)

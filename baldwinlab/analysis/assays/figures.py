@@ -24,7 +24,6 @@ from baldwinlab.analysis.assays.values import (
     read_factors,
     weight_distances,
 )
-from baldwinlab.analysis.figures.palette import LIFE_COLORS, NEWBORN_COLORS
 from baldwinlab.analysis.figures.style import (
     BLACK,
     BROWN,
@@ -36,6 +35,7 @@ from baldwinlab.analysis.figures.style import (
     series,
     styled,
 )
+from baldwinlab.analysis.palette import LIFE_COLORS, NEWBORN_COLORS
 from baldwinlab.analysis.statistics.fitness import interval_of_median
 from baldwinlab.core.variables import RANDOM
 

@@ -1,6 +1,6 @@
 """The style of all figures, and how they are saved.
 
-Colors are those of `baldwinlab.analysis.figures.palette`. Conditions also differ in line and
+Colors are those of `baldwinlab.analysis.palette`. Conditions also differ in line and
 marker, so that they can be distinguished in a gray print. Figures are 7.2 inches wide, and no text
 is smaller than 8 points.
 """
@@ -18,7 +18,7 @@ from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.figures.palette import (
+from baldwinlab.analysis.palette import (
     BLACK,
     BLUE,
     BROWN,

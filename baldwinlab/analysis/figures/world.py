@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
 
-from baldwinlab.analysis.figures.palette import shade
 from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, ORANGE, PALE, WIDTH, styled
+from baldwinlab.analysis.palette import shade
 from baldwinlab.experiment import FoodRegion, World
 
 # Side of an agent and of an item, in map units.

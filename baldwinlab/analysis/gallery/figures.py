@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
-from baldwinlab.analysis.figures.palette import VERMILION
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, styled
 from baldwinlab.analysis.gallery.analysis import EFFECTS, System, SystemAnswer
+from baldwinlab.analysis.palette import VERMILION
 
 # Inches.
 WIDTH: Final = 10.0

@@ -11,10 +11,10 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.figures.palette import DARK_GRAY, MID_GRAY, VERDICTS
 from baldwinlab.analysis.figures.style import BLUE, WIDTH, styled
 from baldwinlab.analysis.multiverse.analysis import Share, compute_shares
 from baldwinlab.analysis.multiverse.records import Multiverse, Outcome, VariantResult
+from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICTS
 from baldwinlab.analysis.statistics.rules import MARKS
 
 WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])

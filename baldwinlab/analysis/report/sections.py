@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from baldwinlab.analysis.figures import palette
+from baldwinlab.analysis import palette
 from baldwinlab.analysis.report import content, phrases
 from baldwinlab.core.files import is_local, write_atomically
 

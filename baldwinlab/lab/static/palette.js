@@ -1,5 +1,5 @@
 /**
- * The current colors by name, from `baldwinlab/analysis/figures/palette.py` through CSS, and the
+ * The current colors by name, from `baldwinlab/analysis/palette.py` through CSS, and the
  * font.
  */
 

@@ -31,7 +31,7 @@ from baldwinlab.models.miniworld.state import (
 )
 from baldwinlab.parts.agent_parts import ItemRegion, Part, compiled_values
 
-# Name of a color in `baldwinlab.analysis.figures.palette`.
+# Name of a color in `baldwinlab.analysis.palette`.
 FOOD_COLOR: Final = "green"
 
 

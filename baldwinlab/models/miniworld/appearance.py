@@ -1,7 +1,7 @@
 """Appearance of a miniworld, as data: names of inputs and actions, items, shapes and their colors.
 
 Recordings, the page, traces and movies use it to draw and label. Colors are names of
-`baldwinlab.analysis.figures.palette`, or "#rrggbb". Degrees are clockwise from the heading.
+`baldwinlab.analysis.palette`, or "#rrggbb". Degrees are clockwise from the heading.
 Lengths are in units of length.
 """
 

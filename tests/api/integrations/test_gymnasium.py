@@ -115,7 +115,7 @@ def test_a_body_that_does_something_of_all_outputs_takes_numbers() -> None:
         (lambda: bl.parallel_env(bl.load("neat-xor")), "lives have no steps"),
         (
             lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"update": "sequential"})),
-            "lifetime.update = \"sequential\"",
+            'lifetime.update = "sequential"',
         ),
         (lambda: bl.vector_env(EXPERIMENT).reset(seed=[1, 2]), "seed must be one number"),
         (lambda: bl.parallel_env(EXPERIMENT).step({}), "reset"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab
-from baldwinlab.analysis.figures import palette
+from baldwinlab.analysis import palette
 from baldwinlab.lab.single_page import STATIC
 
 PACKAGE = Path(baldwinlab.__file__).parent

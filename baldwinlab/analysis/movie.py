@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from PIL import Image, ImageColor, ImageDraw
 
-from baldwinlab.analysis.figures.palette import MOVIE, shade
+from baldwinlab.analysis.palette import MOVIE, shade
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.core.files import name_file_in_errors, write_atomically

@@ -10,7 +10,7 @@ import imageio_ffmpeg
 import pytest
 from PIL import Image, ImageColor
 
-from baldwinlab.analysis.figures.movie import (
+from baldwinlab.analysis.movie import (
     CAPTION,
     GAP,
     MovieError,
@@ -18,7 +18,7 @@ from baldwinlab.analysis.figures.movie import (
     write_movie,
     write_scenes,
 )
-from baldwinlab.analysis.figures.palette import MOVIE
+from baldwinlab.analysis.palette import MOVIE
 from baldwinlab.core.extras import installation_command
 from baldwinlab.simulation.replay import replay
 from tests.small import small
