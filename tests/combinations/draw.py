@@ -19,12 +19,12 @@ from tests.worlds import small
 Settings = Mapping[str, Any]  # by dotted path
 NONE: Final = ""  # no part
 SHORT: Final[Settings] = {  # models whose lifetimes are long by default
-    "cell-foragers": {"environments": 6, "moves": 4},
+    "cell-foragers": {"environments": 6, "steps_per_environment": 4},
     "cue-learners": {"items": 8},
-    "digit-readers": {"trials": 3, "each": 1, "hidden": 2},
-    "light-switch": {"moves": 6},
-    "neat-poles": {"longest": 20},
-    "neat-poles-without-velocities": {"longest": 20},
+    "digit-readers": {"trials": 3, "tests_per_digit": 1, "hidden_units": 2},
+    "light-switch": {"steps_per_life": 6},
+    "neat-poles": {"max_steps": 20},
+    "neat-poles-without-velocities": {"max_steps": 20},
     "nk-climbers": {"trials": 5, "bits": 8},
     "t-mazes": {"trips": 4},
 }

@@ -34,7 +34,7 @@ REFUSALS: Final = re.compile("|".join([
     r"world\.features: births-and-deaths needs a variation that creates one child at a time; evolution\.variation = '[a-z-]+' does not",
     r"world\.features: [a-z-]+ and [a-z-]+ both remove items: use only one of them",
     r"evolution\.(variation|selection) = '[a-z-]+' needs genomes that are graphs: those of .*",
-    r"evolution\.variation = 'one-point-of-units' is for the model 'cue-learners' alone",
+    r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
 ]))  # fmt: skip
 
 

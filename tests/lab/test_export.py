@@ -195,7 +195,7 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_comp
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr(wasm, "find_spec", lambda name: None)
     monkeypatch.setattr(
-        "baldwinlab.models.miniworld.backends.wasm_modules.cache.place", lambda: tmp_path
+        "baldwinlab.models.miniworld.backends.wasm_modules.cache.cache_root", lambda: tmp_path
     )
     load_file(EXAMPLES / "social.py")
     social = assign(load("evo/A"), ["learning.rule=social"])

@@ -121,7 +121,7 @@ def test_nothing_is_offered_that_only_a_world_has(opened: Page) -> None:
 def test_a_part_has_its_allele_s_name_and_the_pointer_is_told_of_a_locus(
     opened: Page, strings_server: LabServer
 ) -> None:
-    expect(opened.get_by_test_id("alleles-legend")).to_have_text("from below:0?1")
+    expect(opened.get_by_test_id("alleles-legend")).to_have_text("from bottom to top:0?1")
     assert opened.locator(".allele-bar").first.locator("span").all_inner_texts() == ["0", "?", "1"]
     zero, unset, one = (f"{100 * share:g} %" for share in expected(strings_server, 3)[2])
     opened.locator("[data-locus='2'] .allele-bar").hover()
@@ -135,7 +135,7 @@ def test_the_tab_says_what_one_sees(opened: Page) -> None:
     guide = opened.get_by_test_id("guide")
     expect(guide).to_contain_text("guessing, run 1, generation 3, of the study strings")
     expect(guide).to_contain_text("Each bar is one locus of the genome")
-    expect(guide).to_contain_text("Strings that guess what is not set.")
+    expect(guide).to_contain_text("Bit strings that learn by guessing undefined loci.")
 
 
 def test_worlds_and_alleles_take_each_other_s_place_as_they_are_chosen(

@@ -75,4 +75,4 @@ def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabS
     )
     assert not results["food"] and len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
     asked = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
-    assert "give its file by --part FILE" in refusal(server.address, "recording", 400, **asked)
+    assert "load its file with --part FILE" in refusal(server.address, "recording", 400, **asked)

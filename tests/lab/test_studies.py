@@ -108,7 +108,7 @@ def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> N
             study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]
         }
         assert found["pipe"].endswith("study.toml cannot be read: it is not a regular file")
-        assert "0000.nc is no file" in found["record"]
+        assert "0000.nc has the name of a record but is not a file" in found["record"]
         assert (found["claims"], found["paper"]) == (None, None)
         found = data(server.address, "results", study="claims")
         assert (

@@ -41,7 +41,7 @@ def unavailable_reason() -> str | None:
         is_available = cuda.is_available()
     except Exception as problem:
         return f"backend cuda needs an NVIDIA GPU, and the query failed: {problem}"
-    return None if is_available else "backend cuda needs an NVIDIA GPU, and none was is_available"
+    return None if is_available else "backend cuda needs an NVIDIA GPU, and none was found"
 
 
 def worlds_in_thread_block(agents: int, worlds: int) -> int:

@@ -37,7 +37,7 @@ class NoLearning(LearningRule, name="none"):
     learns: ClassVar[bool] = False
 
 
-class SelfTaught(LearningRule, name="self-learned"):
+class SelfTaught(LearningRule, name="self-taught"):
     """Backpropagation toward the outputs of the inherited reinforcement module.
 
     References
