@@ -60,14 +60,13 @@ def test_the_next_start_finds_compiled_code_and_an_edit_anywhere_in_the_engine_d
 PATCHED = """
 import sys
 from baldwinlab.engine import jit
-from baldwinlab.models.miniworld import life
 from tests.worlds import small
 from baldwinlab.simulation.simulate import simulate
 if sys.argv[1] == "patched":
-    from baldwinlab.models.miniworld import learning
+    from baldwinlab.models.miniworld.learning import self_taught
     def learn(part, model, state, step, lane):
         state.weights[0, 0] = state.weights[0, 0]
-    learning.SelfTaught.learn = staticmethod(learn)
+    self_taught.SelfTaught.learn = staticmethod(learn)
 print(simulate(small("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolist())
 """
 
