@@ -74,8 +74,8 @@ __all__ = [
     "vector_env",
 ]
 
-# The module of each public name. It is imported at first use, because Numba, xarray and SciPy take a
-# second to load.
+# The module of each public name. It is imported at first use, because Numba, xarray and SciPy take
+# a second to load.
 _HOME = {
     "ArgumentError": "core.errors",
     "BaldwinLabError": "core.errors",

@@ -1,6 +1,7 @@
 """`baldwinlab` and `python -m baldwinlab`: the command line, which can be interrupted at any moment.
 
-SIGTERM, which a queue sends, has the effect of Ctrl-C: the stored runs remain, and a message says so.
+SIGTERM, which a queue sends, has the effect of Ctrl-C: the stored runs remain, and a message says
+so.
 """
 
 from __future__ import annotations

@@ -310,7 +310,7 @@ def describe_too_few_runs(
     if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
         yield f"Claims: {claims}"
     plan = _plan_assays(experiments, paper)
-    assays = plan.fitting(paper.about.assays)
+    assays = plan.select_applicable(paper.about.assays)
     if effect := describe_too_few(planned_designs(plan.experiments, assays, runs)):
         yield f"Baldwin effect: {effect}"
 

@@ -132,8 +132,8 @@ def run_loaded(
     Raises
     ------
     RefusedError
-        `baseline` is not a condition, the backend cannot be used on this machine, or too little memory
-        or disk is free.
+        `baseline` is not a condition, the backend cannot be used on this machine, or too little
+        memory or disk is free.
     ExperimentError
         A setting does not exist or has no effect.
     ArgumentError

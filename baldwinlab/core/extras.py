@@ -70,8 +70,9 @@ def installed_version(name: str) -> str | None:
 def installation_command(extra: str) -> str:
     """Return the pip command that adds an extra to this installation of baldwinlab.
 
-    An installation from a folder, a file or a repository records its origin (PEP 610), which the command names. An
-    installation from a package index records none, and the name of the package is enough.
+    An installation from a folder, a file or a repository records its origin (PEP 610), which the
+    command names. An installation from a package index records none, and the name of the package is
+    enough.
     """
     origin = _origin()
     url, folder = origin.get("url", ""), origin.get("dir_info")

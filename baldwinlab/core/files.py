@@ -297,8 +297,9 @@ def write_atomically(path: Path, content: bytes) -> Path:
 def write_exclusively(path: Path, content: bytes) -> None:
     """Write a file that must not exist yet. One of several processes succeeds.
 
-    The others raise FileExistsError. Other errors are those of `atomic_path`. In remote storage without exclusive creation
-    the file is compared after the write, so that two writers see one content.
+    The others raise FileExistsError. Other errors are those of `atomic_path`. In remote storage
+    without exclusive creation the file is compared after the write, so that two writers see one
+    content.
     """
     if is_local(path):
         with atomic_path(path, exclusive=True) as partial, partial.open("xb") as file:
@@ -323,8 +324,8 @@ def write_exclusively(path: Path, content: bytes) -> None:
 def append_line(path: Path, line: str, kind: FileKind) -> None:
     """Add a line to a file. Raise as `atomic_path`, and RefusedError if the file is a link.
 
-    In remote storage a file cannot grow, so it is written again. So is a file with another hard link,
-    whose content must not change.
+    In remote storage a file cannot grow, so it is written again. So is a file with another hard
+    link, whose content must not change.
     """
     require_inside_study(path)
     if is_local(path) and path.is_symlink():

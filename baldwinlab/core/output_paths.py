@@ -8,7 +8,8 @@ from typing import Final
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import STUDY
 
-# Marks in the files that the commands write: traces, pictures and movies; reports; pages that simulate.
+# Marks in the files that the commands write: traces, pictures and movies; reports; pages that
+# simulate.
 REPLAY: Final = "baldwinlab replay"
 REPORT: Final = "baldwinlab report"
 EXPORT: Final = "baldwinlab export"

@@ -16,7 +16,7 @@ from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.descent import Parents, count_ancestors, trace_fitter_parents
+from baldwinlab.studies.assays.descent import Parents, list_ancestors, trace_fitter_parents
 
 Counts = npt.NDArray[np.int32]
 
@@ -90,7 +90,7 @@ def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) 
     line = [fitter for fitter, _ in couples] + [agent]
     partners = [partner for _, partner in couples]
     first = generation - len(couples)
-    counts = [len(group) for group in count_ancestors(parents, generation, agent)]
+    counts = [len(group) for group in list_ancestors(parents, generation, agent)]
     return {
         "first": first,
         "agents": line,

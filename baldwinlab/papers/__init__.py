@@ -1,7 +1,8 @@
 """The papers of baldwinlab, one folder each, and custom papers in any folder.
 
-A study of a paper contains the name of the paper in `study.toml`, and a copy of a custom paper in `DIR/paper`.
-The report can therefore be written again on any machine. A paper is data; baldwinlab executes nothing in it.
+A study of a paper contains the name of the paper in `study.toml`, and a copy of a custom paper in
+`DIR/paper`. The report can therefore be written again on any machine. A paper is data; baldwinlab
+executes nothing in it.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@
     README.md             the page of the paper
     card.png              a small picture, twice as wide as high
 
-An experiment is named CONDITION/MAP, or CONDITION if the paper has no maps. Only paper.toml and conditions/ are
-required. The folder contains no code.
+An experiment is named CONDITION/MAP, or CONDITION if the paper has no maps. Only paper.toml and
+conditions/ are required. The folder contains no code.
 """
 
 from __future__ import annotations
@@ -175,7 +175,8 @@ class Paper:
     def experiment(self, name: str, variant: str = STANDARD) -> Experiment:
         """Return an experiment by name, under a variant.
 
-        Raises ExperimentError if there is no such name, and PaperError if its files are not a valid experiment.
+        Raises ExperimentError if there is no such name, and PaperError if its files are not a valid
+        experiment.
         """
         condition, slash, map_name = name.rpartition("/") if self.names("maps") else (name, "/", "")
         if not slash:
@@ -295,7 +296,8 @@ def require_known(
 ) -> None:
     """Raise PaperError if a claim names an unknown condition, or an unknown measure of a condition.
 
-    `measures` returns the measures of a condition in addition to `COMMON_VARIABLES`, or None if its model is not loaded.
+    `measures` returns the measures of a condition in addition to `COMMON_VARIABLES`, or None if its
+    model is not loaded.
     """
     for claim in claims:
         _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")

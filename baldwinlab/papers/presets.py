@@ -4,8 +4,8 @@ The name of a preset is CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B
 further settings. If two papers have a name, it means that of the first paper. PAPER:NAME means that
 of another paper, and PAPER may be the folder of a custom paper.
 
-An experiment file is TOML. Its key `base` names a preset or another experiment file whose settings it
-changes. Without `base` it changes the defaults of its model. Without `name`, the name of the
+An experiment file is TOML. Its key `base` names a preset or another experiment file whose settings
+it changes. Without `base` it changes the defaults of its model. Without `name`, the name of the
 experiment is the name of the file.
 """
 

@@ -1,8 +1,8 @@
 """Compile the code of experiments before their simulation, in parallel processes.
 
-Numba compiles one function at a time. Processes therefore compile the combinations of parts that are
-not in the on-disk cache, and store them there. A process gets similar experiments, because they share
-compiled functions, and the source of their third-party parts.
+Numba compiles one function at a time. Processes therefore compile the combinations of parts that
+are not in the on-disk cache, and store them there. A process gets similar experiments, because they
+share compiled functions, and the source of their third-party parts.
 
     python -m baldwinlab.simulation.compilation  < {"experiments": [...], "parts": [...]}
 """

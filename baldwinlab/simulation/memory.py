@@ -1,8 +1,8 @@
 """Estimate the memory and disk space of simulations before they start, in bytes.
 
 The estimate is derived from the declared arrays of a batch and the recorded variables. The
-constants below are measured, and tests compare the estimates with the actual use. The estimate for a
-third-party model contains only its genomes and records, because its lifetimes can allocate other
+constants below are measured, and tests compare the estimates with the actual use. The estimate for
+a third-party model contains only its genomes and records, because its lifetimes can allocate other
 memory.
 """
 

@@ -144,8 +144,8 @@ class ItemMoves:
 class FirstTime:
     """Find the first time at which each of several conditions holds; NaN if it never does.
 
-    A condition that holds must continue to hold. If a condition becomes true between two `times`, the
-    recorder restores the earlier state and finds the step by bisection.
+    A condition that holds must continue to hold. If a condition becomes true between two `times`,
+    the recorder restores the earlier state and finds the step by bisection.
     """
 
     def __init__(

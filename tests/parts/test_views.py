@@ -10,7 +10,7 @@ import pytest
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import subjects
-from baldwinlab.api.checks.views import views_are_sound
+from baldwinlab.api.checks.views import check_views
 from baldwinlab.models.nk_climbers import NKClimbers
 from baldwinlab.parts import GridView, MatrixView, PathView, View
 from baldwinlab.parts.views import ViewData, arrays_of
@@ -77,10 +77,10 @@ def test_a_check_finds_views_that_are_not_as_they_should_be(
     monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str
 ) -> None:
     (subject,) = subjects([NKClimbers])
-    assert views_are_sound(subject) == "climb"
+    assert check_views(subject) == "climb"
     monkeypatch.setattr(NKClimbers, "views", {"look": View("", of)})
     with pytest.raises(FailsError, match=f"^{re.escape(sentence)}$"):
-        views_are_sound(subject)
+        check_views(subject)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from baldwinlab.experiment.registry import key_of
 from baldwinlab.parts.agent_parts import Part
 
 
-def fields_are_declared(subject: Subject) -> str:
+def check_declarations(subject: Subject) -> str:
     """Check that each field has a description, and each number has limits.
 
     Parameters
@@ -41,7 +41,7 @@ def fields_are_declared(subject: Subject) -> str:
     return ""
 
 
-def limits_are_refused(subject: Subject) -> str:
+def check_limits(subject: Subject) -> str:
     """Check that values beyond the limits of a field are refused.
 
     Parameters

@@ -22,7 +22,7 @@ STEPS: Final = 12  # after which it is tried
 Owned = tuple[str, str, npt.NDArray[Any]]  # an array's name and owner
 
 
-def nobody_looks_at_others(subject: Subject) -> str:
+def check_lane_isolation(subject: Subject) -> str:
     hooks = [
         (part, name)
         for part in subject.parts

@@ -37,7 +37,7 @@ LIBM: Final = re.compile(
 RANDOM: Final = re.compile(RANDOM_SYMBOLS)
 
 
-def arithmetic_is_portable(subject: Subject) -> str:
+def check_arithmetic(subject: Subject) -> str:
     """Check that the hooks of parts use portable arithmetic.
 
     Parameters

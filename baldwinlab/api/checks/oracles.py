@@ -38,7 +38,7 @@ class Step(NamedTuple):
     items: list[Item]
 
 
-def the_oracle_agrees(subject: Subject) -> str:
+def check_oracle(subject: Subject) -> str:
     """Compare each part with its oracle, and return the names of the compared hooks.
 
     Raises NotCheckedError if no part has an oracle.

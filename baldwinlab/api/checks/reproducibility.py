@@ -103,7 +103,7 @@ def describe_update(experiment: BaseExperiment) -> str:
     return f"under the {update} update, " if update else ""
 
 
-def it_compiles(subject: Subject) -> str:
+def check_compilation(subject: Subject) -> str:
     """Compile the experiment with both updates.
 
     Parameters
@@ -125,7 +125,7 @@ def it_compiles(subject: Subject) -> str:
     return ""
 
 
-def alone_and_in_a_block(subject: Subject) -> str:
+def check_blocks(subject: Subject) -> str:
     """Compare worlds of one agent with both updates: single lanes and SIMD blocks.
 
     Parameters
@@ -159,7 +159,7 @@ def alone_and_in_a_block(subject: Subject) -> str:
     return ""
 
 
-def in_any_batch(subject: Subject) -> str:
+def check_batches(subject: Subject) -> str:
     """Compare runs alone and in a batch of five.
 
     Parameters
@@ -188,7 +188,7 @@ def in_any_batch(subject: Subject) -> str:
     return ""
 
 
-def a_second_time(subject: Subject) -> str:
+def check_repetition(subject: Subject) -> str:
     """Compare repeated runs, with two patterns in unwritten memory.
 
     Parameters
@@ -219,7 +219,7 @@ def a_second_time(subject: Subject) -> str:
     return ""
 
 
-def resumed(subject: Subject) -> str:
+def check_resumption(subject: Subject) -> str:
     """Compare shorter and longer runs, and interrupted and complete lifetimes.
 
     Parameters
@@ -258,7 +258,7 @@ def resumed(subject: Subject) -> str:
     return ""
 
 
-def replayed(subject: Subject) -> str:
+def check_replay(subject: Subject) -> str:
     """Compare recorded and replayed lifetimes.
 
     Parameters
@@ -295,7 +295,7 @@ def replayed(subject: Subject) -> str:
     return ""
 
 
-def in_plain_python(subject: Subject) -> str:
+def check_plain_python(subject: Subject) -> str:
     """Compare compiled code and plain Python.
 
     Parameters
@@ -326,7 +326,7 @@ def in_plain_python(subject: Subject) -> str:
     return ""
 
 
-def in_the_simulator(subject: Subject) -> str:
+def check_simulator(subject: Subject) -> str:
     """Compare the CPU and the simulator of a GPU.
 
     Parameters

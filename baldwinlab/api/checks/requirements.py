@@ -6,48 +6,48 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
-from baldwinlab.api.checks.fields import fields_are_declared, limits_are_refused
+from baldwinlab.api.checks.fields import check_declarations, check_limits
 from baldwinlab.api.checks.findings import Finding, NotCheckedError
 from baldwinlab.api.checks.fixture import Subject, label, subjects
-from baldwinlab.api.checks.lane_isolation import nobody_looks_at_others
-from baldwinlab.api.checks.machine_code import arithmetic_is_portable
-from baldwinlab.api.checks.oracles import the_oracle_agrees
+from baldwinlab.api.checks.lane_isolation import check_lane_isolation
+from baldwinlab.api.checks.machine_code import check_arithmetic
+from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.api.checks.reproducibility import (
-    a_second_time,
-    alone_and_in_a_block,
-    in_any_batch,
-    in_plain_python,
-    in_the_simulator,
-    it_compiles,
-    replayed,
-    resumed,
+    check_batches,
+    check_blocks,
+    check_compilation,
+    check_plain_python,
+    check_repetition,
+    check_replay,
+    check_resumption,
+    check_simulator,
 )
 from baldwinlab.api.checks.signatures import require_oracle_signature, unverified_hooks
-from baldwinlab.api.checks.speed import speed
-from baldwinlab.api.checks.views import views_are_sound
+from baldwinlab.api.checks.speed import measure_speed
+from baldwinlab.api.checks.views import check_views
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.parts.agent_parts import Part, overridden_hooks
 
 Requirement = tuple[str, Callable[[Subject], str]]
 DECLARED: Final[Mapping[str, Requirement]] = {
-    "fields": ("its fields have limits and a meaning", fields_are_declared),
-    "limits": ("what is beyond a limit is refused with a sentence", limits_are_refused),
+    "fields": ("its fields have limits and a meaning", check_declarations),
+    "limits": ("what is beyond a limit is refused with a sentence", check_limits),
     "signature": ("its oracle has the arguments of its kind", require_oracle_signature),
 }
 COMPILED: Final[Mapping[str, Requirement]] = {
-    "compiles": ("it compiles", it_compiles),
-    "arithmetic": ("arithmetic stays float32 and away from libm", arithmetic_is_portable),
-    "others": ("no per-agent hook reads other agents", nobody_looks_at_others),
-    "again": ("the same bits a second time, under both updates", a_second_time),
-    "block": ("the same bits alone and in a SIMD block", alone_and_in_a_block),
-    "batch": ("the same bits in any batch, under both updates", in_any_batch),
-    "resumed": ("the same bits resumed, under both updates", resumed),
-    "replayed": ("the same bits replayed, under both updates", replayed),
-    "python": ("the same bits in plain Python, under both updates", in_plain_python),
-    "simulator": ("the same bits in the simulator of a GPU", in_the_simulator),
-    "oracle": ("the oracle agrees, step by step", the_oracle_agrees),
-    "views": ("its views show data that fits together", views_are_sound),
-    "speed": ("its speed", speed),
+    "compiles": ("it compiles", check_compilation),
+    "arithmetic": ("arithmetic stays float32 and away from libm", check_arithmetic),
+    "others": ("no per-agent hook reads other agents", check_lane_isolation),
+    "again": ("the same bits a second time, under both updates", check_repetition),
+    "block": ("the same bits alone and in a SIMD block", check_blocks),
+    "batch": ("the same bits in any batch, under both updates", check_batches),
+    "resumed": ("the same bits resumed, under both updates", check_resumption),
+    "replayed": ("the same bits replayed, under both updates", check_replay),
+    "python": ("the same bits in plain Python, under both updates", check_plain_python),
+    "simulator": ("the same bits in the simulator of a GPU", check_simulator),
+    "oracle": ("the oracle agrees, step by step", check_oracle),
+    "views": ("its views show data that fits together", check_views),
+    "speed": ("its speed", measure_speed),
 }
 
 

@@ -19,7 +19,7 @@ BASELINES: Final = {"learning rule": "self-taught"}
 ROUNDS: Final = 5
 
 
-def speed(subject: Subject) -> str:
+def measure_speed(subject: Subject) -> str:
     """Measure the speed of a part, relative to a built-in part of its kind.
 
     Parameters

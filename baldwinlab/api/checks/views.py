@@ -8,7 +8,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.parts.views import arrays_of
 
 
-def views_are_sound(subject: Subject) -> str:
+def check_views(subject: Subject) -> str:
     """Check the views of the first and the last newborn.
 
     Parameters

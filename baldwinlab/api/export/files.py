@@ -27,8 +27,8 @@ CSVW: Final = "-metadata.json"
 def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
     """Write a table as Parquet, one run at a time.
 
-    The metadata of a field has its `units` and `long_name`. For pandas, `attrs` of the table has them
-    too.
+    The metadata of a field has its `units` and `long_name`. For pandas, `attrs` of the table has
+    them too.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def _groups(table: Table) -> Iterator[list[Block]]:
 def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     """Write a table as CSV, with a header.
 
-    A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has the
-    types, units and meanings of the columns.
+    A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has
+    the types, units and meanings of the columns.
 
     Parameters
     ----------

@@ -78,8 +78,8 @@ def write_crate(
     Raises
     ------
     RefusedError
-        An author or the license is not valid, a library is missing, or the file was written by another
-        program.
+        An author or the license is not valid, a library is missing, or the file was written by
+        another program.
     StudyError
         No run is stored, or a record is damaged.
     """

@@ -2,7 +2,8 @@
 
 An observation is the inputs of an agent, an action is one of its actions, and the reward is the
 energy that it eats in a step. A life is an episode of fixed length. The same seed gives the same
-worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` the next generation.
+worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` the next
+generation.
 
 References
 ----------
@@ -174,8 +175,8 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
         Returns
         -------
         tuple of dict
-            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty dict of
-            each agent.
+            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
+            dict of each agent.
 
         Raises
         ------
@@ -266,7 +267,8 @@ class ForagerAlone(gymnasium.Env[Numbers, Any]):
         Returns
         -------
         tuple
-            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty dict.
+            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
+            dict.
         """
         sensed, gained = self._worlds.act(np.array([action]))
         return sensed[0, 0], float(gained[0, 0]), False, self._worlds.is_over, {}
@@ -340,7 +342,8 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         Returns
         -------
         tuple
-            Inputs, energy eaten, terminations (never), truncations (the end of life) and an empty dict.
+            Inputs, energy eaten, terminations (never), truncations (the end of life) and an empty
+            dict.
         """
         none = np.zeros(self.num_envs, bool)
         if self._worlds.is_over:

@@ -112,7 +112,7 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     return 1 / sum_of_squares
 
 
-def count_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray[np.int32]]:
+def list_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray[np.int32]]:
     """Return the ancestors of an agent by generation: itself, its parents, and so on.
 
     The list ends with the ancestors that have no parents.

@@ -34,10 +34,10 @@ class PlannedStudy(NamedTuple):
 
     def need(self, runs: int, workers: int, assays: Sequence[str] = tuple(ASSAYS)) -> Need:
         """Estimate the applicable assays with `runs` runs of each condition."""
-        missing = self.fitting(assays)
+        missing = self.select_applicable(assays)
         return estimate_assays(self, missing, dict.fromkeys(missing, runs), workers)
 
-    def fitting(self, assays: Sequence[str]) -> dict[str, list[str]]:
+    def select_applicable(self, assays: Sequence[str]) -> dict[str, list[str]]:
         """Return the applicable assays of each condition."""
         return {
             name: [assay for assay in assays if not why_not_applicable(assay, experiment)]

@@ -37,7 +37,7 @@ class Setting(NamedTuple):
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    all_settings = settings(study.experiments[condition], other_maps(study, condition))
+    all_settings = list_settings(study.experiments[condition], other_maps(study, condition))
     return {
         "setting": np.arange(len(all_settings), dtype=np.int32),
         "field": ("setting", [setting.field for setting in all_settings]),
@@ -46,21 +46,21 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
 
 
 def count_lives(study: Conditions, condition: str) -> int:
-    return len(settings(study.experiments[condition], other_maps(study, condition)))
+    return len(list_settings(study.experiments[condition], other_maps(study, condition)))
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """Measure `energy` [run, setting, agent]."""
     last = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last)
-    _, *changed_settings = settings(sample.experiment, sample.elsewhere)
+    _, *changed_settings = list_settings(sample.experiment, sample.other_maps)
     outcomes = [sample.simulate_as_evolved(last, genomes)]
     for setting in changed_settings:
         outcomes.append(sample.simulate(setting.experiment, last, genomes))
     return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
 
 
-def settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[Setting]:
+def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[Setting]:
     """Return the settings of a condition: the original first, then each distinct change."""
     distinct = [Setting(AS_EVOLVED, "", experiment)]
     on_maps = (Setting("map", name, on_map) for name, on_map in maps)

@@ -70,12 +70,12 @@ class AssayTask(NamedTuple):
     experiment: Experiment
     runs: tuple[int, ...]
     names: tuple[str, ...]
-    elsewhere: tuple[OnMap, ...]
+    other_maps: tuple[OnMap, ...]
     agent_steps: int
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
-        return (self.experiment, *(experiment for _, experiment in self.elsewhere))
+        return (self.experiment, *(experiment for _, experiment in self.other_maps))
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
@@ -83,7 +83,7 @@ class AssayTask(NamedTuple):
         """Return the arrays of each assay. See `Task`."""
         records = [read_record(directory, self.experiment, seed, run) for run in self.runs]
         sample = Sample(
-            directory, seed, self.experiment, self.runs, records, self.elsewhere, report_progress
+            directory, seed, self.experiment, self.runs, records, self.other_maps, report_progress
         )
         return {name: ASSAYS[name].measure(sample) for name in self.names}
 

@@ -49,7 +49,7 @@ class Sample:
         Numbers of the runs.
     records : sequence of xarray.Dataset
         Records of the runs.
-    elsewhere : sequence
+    other_maps : sequence
         The condition on other maps of the study.
     report_progress : callable
         Called with the number of simulated agent-steps. An exception that it raises ends the task.
@@ -60,7 +60,7 @@ class Sample:
     experiment: Experiment
     runs: tuple[int, ...]
     records: Sequence[xr.Dataset]
-    elsewhere: Sequence[OnMap]
+    other_maps: Sequence[OnMap]
     report_progress: Callable[[int], None]
 
     def genomes(self, generation: int) -> Genome:

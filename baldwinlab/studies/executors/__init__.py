@@ -55,7 +55,7 @@ def choose(name: str, workers: int | None = None) -> Executor:
                 "run the command on a machine that submits jobs to Slurm"
             )
         return Executor(
-            "slurm", workers * dask.count_job_cores(), partial(dask.connect_slurm, workers)
+            "slurm", workers * dask.count_job_cores(), partial(dask.run_on_slurm, workers)
         )
     if workers is not None:
         raise ArgumentError(
@@ -63,4 +63,4 @@ def choose(name: str, workers: int | None = None) -> Executor:
             workers,
             "is for threads and slurm: a Dask cluster has a fixed number of workers",
         )
-    return Executor("dask", max(1, dask.count_cores(address)), partial(dask.connect_dask, address))
+    return Executor("dask", max(1, dask.count_cores(address)), partial(dask.run_on_dask, address))

@@ -80,7 +80,7 @@ class RemoteTask(NamedTuple):
     silence: float
 
 
-def connect_dask(
+def run_on_dask(
     address: str,
     study: StudyStore,
     tasks: Sequence[Task],
@@ -93,7 +93,7 @@ def connect_dask(
         yield from _run_tasks(client, study, tasks, backend, done)
 
 
-def connect_slurm(
+def run_on_slurm(
     jobs: int, study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Execute the tasks on Slurm jobs, which Dask's configuration describes. See `Executor.run`."""

@@ -1,4 +1,4 @@
-"""Same experiment and seed, same bits: whoever else lives in the batch, on whichever thread, and at whatever key."""
+"""Test that one experiment and seed give the same bits in any batch, on any thread and in any order."""
 
 from __future__ import annotations
 

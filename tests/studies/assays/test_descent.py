@@ -13,9 +13,9 @@ import pytest
 from baldwinlab.studies.assays.descent import (
     HEADER,
     common_ancestor_ages,
-    count_ancestors,
     effective_ancestors,
     format_phylogeny,
+    list_ancestors,
     trace_fitter_parents,
 )
 from baldwinlab.studies.assays.run import open_assay
@@ -38,9 +38,9 @@ def test_a_pedigree_of_three_that_is_reckoned_by_hand() -> None:
 
 def test_the_ancestors_of_one_agent_that_are_reckoned_by_hand() -> None:
     parents = pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
-    assert [found.tolist() for found in count_ancestors(parents, 2, 2)] == [[2], [0, 2], [0, 1]]
+    assert [found.tolist() for found in list_ancestors(parents, 2, 2)] == [[2], [0, 2], [0, 1]]
     assert trace_fitter_parents(parents, 2, 2) == [(0, 2), (0, 1)]
-    assert [found.tolist() for found in count_ancestors(parents, 0, 1)] == [[1]]
+    assert [found.tolist() for found in list_ancestors(parents, 0, 1)] == [[1]]
     assert trace_fitter_parents(parents, 0, 1) == []
 
 

@@ -32,7 +32,7 @@ def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: StudyStore
 
 def test_the_tests_of_the_questions_are_counted_before_the_runs(study: StudyStore) -> None:
     """At most: a question whose quantities are undefined in every run is not tested."""
-    fitting = PlannedStudy(study.experiments, study.factors).fitting(tuple(ASSAYS))
+    fitting = PlannedStudy(study.experiments, study.factors).select_applicable(tuple(ASSAYS))
     planned = planned_designs(study.experiments, fitting, 3)
     found = evaluate_assays(open_assays(study))
     tested = sum(

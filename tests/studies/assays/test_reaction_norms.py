@@ -9,7 +9,7 @@ import pytest
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.reaction_norms import settings
+from baldwinlab.studies.assays.reaction_norms import list_settings
 from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.worlds import small
@@ -65,7 +65,7 @@ def test_fields_are_changed_one_at_a_time(study: StudyStore) -> None:
 
 
 def values(experiment: Experiment) -> list[tuple[str, str]]:
-    return [(setting.field, setting.value) for setting in settings(experiment, maps=())]
+    return [(setting.field, setting.value) for setting in list_settings(experiment, maps=())]
 
 
 def test_what_the_experiment_refuses_is_left_out() -> None:
