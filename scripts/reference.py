@@ -211,7 +211,7 @@ def claims() -> str:
     return f"""# Claims, figures and assays
 
 The names that the files `claims.toml` and `paper.toml` of a paper can use.
-[Papers](../papers.md) shows how to write a paper.
+[Papers](../how-to/papers.md) shows how to write a paper.
 
 ## Rules
 
