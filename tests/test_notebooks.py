@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from scripts.notebooks import NOTEBOOKS, executed, page, paths
-from tests.lab.conftest import offline
+from tests.lab.conftest import open_offline_page
 
 # Half a minute each.
 SLOW_NOTEBOOKS = ("baldwin-effect", "own-learning-rule")
@@ -96,7 +96,7 @@ def _text(output: Any) -> str:
 def _check_page(browser: Browser, path: Path, content: str) -> None:
     """Check that a page requests nothing, fits a phone and shows its players."""
     path.write_text(content, "utf-8")
-    with offline(browser, 844) as (opened, requests):
+    with open_offline_page(browser, 844) as (opened, requests):
         opened.set_viewport_size({"width": 390, "height": 844})
         opened.goto(path.as_uri())
         players = opened.locator("iframe")

@@ -20,7 +20,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment, registry, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from scripts import documentation, part_reference, reference
-from tests.lab.conftest import offline
+from tests.lab.conftest import open_offline_page
 
 ROOT = Path(__file__).parent.parent
 # MyST uses a name that a later version of Sphinx will remove.
@@ -61,7 +61,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def offline_page(browser: Browser) -> Iterator[Page]:
     """A browser page without a network; the test fails if the page requests any other host."""
-    with offline(browser, 900) as (page, requests):
+    with open_offline_page(browser, 900) as (page, requests):
         yield page
     assert requests
     assert not [url for url in requests if not url.startswith(("data:", "blob:", "file:"))]

@@ -24,7 +24,7 @@ from baldwinlab.core import console
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.lab.access import Access
 from baldwinlab.papers.presets import load
-from tests.lab.asking import CLIENT, LabServer
+from tests.lab.client import CLIENT, LabServer
 from tests.small import small, small_study
 
 

@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 
 from baldwinlab.papers.presets import load
 from tests.faults.amount import amount
-from tests.lab.asking import CLIENT, LabServer
+from tests.lab.client import CLIENT, LabServer
 from tests.small import small, small_study
 
 ALLOWED = (

@@ -23,8 +23,8 @@ from baldwinlab.papers.presets import load
 from tests.commands import Outcome
 from tests.faults.amount import amount
 from tests.faults.hostile import VALUES, WORDS
-from tests.lab.asking import CLIENT, LabServer
-from tests.lab.conftest import serving
+from tests.lab.client import CLIENT, LabServer
+from tests.lab.conftest import run_server
 from tests.small import small_study
 
 SCREEN = 3000  # characters: a message is at most so long
@@ -201,7 +201,7 @@ QUESTIONS = {
 
 @pytest.fixture(scope="module")
 def server(folder: Path) -> Iterator[LabServer]:
-    with serving(folder) as running:
+    with run_server(folder) as running:
         yield running
 
 

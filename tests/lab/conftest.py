@@ -18,14 +18,14 @@ from baldwinlab.lab.rate_limit import make_server
 from baldwinlab.lab.server import make_app
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
-from tests.lab.asking import LabServer
+from tests.lab.client import LabServer
 from tests.small import small, small_study
 
 HAWKS = Path(__file__).parent / "hawks.py"
 
 
 @contextmanager
-def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
+def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
     """A server in a thread, on a free port of loopback, which says whether its engine is ready."""
     access = Access()
     server = make_server(make_app(root, access, ready))
@@ -49,7 +49,7 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """A server over one study of two conditions and two runs, called `small`."""
     root = tmp_path_factory.mktemp("lab")
     small_study(root / "small", runs=2)
-    with serving(root) as server:
+    with run_server(root) as server:
         yield server
 
 
@@ -65,7 +65,7 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
     )
     sparse = guessing.replace(name="sparse", record={"genome_every": 3})
     small_study(root / "strings", [guessing, sparse], runs=2)
-    with serving(root) as server:
+    with run_server(root) as server:
         yield server
 
 
@@ -91,13 +91,13 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     small_study(
         root / "looks", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2
     )
-    with serving(root) as server:
+    with run_server(root) as server:
         yield server
     registry.remove("model", "hawks-and-doves")
 
 
 @contextmanager
-def offline(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
+def open_offline_page(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
     """A page with no network, and the addresses that it asks for; its test fails if the page has a fault."""
     context = browser.new_context(offline=True, viewport={"width": 1280, "height": height})
     page, faults, asked = context.new_page(), list[str](), list[str]()
@@ -110,26 +110,26 @@ def offline(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
 
 
 @pytest.fixture
-def lonely(browser: Browser) -> Iterator[Page]:
+def offline_page(browser: Browser) -> Iterator[Page]:
     """A page with no network; its test fails if it asks for anything but what it holds, or has a fault."""
-    with offline(browser, 900) as (page, asked):
+    with open_offline_page(browser, 900) as (page, asked):
         yield page
     assert not [url for url in asked if not url.startswith(("data:", "blob:", "file:"))]
 
 
 @pytest.fixture
-def page(newcomer: Page) -> Page:
+def page(first_visit: Page) -> Page:
     """A page that is not yet opened, of a reader who has closed what explains the tabs."""
     closed = ("papers", "world", "live", "results")
     kept = "".join(
         f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed
     )
-    newcomer.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
-    return newcomer
+    first_visit.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
+    return first_visit
 
 
 @pytest.fixture
-def newcomer(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+def first_visit(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     """The page of a first visit; its test fails if the page writes an error to the console or does not catch one."""
     context = lab_server.context(browser, viewport={"width": 1280, "height": 800})
     opened, faults = context.new_page(), list[str]()

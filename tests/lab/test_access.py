@@ -16,8 +16,8 @@ from websockets.sync.client import connect
 
 from baldwinlab.lab.access import REFUSAL, Access, cookie_name
 from baldwinlab.lab.server import make_app
-from tests.lab.asking import LabServer, data
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer, get_json
+from tests.lab.conftest import run_server
 from tests.small import small
 
 PUBLIC = {"/palette.css"}  # a route of the page's own files
@@ -70,10 +70,10 @@ def test_a_stranger_starts_no_run_and_writes_no_study(
 ) -> None:
     order = {"experiment": small().to_dict(), "runs": 2, "seed": 7}
     sweep = {"name": "intruder", "fields": {"learning.rate": [0.1, 0.2]}}
-    before = data(lab_server.address, "live"), set(lab_server.root.iterdir())
+    before = get_json(lab_server.address, "live"), set(lab_server.root.iterdir())
     assert stranger.post("/api/live", json=order).status_code == 401
     assert stranger.post("/api/sweep", json={**order, **sweep}).status_code == 401
-    assert (data(lab_server.address, "live"), set(lab_server.root.iterdir())) == before
+    assert (get_json(lab_server.address, "live"), set(lab_server.root.iterdir())) == before
 
 
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere", "/"])
@@ -120,7 +120,7 @@ def test_the_printed_address_stores_the_token_where_no_script_reads_it_and_leave
 def test_the_token_of_one_lab_admits_to_no_other(
     lab_server: LabServer, stranger: httpx.Client, tmp_path: Path
 ) -> None:
-    with serving(tmp_path) as other:
+    with run_server(tmp_path) as other:
         assert other.token != lab_server.token and len(other.token) >= 43  # 32 random bytes
         assert stranger.get("/", params={"token": other.token}).status_code == 401
         assert stranger.get("/api/studies", headers={"Cookie": other.cookie}).status_code == 401

@@ -24,7 +24,7 @@ from baldwinlab.core.extras import installation_command
 from baldwinlab.lab import binary_frames, downloads, single_page
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import SMALL, LabServer, ask, data, refusal
+from tests.lab.client import SMALL, LabServer, get_error, get_json, get_response
 
 MEGABYTE = 1_000_000
 LIFE = urlencode(SMALL)
@@ -43,7 +43,7 @@ def recording_in(panel: dict[str, Any]) -> tuple[dict[str, Any], dict[str, npt.N
 
 
 def shared(server: LabServer, **query: Any) -> str:
-    answer = ask(server.address, "share", **query)
+    answer = get_response(server.address, "share", **query)
     assert answer.status_code == 200, answer.text
     assert answer.headers["content-disposition"].startswith("attachment")
     return answer.text
@@ -127,7 +127,7 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
     monkeypatch.setattr(
         "baldwinlab.analysis.movie.MAX_DURATION", 1
     )  # second, for a picture is as large after a few
-    answer = ask(
+    answer = get_response(
         lab_server.address,
         "movie",
         a=LIFE,
@@ -149,13 +149,16 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
     def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
         for part in (0.25, 0.75):
             drawn(part)
-            told.append(data(lab_server.address, "movie/progress", ticket="mine")["share"])
+            told.append(get_json(lab_server.address, "movie/progress", ticket="mine")["share"])
         path.write_bytes(b"GIF")
 
     monkeypatch.setattr(downloads, "write_scenes", write)
-    assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
+    assert (
+        get_response(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content
+        == b"GIF"
+    )
     assert told == [0.25, 0.75]
-    assert data(lab_server.address, "movie/progress", ticket="mine") == {
+    assert get_json(lab_server.address, "movie/progress", ticket="mine") == {
         "share": 0
     }  # nothing is kept of it
 
@@ -163,7 +166,7 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
 def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_live(
     lab_server: LabServer,
 ) -> None:
-    answer = ask(
+    answer = get_response(
         lab_server.address, "laboratory", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"})
     )
     assert answer.status_code == 200, answer.text
@@ -179,7 +182,7 @@ def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_
 def test_without_the_video_extra_the_page_gets_the_sentence(
     lab_server: LabServer, no_video_extra: None
 ) -> None:
-    assert installation_command("video") in refusal(
+    assert installation_command("video") in get_error(
         lab_server.address, "movie", 400, a=LIFE, format="mp4"
     )
 
@@ -188,30 +191,32 @@ def test_a_movie_that_would_take_the_machine_is_left_to_the_command_line(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(downloads, "MAX_MOVIE_SIZE", 100)
-    assert "use `baldwinlab replay`" in refusal(
+    assert "use `baldwinlab replay`" in get_error(
         lab_server.address, "movie", 400, a=LIFE, format="gif"
     )
 
 
 def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -> None:
     address = lab_server.address
-    assert refusal(address, "share", 400) == "a is missing from the request"
+    assert get_error(address, "share", 400) == "a is missing from the request"
     assert (
-        refusal(address, "movie", 400, a=LIFE, format="avi")
+        get_error(address, "movie", 400, a=LIFE, format="avi")
         == "format = 'avi' must be one of mp4, gif"
     )
-    assert "no run 9" in refusal(address, "share", 404, a=urlencode(SMALL | {"run": 9}))
-    assert "no study 'gone'" in refusal(
+    assert "no run 9" in get_error(address, "share", 404, a=urlencode(SMALL | {"run": 9}))
+    assert "no study 'gone'" in get_error(
         address, "share", 404, a=LIFE, b=urlencode(SMALL | {"study": "gone"})
     )
 
 
 def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "run `baldwinlab report`" in refusal(lab_server.address, "report/small/report.html", 404)
+    assert "run `baldwinlab report`" in get_error(
+        lab_server.address, "report/small/report.html", 404
+    )
     path.write_text("<script>alert(1)</script>")
     try:
-        answer = ask(lab_server.address, "report/small/report.html")
+        answer = get_response(lab_server.address, "report/small/report.html")
         assert answer.headers["content-security-policy"] == downloads.REPORT_POLICY
         assert answer.text == path.read_text()
     finally:
@@ -223,16 +228,16 @@ def test_the_files_that_a_report_leads_to_are_served_and_no_others(lab_server: L
     folder.mkdir()
     (folder / "fitness.csv").write_text("condition,mean\n")
     try:
-        answer = ask(lab_server.address, "report/small/figures/fitness.csv")
+        answer = get_response(lab_server.address, "report/small/figures/fitness.csv")
         assert (answer.text, answer.headers["content-type"]) == (
             "condition,mean\n",
             "text/plain; charset=utf-8",
         )
-        assert "no figures/other.svg yet" in refusal(
+        assert "no figures/other.svg yet" in get_error(
             lab_server.address, "report/small/figures/other.svg", 404
         )
         assert (
-            refusal(lab_server.address, "report/small/study.toml", 404)
+            get_error(lab_server.address, "report/small/study.toml", 404)
             == "there is no small/study.toml here"
         )
     finally:
@@ -246,6 +251,6 @@ def test_a_report_that_is_a_link_out_of_the_folder_is_refused(
     secret.write_text("secret")
     path.symlink_to(secret)
     try:
-        assert "is outside" in refusal(lab_server.address, "report/small/report.html", 400)
+        assert "is outside" in get_error(lab_server.address, "report/small/report.html", 400)
     finally:
         path.unlink()

@@ -13,7 +13,7 @@ from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab.experiment_form import form_of
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.parts.agent_parts import LearningRule
-from tests.lab.asking import CLIENT, LabServer
+from tests.lab.client import CLIENT, LabServer
 from tests.small import small
 
 

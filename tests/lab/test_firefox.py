@@ -13,10 +13,10 @@ from baldwinlab.lab.notebook_player import html
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.lab.asking import WINDOWS, LabServer, ask
+from tests.lab.client import WINDOWS, LabServer, get_response
 from tests.lab.firefox import Firefox, firefox
 from tests.lab.test_page_export import SIMULATE, TYPES, quick
-from tests.lab.test_page_room import LIFE, MEASURE, require_room_in
+from tests.lab.test_page_layout import LIFE, MEASURE, require_room_in
 
 pytestmark = pytest.mark.nightly  # another browser, which `make nightly` installs
 
@@ -53,7 +53,7 @@ def test_a_shared_page_plays_from_its_file(
     browser: Firefox, lab_server: LabServer, tmp_path: Path, width: int, height: int
 ) -> None:
     path = tmp_path / "shared.html"
-    path.write_bytes(ask(lab_server.address, "share", a=LIFE, step=40).content)
+    path.write_bytes(get_response(lab_server.address, "share", a=LIFE, step=40).content)
     browser.open(path.as_uri(), width, height)
     browser.wait_for(
         """document.querySelector('[data-testid="replay-step"]')?.textContent === 'step 40 of 300'"""

@@ -10,7 +10,7 @@ import xarray as xr
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import CLIENT, SMALL, LabServer, data, refusal
+from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json
 from tests.small import small
 
 CONDITION = "evo+self-taught/A"
@@ -43,7 +43,7 @@ def test_the_curve_of_a_run_is_what_its_best_and_its_average_agent_ate(
     lab_server: LabServer,
 ) -> None:
     eaten = StudyStore(lab_server.root / "small").read(CONDITION, 1).food_eaten.values
-    found = data(lab_server.address, "run", **RUN)
+    found = get_json(lab_server.address, "run", **RUN)
     assert found["measure"] == "food eaten"
     assert np.array_equal(found["best"], eaten.max(axis=1)) and np.allclose(
         found["mean"], eaten.mean(axis=1)
@@ -51,12 +51,12 @@ def test_the_curve_of_a_run_is_what_its_best_and_its_average_agent_ate(
 
 
 def test_a_run_that_is_not_there_has_no_curve(lab_server: LabServer) -> None:
-    assert "has no condition 'evo'" in refusal(
+    assert "has no condition 'evo'" in get_error(
         lab_server.address, "run", 404, **RUN | {"condition": "evo"}
     )
-    assert "has no run 7" in refusal(lab_server.address, "run", 404, **RUN | {"run": 7})
+    assert "has no run 7" in get_error(lab_server.address, "run", 404, **RUN | {"run": 7})
     assert (
-        refusal(lab_server.address, "run", 400, study="small")
+        get_error(lab_server.address, "run", 400, study="small")
         == "condition is missing from the request"
     )
 
@@ -66,14 +66,14 @@ def test_the_ancestor_line_goes_back_to_the_first_generation_by_the_fitter_paren
 ) -> None:
     record = StudyStore(lab_server.root / "small").read(CONDITION, 1)
     for generation, agent in ((2, 3), (2, 19), (1, 0), (0, 5)):
-        found = data(
+        found = get_json(
             lab_server.address, "ancestors", **SMALL | {"generation": generation}, agent=agent
         )
         assert found == line_in(record, generation, agent)
 
 
 def test_who_inherits_nothing_has_no_ancestors(lab_server: LabServer) -> None:
-    found = data(
+    found = get_json(
         lab_server.address, "ancestors", preset="self-taught/A", run=0, generation=1, agent=4
     )
     assert (found["first"], found["agents"], found["others"], found["ancestors"]) == (
@@ -88,7 +88,7 @@ def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_store
     lab_server: LabServer,
 ) -> None:
     two = simulate(load("evo/A").replace(evolution={"generations": 2}), seed=3, run=1)
-    assert data(
+    assert get_json(
         lab_server.address, "ancestors", preset="evo/A", seed=3, run=1, generation=1, agent=6
     ) == line_in(two, 1, 6)
     order = {"experiment": small().to_dict(), "seed": 3, "runs": 2}
@@ -102,5 +102,5 @@ def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_store
 
 
 def test_an_agent_that_is_not_there_has_none(lab_server: LabServer) -> None:
-    sentence = refusal(lab_server.address, "ancestors", 404, **SMALL, agent=20)
+    sentence = get_error(lab_server.address, "ancestors", 404, **SMALL, agent=20)
     assert sentence == f"{CONDITION} has no agent 20: its agents are 0 to 19"

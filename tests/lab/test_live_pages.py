@@ -12,8 +12,8 @@ from websockets.sync.client import ClientConnection
 
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import CLIENT, LabServer, data
-from tests.lab.conftest import serving
+from tests.lab.client import CLIENT, LabServer, get_json
+from tests.lab.conftest import run_server
 from tests.small import small
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
@@ -22,7 +22,7 @@ BRISK = 0.02  # seconds a generation: it can be stopped on the way
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    with serving(tmp_path_factory.mktemp("kept")) as opened:
+    with run_server(tmp_path_factory.mktemp("kept")) as opened:
         yield opened
 
 
@@ -137,7 +137,7 @@ def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
 
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
     id = begin(server)
-    assert id in [run["id"] for run in data(server.address, "live")["runs"]]
+    assert id in [run["id"] for run in get_json(server.address, "live")["runs"]]
     assert post(server, "validate", {"experiment": small().to_dict()}) == (
         200,
         {"errors": [], "note": ""},

@@ -17,8 +17,8 @@ from baldwinlab.lab.live_sweep import Sweeps
 from baldwinlab.lab.sweep_plan import make_plan
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import CLIENT, data
-from tests.lab.conftest import serving
+from tests.lab.client import CLIENT, get_json
+from tests.lab.conftest import run_server
 from tests.small import contents, small
 
 HUGE = small().replace(lifetime={"steps": 100_000}, evolution={"generations": 10_000}).to_dict()
@@ -136,7 +136,7 @@ def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cann
 
 
 def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_path: Path) -> None:
-    with serving(tmp_path) as server:
+    with run_server(tmp_path) as server:
 
         def ask(path: str, asked: dict[str, Any]) -> httpx.Response:
             return CLIENT.post(f"{server.address}/api/{path}", json=asked)
@@ -152,4 +152,4 @@ def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_p
             refused.status_code == 400
             and "'../out' is not a valid name of a study" in refused.json()["error"]
         )
-        assert data(server.address, "sweep") == {"sweep": None}
+        assert get_json(server.address, "sweep") == {"sweep": None}

@@ -18,7 +18,7 @@ from baldwinlab.lab.binary_frames import unpack
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay
-from tests.lab.conftest import offline
+from tests.lab.conftest import open_offline_page
 from tests.small import small
 
 
@@ -101,7 +101,7 @@ def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(
 ) -> None:
     path = tmp_path / "notebook.html"
     path.write_text(f"<!doctype html><meta charset='utf-8'><body>{notebook_player.html(trace)}")
-    with offline(browser, 800) as (page, asked):
+    with open_offline_page(browser, 800) as (page, asked):
         page.goto(path.as_uri())
         frame = page.frame_locator("iframe")
         frame.get_by_test_id("timeline").fill("17")

@@ -17,8 +17,8 @@ from baldwinlab.experiment import assign
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import WINDOWS, LabServer
-from tests.lab.test_page_room import LOW, MEASURE, window
+from tests.lab.client import WINDOWS, LabServer
+from tests.lab.test_page_layout import LOW, MEASURE, window
 
 RUN = "study=strings&condition=guessing&run=1"
 

@@ -13,8 +13,8 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore
 from tests.axe import barriers
-from tests.lab.asking import SMALL, LabServer, ask
-from tests.lab.conftest import serving
+from tests.lab.client import SMALL, LabServer, get_response
+from tests.lab.conftest import run_server
 from tests.lab.test_page_results import CLAIM
 
 LIFE = urlencode(SMALL)
@@ -108,7 +108,7 @@ def test_the_results_tab_has_none_whatever_came_of_claims(
 def test_the_life_that_plays_while_the_engine_is_compiled_has_none(
     shaded: Page, tmp_path: Path
 ) -> None:
-    with serving(tmp_path, lambda: False) as server:
+    with run_server(tmp_path, lambda: False) as server:
         shaded.goto(server.entry)
         expect(shaded.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
         assert barriers(shaded) == []
@@ -118,7 +118,7 @@ def test_the_life_that_plays_while_the_engine_is_compiled_has_none(
 def test_a_shared_page_has_none(shaded: Page, lab_server: LabServer, tmp_path: Path) -> None:
     both: dict[str, Any] = {"a": LIFE, "b": urlencode(SMALL | {"condition": "evo/A"}), "step": 40}
     path = tmp_path / "shared.html"
-    path.write_bytes(ask(lab_server.address, "share", **both).content)
+    path.write_bytes(get_response(lab_server.address, "share", **both).content)
     shaded.goto(path.as_uri())
     expect(shaded.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
     shaded.locator("summary").first.click()

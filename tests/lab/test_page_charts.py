@@ -19,8 +19,8 @@ from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.assayed import of_study, reaction
 from tests.axe import barriers
-from tests.lab.asking import SMALL, WINDOWS, LabServer, data
-from tests.lab.conftest import serving
+from tests.lab.client import SMALL, WINDOWS, LabServer, get_json
+from tests.lab.conftest import run_server
 from tests.lab.test_page_live import QUICK, begin, state_is
 from tests.lab.test_page_results import hash_of, open_results
 
@@ -58,7 +58,7 @@ def test_the_curves_are_saved_with_title_axes_legend_bands_and_lines_as_they_are
     page: Page, lab_server: LabServer
 ) -> None:
     open_results(page)
-    curves = data(lab_server.address, "results", study="small")["curves"]
+    curves = get_json(lab_server.address, "results", study="small")["curves"]
     found = rows(page, "curves.csv")
     means = [float(row["mean"]) for row in found if row["curve"] == "evo/A"]
     assert means == curves["evo/A"]["best"]["mean"]
@@ -79,7 +79,7 @@ def test_the_boxes_are_saved_with_a_row_and_a_point_a_run(
     page: Page, lab_server: LabServer
 ) -> None:
     open_results(page)
-    final = data(lab_server.address, "results", study="small")["final"]
+    final = get_json(lab_server.address, "results", study="small")["final"]
     found = rows(page, "final-mean.csv")
     assert [float(row["value"]) for row in found] == final["evo/A"]["mean"] + final[
         "evo+self-taught/A"
@@ -96,7 +96,7 @@ def test_each_run_is_a_line_that_leads_to_its_own_life(page: Page, lab_server: L
     expect(page.get_by_test_id("each-run")).to_be_focused()
     page.reload()
     found = rows(page, "run-curves.csv")  # the button is there when the lines are
-    runs = data(
+    runs = get_json(
         lab_server.address, "results/runs", study="small", condition="evo/A", measure="best"
     )
     assert [
@@ -114,7 +114,7 @@ def test_each_run_is_a_line_that_leads_to_its_own_life(page: Page, lab_server: L
     )
     plot.press("Home")
     expect(told).to_have_text(re.compile("^evo/A, generation 0: "))
-    typical = data(lab_server.address, "results", study="small")["typical_run"]["evo/A"]
+    typical = get_json(lab_server.address, "results", study="small")["typical_run"]["evo/A"]
     for key in ["ArrowUp"] * 6 + ["ArrowDown"] * 6:  # to the highest line, and down to the lowest
         if (told.text_content() or "").startswith(f"evo/A, run {1 - typical}, generation 0: "):
             break
@@ -132,7 +132,7 @@ def test_a_click_on_a_run_s_line_opens_that_run(page: Page, lab_server: LabServe
     curves = {
         (name, run): curve[1]
         for name in ("evo/A", "evo+self-taught/A")
-        for run, curve in data(
+        for run, curve in get_json(
             lab_server.address, "results/runs", study="small", condition=name, measure="best"
         ).items()
     }
@@ -158,7 +158,7 @@ def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
 ) -> None:
     monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
-    with serving(tmp_path) as server, server.context(browser) as context:
+    with run_server(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()
         open_results(page, "study=small&runs=each")
         expect(page.get_by_test_id("curves")).to_contain_text(

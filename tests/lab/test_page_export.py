@@ -56,10 +56,10 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def page(lonely: Page, file: Path) -> Page:
-    lonely.goto(file.as_uri())
-    lonely.get_by_test_id("start").wait_for()
-    return lonely
+def page(offline_page: Page, file: Path) -> Page:
+    offline_page.goto(file.as_uri())
+    offline_page.get_by_test_id("start").wait_for()
+    return offline_page
 
 
 def start(page: Page, runs: int = 2, pace: str = "0") -> None:
@@ -175,15 +175,15 @@ def test_memory_that_is_refused_is_a_sentence(page: Page) -> None:
         page.evaluate(SIMULATE, {"seed": 1, "experiment": huge})
 
 
-def test_a_browser_without_simd_is_told(lonely: Page, file: Path) -> None:
+def test_a_browser_without_simd_is_told(offline_page: Page, file: Path) -> None:
     text = file.read_text(encoding="utf-8").replace(
         'id="worker">', 'id="worker">WebAssembly.validate = () => false;\n'
     )
     old = file.with_name("old.html")
     old.write_text(text)
-    lonely.goto(old.as_uri())
-    lonely.get_by_test_id("start").click()
-    expect(lonely.get_by_test_id("live-fault")).to_contain_text(
+    offline_page.goto(old.as_uri())
+    offline_page.get_by_test_id("start").click()
+    expect(offline_page.get_by_test_id("live-fault")).to_contain_text(
         "This browser does not support WebAssembly with SIMD"
     )
 
@@ -341,25 +341,25 @@ def test_a_link_brings_the_same_run_and_the_same_parameters(page: Page, file: Pa
     expect(page.get_by_test_id("field-learning.rate")).to_have_value("0.5")
 
 
-def test_a_damaged_link_is_a_sentence(lonely: Page, file: Path) -> None:
-    lonely.goto(f"{file.as_uri()}#/live?id=eyJleHBl")
-    expect(lonely.get_by_test_id("live-empty")).to_contain_text("This link is damaged")
+def test_a_damaged_link_is_a_sentence(offline_page: Page, file: Path) -> None:
+    offline_page.goto(f"{file.as_uri()}#/live?id=eyJleHBl")
+    expect(offline_page.get_by_test_id("live-empty")).to_contain_text("This link is damaged")
 
 
 def test_a_page_with_several_conditions_lives_the_one_that_is_chosen(
-    lonely: Page, file: Path
+    offline_page: Page, file: Path
 ) -> None:
     both = [quick(presets.load(name)) for name in ("evo+self-taught/A", "evo/A")]
     path = file.with_name("both.html")
     path.write_bytes(live_page(both, seed=4))
-    lonely.goto(path.as_uri())
-    lonely.get_by_test_id("preset").select_option("evo/A")
-    start(lonely, runs=1)
-    expect(lonely.get_by_test_id("live-state")).to_have_text("Done")
-    expect(lonely.get_by_test_id("live-head")).to_contain_text("evo/A")
-    expect(lonely.get_by_test_id("live-head")).to_contain_text("seed 4")
+    offline_page.goto(path.as_uri())
+    offline_page.get_by_test_id("preset").select_option("evo/A")
+    start(offline_page, runs=1)
+    expect(offline_page.get_by_test_id("live-state")).to_have_text("Done")
+    expect(offline_page.get_by_test_id("live-head")).to_contain_text("evo/A")
+    expect(offline_page.get_by_test_id("live-head")).to_contain_text("seed 4")
     energy = bytes(
-        lonely.evaluate(SIMULATE, {"seed": 4, "experiment": {"name": "evo/A"}})["energy"]
+        offline_page.evaluate(SIMULATE, {"seed": 4, "experiment": {"name": "evo/A"}})["energy"]
     )
     assert energy == simulate(both[1], seed=4).energy.values.tobytes()
 

@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.lab.export import live_page
 from baldwinlab.papers import presets
-from tests.lab.asking import LabServer
+from tests.lab.client import LabServer
 from tests.lab.test_page_export import quick
 
 SIZES = {

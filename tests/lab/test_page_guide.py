@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.asking import LabServer
+from tests.lab.client import LabServer
 
 LIFE = "study=small&condition=evo/A&run=1&generation=1"
 
@@ -18,9 +18,9 @@ def guide_of(page: Page) -> str:
 
 
 def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_not_to(
-    newcomer: Page,
+    first_visit: Page,
 ) -> None:
-    page = newcomer
+    page = first_visit
     page.goto(f"/#/world?{LIFE}&step=0")
     expect(page.get_by_test_id("guide")).to_contain_text("What to look for")
     words = guide_of(page)
@@ -44,8 +44,8 @@ def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_no
 
 
 @pytest.mark.parametrize("tab", ["live", "results"])
-def test_the_other_tabs_explain_themselves_as_well(newcomer: Page, tab: str) -> None:
-    page = newcomer
+def test_the_other_tabs_explain_themselves_as_well(first_visit: Page, tab: str) -> None:
+    page = first_visit
     page.goto(f"/#/{tab}")
     assert "The curves" in guide_of(page) and "What to look for" in guide_of(page)
     page.get_by_test_id("close-guide").click()
@@ -54,9 +54,9 @@ def test_the_other_tabs_explain_themselves_as_well(newcomer: Page, tab: str) -> 
 
 
 def test_a_browser_that_remembers_nothing_shows_it_at_every_visit_and_does_no_harm(
-    newcomer: Page,
+    first_visit: Page,
 ) -> None:
-    page = newcomer
+    page = first_visit
     page.add_init_script(
         "Object.defineProperty(globalThis, 'localStorage', { get() { throw new Error('no') } })"
     )

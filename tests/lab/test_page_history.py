@@ -10,8 +10,8 @@ from urllib.parse import quote
 
 from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.asking import SMALL, LabServer, data
-from tests.lab.conftest import serving
+from tests.lab.client import SMALL, LabServer, get_json
+from tests.lab.conftest import run_server
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 RUN = {name: SMALL[name] for name in ("study", "condition", "run")}
@@ -20,7 +20,7 @@ LIVE = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 3}
 
 def told(server: LabServer, generation: int) -> re.Pattern[str]:
     """What is said of a generation: the numbers as the page rounds them."""
-    curve = data(server.address, "run", **RUN)
+    curve = get_json(server.address, "run", **RUN)
     best, mean = (f"{curve[which][generation]:.3g}" for which in ("best", "mean"))
     return re.compile(
         rf"^generation {generation}, food eaten: best {re.escape(best)}, average {re.escape(mean)}\d?$"
@@ -82,7 +82,7 @@ def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_c
         assert place is not None and 28 <= place["height"] <= 40
         page.touchscreen.tap(place["x"] + 9, place["y"] + place["height"] / 2)
         expect(page.get_by_test_id("generation-a")).to_have_value("0")
-        with serving(tmp_path) as empty:
+        with run_server(tmp_path) as empty:
             page.goto(f"{empty.entry}#/world?condition=evo%2Bself-taught/A&generation=0")
             expect(page.locator("[data-ready]")).to_have_count(1, timeout=60_000)
             expect(page.locator(".run-curve.plain")).to_have_count(1)
@@ -111,7 +111,7 @@ def rows_of(line: dict[str, Any]) -> list[list[str]]:
 def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(
     page: Page, lab_server: LabServer
 ) -> None:
-    line = data(lab_server.address, "ancestors", **SMALL, agent=3)
+    line = get_json(lab_server.address, "ancestors", **SMALL, agent=3)
     page.goto(f"/#/world?{LIFE}&agent=3")
     turner, title, generation = (
         page.get_by_test_id(name) for name in ("ancestors-of", "agent", "generation-a")

@@ -14,7 +14,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import LabServer, data
+from tests.lab.client import LabServer, get_json
 
 QUICK = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 4}
 LONG = QUICK | {"evolution.generations": 300}
@@ -175,9 +175,9 @@ def test_every_kind_of_field_changes_the_experiment_that_lives(
     page.get_by_test_id("remove-world.food.0").click()
     page.get_by_test_id("start").click()
     state_is(page, "Done")
-    found = next(run for run in data(lab_server.address, "live")["runs"] if run["id"] in page.url)[
-        "experiment"
-    ]
+    found = next(
+        run for run in get_json(lab_server.address, "live")["runs"] if run["id"] in page.url
+    )["experiment"]
     assert found["name"] == "mine"
     assert found["network"] == {"kind": "feed-forward", "hidden": [7], "biases": True}
     assert found["evolution"]["selection"] == "rank"
@@ -325,11 +325,11 @@ def test_a_run_is_changed_and_run_again_from_its_own_values(
     page.get_by_test_id("start").click()
     wait_for(page, lambda: f"id={first}" not in page.url)
     state_is(page, "Done")
-    runs = {run["id"]: run for run in data(lab_server.address, "live")["runs"]}
+    runs = {run["id"]: run for run in get_json(lab_server.address, "live")["runs"]}
     again = next(run for id, run in runs.items() if id in page.url)
-    assert again["experiment"] == data(lab_server.address, "preset", name="evo+self-taught/A") | {
-        name: again["experiment"][name] for name in ("name", "evolution", "lifetime", "world")
-    }
+    assert again["experiment"] == get_json(
+        lab_server.address, "preset", name="evo+self-taught/A"
+    ) | {name: again["experiment"][name] for name in ("name", "evolution", "lifetime", "world")}
     assert (
         again["experiment"]["evolution"]["selection"],
         again["experiment"]["lifetime"]["steps"],

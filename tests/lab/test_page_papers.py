@@ -13,10 +13,10 @@ from baldwinlab.papers.presets import factors, load
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore, create
 from tests.axe import barriers
-from tests.lab.asking import WINDOWS, LabServer
-from tests.lab.conftest import serving
+from tests.lab.client import WINDOWS, LabServer
+from tests.lab.conftest import run_server
+from tests.lab.test_page_layout import MEASURE, window
 from tests.lab.test_page_results import CLAIM
-from tests.lab.test_page_room import MEASURE, window
 from tests.small import small_study
 
 NAME = "hinton-nowlan-1987"
@@ -36,7 +36,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     write_claims(
         StudyStore(root / "needle"), [CLAIM | {"verdict": verdict} for verdict in verdicts]
     )
-    with serving(root) as server:
+    with run_server(root) as server:
         yield server
 
 

@@ -17,7 +17,7 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import CLAIMS, write_claims
 from baldwinlab.studies.store import StudyStore, create
-from tests.lab.asking import LabServer, data
+from tests.lab.client import LabServer, get_json
 from tests.small import small
 
 CLAIM = {
@@ -58,7 +58,7 @@ def open_results(page: Page, query: str = "study=small") -> None:
 def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
     page: Page, lab_server: LabServer
 ) -> None:
-    results = data(lab_server.address, "results", study="small")
+    results = get_json(lab_server.address, "results", study="small")
     name = max(
         results["conditions"], key=lambda condition: results["curves"][condition]["best"]["mean"][1]
     )
@@ -92,7 +92,7 @@ def test_each_run_is_a_point_that_leads_to_its_last_generation(
     points = page.get_by_test_id("final-best").locator("a.chart-point")
     expect(points).to_have_count(4)
     names = [points.nth(number).get_attribute("aria-label") for number in range(4)]
-    final = data(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"][
+    final = get_json(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"][
         "best"
     ][1]
     assert f"evo+self-taught/A, run 1: {final:.1f} energy. Open the last generation." in names
@@ -221,7 +221,7 @@ def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: La
         "With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed."
     )
     expect(shown.locator("tbody .badge").first).to_have_text("too few runs")
-    rows = data(lab_server.address, "results", study="small")["comparison"]["rows"]
+    rows = get_json(lab_server.address, "results", study="small")["comparison"]["rows"]
     expected = bl.open_study(lab_server.root / "small").compare()
     assert [row["effect"] for row in rows] == expected["effect"].tolist()
 

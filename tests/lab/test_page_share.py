@@ -14,8 +14,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import SMALL, LabServer, ask
-from tests.lab.conftest import offline
+from tests.lab.client import SMALL, LabServer, get_response
+from tests.lab.conftest import open_offline_page
 
 SHOWN = SMALL | {"step": 120, "agent": 3, "speed": 50}
 BESIDE = {f"b.{name}": value for name, value in (SMALL | {"condition": "evo/A"}).items()}
@@ -42,9 +42,9 @@ def trace_of(server: LabServer, condition: str) -> xr.Dataset:
 
 
 @pytest.fixture
-def lonely(browser: Browser) -> Iterator[Page]:
+def offline_page(browser: Browser) -> Iterator[Page]:
     """A page with no network; its test fails if it asks for anything but the file itself, or has a fault."""
-    with offline(browser, 800) as (page, asked):
+    with open_offline_page(browser, 800) as (page, asked):
         yield page
     assert [url for url in asked if not url.startswith("data:")] == [
         f for f in asked if f.startswith("file:")
@@ -53,7 +53,7 @@ def lonely(browser: Browser) -> Iterator[Page]:
 
 def open_shared(page: Page, server: LabServer, folder: Path, **query: Any) -> None:
     path = folder / "shared.html"
-    path.write_bytes(ask(server.address, "share", **query).content)
+    path.write_bytes(get_response(server.address, "share", **query).content)
     page.goto(path.as_uri())
     page.locator("canvas").first.wait_for()
 
@@ -68,36 +68,36 @@ def last_drawn(page: Page, time: int) -> list[dict[str, Any]]:
 
 
 def test_a_shared_page_plays_from_a_file(
-    lonely: Page, lab_server: LabServer, tmp_path: Path
+    offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
-    open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL))
-    step = lonely.get_by_test_id("replay-step")
+    open_shared(offline_page, lab_server, tmp_path, a=urlencode(SMALL))
+    step = offline_page.get_by_test_id("replay-step")
     expect(step).to_have_text("step 0 of 300")
-    lonely.get_by_test_id("replay-speed").select_option("20")
-    lonely.get_by_role("button", name="Play").click()
-    expect(lonely.get_by_role("button", name="Pause")).to_be_visible()
+    offline_page.get_by_test_id("replay-speed").select_option("20")
+    offline_page.get_by_role("button", name="Play").click()
+    expect(offline_page.get_by_role("button", name="Pause")).to_be_visible()
     expect(step).to_have_text("step 299 of 300")
-    expect(lonely.get_by_role("button", name="Play")).to_be_visible()
-    lonely.locator("body").press("ArrowLeft")
+    expect(offline_page.get_by_role("button", name="Play")).to_be_visible()
+    offline_page.locator("body").press("ArrowLeft")
     expect(step).to_have_text("step 298 of 300")
 
 
 def test_a_shared_page_shows_the_agents_where_the_replay_has_them(
-    lonely: Page, lab_server: LabServer, tmp_path: Path
+    offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
     open_shared(
-        lonely,
+        offline_page,
         lab_server,
         tmp_path,
         a=urlencode(SMALL),
         b=urlencode(SMALL | {"condition": "evo/A"}),
         step=40,
     )
-    expect(lonely.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
-    lonely.evaluate(SPY)
+    expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
+    offline_page.evaluate(SPY)
     for step in (210, 17):
-        lonely.get_by_test_id("timeline").fill(str(step))
-        worlds = last_drawn(lonely, step)
+        offline_page.get_by_test_id("timeline").fill(str(step))
+        worlds = last_drawn(offline_page, step)
         for world, condition in zip(worlds, ("evo+self-taught/A", "evo/A"), strict=True):
             trace = trace_of(lab_server, condition).isel(step=step)
             assert world["x"] == trace.x.values.tolist()
@@ -105,29 +105,29 @@ def test_a_shared_page_shows_the_agents_where_the_replay_has_them(
 
 
 def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_agent(
-    lonely: Page, lab_server: LabServer, tmp_path: Path
+    offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
-    lonely.set_viewport_size({"width": 390, "height": 844})
-    open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL), step=250)
+    offline_page.set_viewport_size({"width": 390, "height": 844})
+    open_shared(offline_page, lab_server, tmp_path, a=urlencode(SMALL), step=250)
     trace = trace_of(lab_server, "evo+self-taught/A")
     eaten = trace.eaten.values[:251].sum(axis=0)
     canvas, facts = (
-        lonely.get_by_test_id("replay-canvas"),
-        lonely.get_by_test_id("replay-canvas-facts"),
+        offline_page.get_by_test_id("replay-canvas"),
+        offline_page.get_by_test_id("replay-canvas-facts"),
     )
-    expect(lonely.get_by_test_id("replay-canvas-count")).to_have_text(
+    expect(offline_page.get_by_test_id("replay-canvas-count")).to_have_text(
         f"{eaten.sum()} eaten · {(eaten > 0).sum()} of 20 ate"
     )
     for meaning in ("food", "has eaten", "has not eaten", "active sensor", "eating"):
-        expect(lonely.get_by_test_id("legend")).to_contain_text(meaning)
-    assert lonely.evaluate(
+        expect(offline_page.get_by_test_id("legend")).to_contain_text(meaning)
+    assert offline_page.evaluate(
         "[...document.querySelector('.timeline canvas').getContext('2d').getImageData(0, 0, 300, 30).data].some(Boolean)"
     )
     agent = int(eaten.argmax())
-    lonely.evaluate(SPY)
-    lonely.get_by_test_id("zoom-closer").click()
-    lonely.get_by_test_id("zoom-whole").click()
-    (world,) = last_drawn(lonely, 250)
+    offline_page.evaluate(SPY)
+    offline_page.get_by_test_id("zoom-closer").click()
+    offline_page.get_by_test_id("zoom-whole").click()
+    (world,) = last_drawn(offline_page, 250)
     box = canvas.bounding_box()
     assert box and box["width"] >= 240 and box["height"] >= 240
     margin = min(28, box["width"] * 0.03)
@@ -139,23 +139,23 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     action = ("left", "forward", "right")[int(trace.action.values[250, agent])]
     expect(facts).to_contain_text(f"Agent {agent}: {eaten[agent]} eaten")
     expect(facts).to_contain_text(f"action: {action}")
-    lonely.locator("body").press("Escape")
+    offline_page.locator("body").press("Escape")
     expect(facts).to_be_hidden()
-    assert lonely.evaluate("document.documentElement.scrollWidth") <= 390
+    assert offline_page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 def test_a_shared_page_says_what_it_is_and_how_to_have_it_again(
-    lonely: Page, lab_server: LabServer, tmp_path: Path
+    offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
-    open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL))
-    expect(lonely.locator("figcaption")).to_have_text(
+    open_shared(offline_page, lab_server, tmp_path, a=urlencode(SMALL))
+    expect(offline_page.locator("figcaption")).to_have_text(
         "evo+self-taught/A, run 1, generation 2seed 5, 20 agents, 50 items of food"
     )
-    lonely.locator("summary").click()
-    expect(lonely.get_by_test_id("replay-commands")).to_contain_text(
+    offline_page.locator("summary").click()
+    expect(offline_page.get_by_test_id("replay-commands")).to_contain_text(
         "baldwinlab run experiment.toml --seed 5 --runs 2 --out study"
     )
-    expect(lonely.get_by_test_id("replay-experiment")).to_contain_text("steps = 300")
+    expect(offline_page.get_by_test_id("replay-experiment")).to_contain_text("steps = 300")
 
 
 def test_the_link_opens_exactly_what_was_shown(page: Page, lab_server: LabServer) -> None:
@@ -174,7 +174,7 @@ def test_the_link_opens_exactly_what_was_shown(page: Page, lab_server: LabServer
 
 
 def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(
-    page: Page, lonely: Page, tmp_path: Path
+    page: Page, offline_page: Page, tmp_path: Path
 ) -> None:
     page.goto(f"/#/world?{urlencode(SHOWN | BESIDE)}")
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
@@ -185,9 +185,9 @@ def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(
         download.value.save_as(tmp_path / f"shared.{kind}")
     with Image.open(tmp_path / "shared.png") as picture:
         assert picture.width > 900
-    lonely.goto((tmp_path / "shared.html").as_uri())
-    expect(lonely.get_by_test_id("replay-canvas")).to_have_count(2)
-    expect(lonely.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
+    offline_page.goto((tmp_path / "shared.html").as_uri())
+    expect(offline_page.get_by_test_id("replay-canvas")).to_have_count(2)
+    expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
 
 
 def test_what_the_server_refuses_is_a_sentence_on_the_page(

@@ -11,7 +11,7 @@ from urllib.parse import urlencode
 from playwright.sync_api import Page, expect
 
 from tests.axe import barriers
-from tests.lab.asking import LabServer
+from tests.lab.client import LabServer
 
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
 

@@ -15,8 +15,8 @@ from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
-from tests.lab.asking import LabServer
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer
+from tests.lab.conftest import run_server
 from tests.small import small, small_study
 
 TAUGHT = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
@@ -291,7 +291,7 @@ def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(
     study = small_study(tmp_path / "small", runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-9] + b"something")
-    with serving(tmp_path) as server, server.context(browser) as context:
+    with run_server(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()
         open_world(page, "study=small&condition=evo/A&run=0&generation=1&step=0")
         page.goto("/#/world?study=small&condition=evo/A&run=1&generation=1&step=0")

@@ -15,8 +15,8 @@ from baldwinlab import papers
 from baldwinlab.papers.paper import CARD, open_paper
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore, create
-from tests.lab.asking import LabServer, ask, data, refusal
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer, get_error, get_json, get_response
+from tests.lab.conftest import run_server
 from tests.small import small
 
 OWN = """
@@ -42,16 +42,16 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     (root / "tiny" / "paper").mkdir()
     (root / "tiny" / "paper" / "paper.toml").write_text(OWN)
     create(root / "other", [small("evo/B")], 1)
-    with serving(root) as server:
+    with run_server(root) as server:
         yield server
 
 
 def test_every_paper_has_a_card_with_a_small_picture(shelf: LabServer) -> None:
-    cards = data(shelf.address, "papers")["papers"]
+    cards = get_json(shelf.address, "papers")["papers"]
     assert [card["name"] for card in cards] == [*papers.built_in(), "tiny"]
     for card in cards[:-1]:
         assert card["description"] and card["year"] and card["conditions"] and card["picture"]
-        picture = ask(shelf.address, "papers/picture", paper=card["name"])
+        picture = get_response(shelf.address, "papers/picture", paper=card["name"])
         assert picture.headers["content-type"] == "image/png" and len(picture.content) <= 30_000
         assert Image.open(io.BytesIO(picture.content)).size == (640, 320)
 
@@ -61,8 +61,8 @@ def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
         tmp_path / "changed", [small("evo/B")], 1, paper="le-2019", changes=["lifetime.steps=60"]
     )
     create(tmp_path / "plain", [small("evo/B")], 1, paper="le-2019")
-    with serving(tmp_path) as server:
-        cards = {card["name"]: card for card in data(server.address, "papers")["papers"]}
+    with run_server(tmp_path) as server:
+        cards = {card["name"]: card for card in get_json(server.address, "papers")["papers"]}
     changes = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
     assert changes == {"changed": ["lifetime.steps=60"], "plain": []}
 
@@ -70,7 +70,7 @@ def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
 def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(
     shelf: LabServer,
 ) -> None:
-    cards = {card["name"]: card for card in data(shelf.address, "papers")["papers"]}
+    cards = {card["name"]: card for card in get_json(shelf.address, "papers")["papers"]}
     verdicts = {"holds": 2, "does not hold": 1}
     found: dict[str, Any] = {
         "study": "mine/first",
@@ -87,7 +87,7 @@ def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(
 
 
 def test_what_is_run_live_is_a_condition_of_that_paper_which_learns(shelf: LabServer) -> None:
-    presets = {card["name"]: card["preset"] for card in data(shelf.address, "papers")["papers"]}
+    presets = {card["name"]: card["preset"] for card in get_json(shelf.address, "papers")["papers"]}
     assert (presets["le-2019"], presets["mayley-1996"], presets["tiny"]) == (
         "evo+self-taught/B",
         "climbing/smooth",
@@ -96,22 +96,22 @@ def test_what_is_run_live_is_a_condition_of_that_paper_which_learns(shelf: LabSe
     for name in papers.built_in():
         assert presets[name] in papers.load(name).own()
         assert (
-            data(shelf.address, "preset", name=presets[name])
+            get_json(shelf.address, "preset", name=presets[name])
             == papers.load(name).experiment(presets[name]).to_dict()
         )
 
 
 def test_pictures_are_those_of_known_papers_only(shelf: LabServer) -> None:
-    sentence = refusal(shelf.address, "papers/picture", 404, paper="mayley-1969")
+    sentence = get_error(shelf.address, "papers/picture", 404, paper="mayley-1969")
     assert sentence.startswith(
         "there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); there are le-2019, "
     )
     folder = str(papers.load("mayley-1996").folder)
-    assert refusal(shelf.address, "papers/picture", 404, paper=folder).startswith(
+    assert get_error(shelf.address, "papers/picture", 404, paper=folder).startswith(
         "there is no paper '/"
     )
     assert (
-        refusal(shelf.address, "papers/picture", 404, paper="tiny")
+        get_error(shelf.address, "papers/picture", 404, paper="tiny")
         == "the paper tiny has no picture"
     )
 
@@ -127,17 +127,17 @@ def test_what_leads_out_of_the_folder_is_not_read_and_what_is_damaged_hides_no_c
     (elsewhere / "paper.toml").write_text(OWN)
     (elsewhere / CARD).write_bytes(b"secret")
     (study / "paper").symlink_to(elsewhere)
-    with serving(tmp_path / "root") as server:
-        assert [card["name"] for card in data(server.address, "papers")["papers"]] == [
+    with run_server(tmp_path / "root") as server:
+        assert [card["name"] for card in get_json(server.address, "papers")["papers"]] == [
             *papers.built_in()
         ]
-        (first,) = data(server.address, "papers")["papers"][0]["studies"]
+        (first,) = get_json(server.address, "papers")["papers"][0]["studies"]
         assert first["verdicts"] == {} and "claims.json cannot be read" in first["problem"]
         (study / "paper").unlink()
         (study / "paper").mkdir()
         (study / "paper" / "paper.toml").write_text(OWN)
         (study / "paper" / CARD).symlink_to(elsewhere / CARD)
-        assert "there is no paper 'tiny'" in refusal(
+        assert "there is no paper 'tiny'" in get_error(
             server.address, "papers/picture", 404, paper="tiny"
         )
 

@@ -13,8 +13,8 @@ import pytest
 
 from baldwinlab.lab import rate_limit
 from baldwinlab.lab.query import MAX_BODY_SIZE
-from tests.lab.asking import CLIENT, SMALL, LabServer, ask
-from tests.lab.conftest import serving
+from tests.lab.client import CLIENT, SMALL, LabServer, get_response
+from tests.lab.conftest import run_server
 from tests.small import small
 
 SOON = 0.3  # seconds
@@ -24,7 +24,7 @@ SOON = 0.3  # seconds
 def impatient(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
     monkeypatch.setattr(rate_limit, "CLIENT_TIMEOUT", SOON)
     monkeypatch.setattr(rate_limit, "MAX_CLIENTS", 20)
-    with serving(lab_server.root) as server:
+    with run_server(lab_server.root) as server:
         yield server
 
 
@@ -75,7 +75,7 @@ MANY = (
 
 def test_who_does_not_take_an_answer_is_cut_off(impatient: LabServer) -> None:
     assert (
-        ask(impatient.address, "recording", **SMALL).status_code == 200
+        get_response(impatient.address, "recording", **SMALL).status_code == 200
     )  # so that the others are there at once
 
     def taken_after(pause: float) -> int:

@@ -18,8 +18,8 @@ from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import SMALL, LabServer, arrays, refusal
-from tests.lab.conftest import serving
+from tests.lab.client import SMALL, LabServer, get_arrays, get_error
+from tests.lab.conftest import run_server
 from tests.small import small, small_study
 
 
@@ -66,7 +66,7 @@ def test_a_recording_of_a_stored_run_is_its_replay(
 ) -> None:
     trace = trace_of(lab_server, condition, 1, generation)
     query = {"study": "small", "condition": condition, "run": 1, "generation": generation}
-    header, found = arrays(lab_server.address, "recording", **query)
+    header, found = get_arrays(lab_server.address, "recording", **query)
     require_same(found, trace, 0, 300)
     assert trace.eaten.sum() > 0
     assert found["move_step"].size == trace.eaten[:-1].sum()
@@ -93,13 +93,13 @@ def test_a_recording_of_a_stored_run_is_its_replay(
 
 
 def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
-    header, found = arrays(lab_server.address, "recording", **SMALL, first=120, last=170)
+    header, found = get_arrays(lab_server.address, "recording", **SMALL, first=120, last=170)
     assert (header["first"], header["last"], header["steps"]) == (120, 170, 300)
     require_same(found, trace_of(lab_server, "evo+self-taught/A", 1, 2), 120, 170)
 
 
 def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
-    _, found = arrays(
+    _, found = get_arrays(
         lab_server.address,
         "recording",
         preset="evo+self-taught/A",
@@ -114,8 +114,8 @@ def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
 def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
     sparse = small().replace(record={"genome_every": 100})
     study = small_study(tmp_path / "small", [sparse], runs=1)
-    with serving(tmp_path) as server:
-        _, found = arrays(
+    with run_server(tmp_path) as server:
+        _, found = get_arrays(
             server.address, "recording", study="small", condition=sparse.name, run=0, generation=1
         )
     require_same(found, replay(sparse, seed=study.seed, generation=1), 0, 300)
@@ -163,7 +163,7 @@ def test_a_large_world_comes_in_parts_of_bounded_size(
     assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_STEPS)
     assert life_query.read_span({}, 5000, 10**9) == Span(0, 1)
     monkeypatch.setattr(life_query, "MAX_BYTES", 100 * recording.bytes_per_step(small()))
-    header, found = arrays(lab_server.address, "recording", **SMALL, first=7)
+    header, found = get_arrays(lab_server.address, "recording", **SMALL, first=7)
     assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
 
 
@@ -202,23 +202,23 @@ def test_a_large_world_comes_in_parts_of_bounded_size(
 def test_what_is_not_there_is_said_in_a_sentence(
     lab_server: LabServer, change: dict[str, Any], status: int, sentence: str
 ) -> None:
-    assert refusal(lab_server.address, "recording", status, **(SMALL | change)) == sentence.format(
-        root=lab_server.root
-    )
+    assert get_error(
+        lab_server.address, "recording", status, **(SMALL | change)
+    ) == sentence.format(root=lab_server.root)
 
 
 def test_a_request_that_lacks_something_is_told_what(lab_server: LabServer) -> None:
     for missing in ("generation", "run", "condition"):
         query = {name: value for name, value in SMALL.items() if name != missing}
         assert (
-            refusal(lab_server.address, "recording", 400, **query)
+            get_error(lab_server.address, "recording", 400, **query)
             == f"{missing} is missing from the request"
         )
     assert (
-        refusal(lab_server.address, "recording", 400, generation=0)
+        get_error(lab_server.address, "recording", 400, generation=0)
         == "preset is missing from the request"
     )
-    sentence = refusal(
+    sentence = get_error(
         lab_server.address, "recording", 400, preset="evo/A", seed=2**31, generation=0
     )
     assert sentence == "seed = 2147483648 must be at least 0 and less than 2147483648"
@@ -227,10 +227,10 @@ def test_a_request_that_lacks_something_is_told_what(lab_server: LabServer) -> N
 def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "runs" / "evo" / "A" / "experiment.toml"
     assert path.exists()
-    assert refusal(lab_server.address, "recording", 404, preset=str(path), generation=0).startswith(
-        "there is no preset"
-    )
-    assert refusal(lab_server.address, "preset", 404, name=str(path)).startswith(
+    assert get_error(
+        lab_server.address, "recording", 404, preset=str(path), generation=0
+    ).startswith("there is no preset")
+    assert get_error(lab_server.address, "preset", 404, name=str(path)).startswith(
         "there is no preset"
     )
 
@@ -241,11 +241,11 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
     raw = bytearray(path.read_bytes())
     raw[-5] ^= 1
     path.write_bytes(raw)
-    with serving(tmp_path) as server:
+    with run_server(tmp_path) as server:
         for ask_for in ("recording", "inside"):
-            sentence = refusal(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
+            sentence = get_error(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
             assert sentence == f"{path} is damaged: its checksum does not fit its content"
-        assert "is damaged" in refusal(server.address, "results", 400, study="small")
+        assert "is damaged" in get_error(server.address, "results", 400, study="small")
 
 
 @pytest.mark.parametrize("whom", ["best", "nearest"])
@@ -275,4 +275,4 @@ def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> Non
 def test_it_tells_nothing_of_teachers_where_nobody_learns_from_another(
     lab_server: LabServer,
 ) -> None:
-    assert "teacher" not in arrays(lab_server.address, "recording", **SMALL)[1]
+    assert "teacher" not in get_arrays(lab_server.address, "recording", **SMALL)[1]

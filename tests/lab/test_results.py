@@ -15,8 +15,8 @@ from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.core.variables import AS_EVOLVED
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.assayed import of_study, reaction
-from tests.lab.asking import LabServer, data, refusal
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer, get_error, get_json
+from tests.lab.conftest import run_server
 from tests.small import small, small_study
 
 ONE = {"study": "small", "condition": "evo+self-taught/A"}
@@ -26,7 +26,7 @@ ONE = {"study": "small", "condition": "evo+self-taught/A"}
 def test_the_curve_of_every_run_is_what_the_condition_s_mean_is_made_of(
     lab_server: LabServer, measure: str
 ) -> None:
-    found = data(lab_server.address, "results/runs", **ONE, measure=measure)
+    found = get_json(lab_server.address, "results/runs", **ONE, measure=measure)
     values = fitness.MEASURES[measure](open_runs(lab_server.root / "small")).sel(
         condition=ONE["condition"]
     )
@@ -39,15 +39,15 @@ def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_senten
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ONE | {"measure": "best"}
-    assert "has no condition 'evo'" in refusal(
+    assert "has no condition 'evo'" in get_error(
         lab_server.address, "results/runs", 404, **asked | {"condition": "evo"}
     )
-    sentence = refusal(lab_server.address, "results/runs", 400, **asked | {"measure": "worst"})
+    sentence = get_error(lab_server.address, "results/runs", 400, **asked | {"measure": "worst"})
     assert sentence == "measure = 'worst' must be one of best, mean, share"
     monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
-    with serving(tmp_path) as server:
-        sentence = refusal(server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
+    with run_server(tmp_path) as server:
+        sentence = get_error(server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
     assert sentence.startswith(
         "evo/A has 2 runs of 3 generations. Curves of single runs are limited to 5 values"
     )
@@ -57,13 +57,16 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evo
     tmp_path: Path,
 ) -> None:
     study = small_study(tmp_path / "it", [small("evo/A")], runs=6)
-    with serving(tmp_path) as server:
-        assert data(server.address, "results/reaction", study="it") == {"unit": "", "panels": []}
+    with run_server(tmp_path) as server:
+        assert get_json(server.address, "results/reaction", study="it") == {
+            "unit": "",
+            "panels": [],
+        }
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
         made = of_study(reaction("evo/A", 60), study, "evo/A")
         (folder / "A.nc").write_bytes(to_bytes(made))
-        found = data(server.address, "results/reaction", study="it")
+        found = get_json(server.address, "results/reaction", study="it")
         assert found["unit"] == "fitness (energy)"
         panels = {panel["field"]: panel for panel in found["panels"]}
         count = panels["world.food.0.count"]
@@ -81,7 +84,7 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evo
         assert count["norms"]["evo/A"]["median"][:2] == pytest.approx(medians)
         assert count["norms"]["evo/A"]["low"][0] < medians[0] < count["norms"]["evo/A"]["high"][0]
         (folder / "A.nc").write_bytes(b"torn")
-        assert "A.nc is damaged" in refusal(server.address, "results/reaction", 400, study="it")
+        assert "A.nc is damaged" in get_error(server.address, "results/reaction", 400, study="it")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes there")
@@ -92,11 +95,11 @@ def test_neither_a_pipe_nor_a_link_that_leads_out_is_read(
     shutil.copytree(lab_server.root / "small", tmp_path / "root" / "it")
     folder.mkdir(parents=True)
     os.mkfifo(folder / "evo.nc")
-    with serving(tmp_path / "root") as server:
-        assert refusal(server.address, "results/reaction", 400, study="it").endswith(
+    with run_server(tmp_path / "root") as server:
+        assert get_error(server.address, "results/reaction", 400, study="it").endswith(
             "evo.nc is not a file"
         )
         (folder / "evo.nc").unlink()
         (tmp_path / "other.nc").write_bytes(b"")
         (folder / "evo.nc").symlink_to(tmp_path / "other.nc")
-        assert "is outside" in refusal(server.address, "results/reaction", 400, study="it")
+        assert "is outside" in get_error(server.address, "results/reaction", 400, study="it")

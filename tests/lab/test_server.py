@@ -13,8 +13,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
 from baldwinlab.lab import Lab, studies
-from tests.lab.asking import CLIENT, SMALL, LabServer, ask, data, refusal
-from tests.lab.conftest import serving
+from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json, get_response
+from tests.lab.conftest import run_server
 from tests.small import small
 
 
@@ -37,7 +37,7 @@ def test_the_page_is_served_and_may_load_nothing_from_elsewhere(lab_server: LabS
         "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'"
     )
     assert answer.headers["cross-origin-resource-policy"] == "same-origin"
-    assert ask(lab_server.address, "studies").headers["cache-control"] == "no-store"
+    assert get_response(lab_server.address, "studies").headers["cache-control"] == "no-store"
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:PORT", "localhost:PORT", "[::1]:PORT"])
@@ -163,9 +163,9 @@ def walled(lab_server: LabServer, tmp_path: Path) -> Path:
 )
 def test_a_study_outside_of_the_folder_is_refused(walled: Path, study: str) -> None:
     named = study.format(outside=walled.parent / "outside")
-    with serving(walled) as server:
+    with run_server(walled) as server:
         for path in ("recording", "results", "experiment"):
-            answer = ask(server.address, path, **(SMALL | {"study": named}))
+            answer = get_response(server.address, path, **(SMALL | {"study": named}))
             assert answer.status_code == 400
             assert "is outside" in answer.json()["error"]
 
@@ -174,12 +174,12 @@ def test_a_condition_whose_name_leads_outside_is_refused(walled: Path) -> None:
     (walled / "sly" / "runs").mkdir(parents=True)
     name = "../../../outside/runs/evo/A"
     (walled / "sly" / "study.toml").write_text(f'format = 1\nseed = 5\nconditions = ["{name}"]')
-    with serving(walled) as server:
+    with run_server(walled) as server:
         query = {"study": "sly", "condition": name, "run": 0, "generation": 0}
-        assert "is no name of a condition" in refusal(server.address, "recording", 400, **query)
+        assert "is no name of a condition" in get_error(server.address, "recording", 400, **query)
         (problem,) = [
             study["problem"]
-            for study in data(server.address, "studies")["studies"]
+            for study in get_json(server.address, "studies")["studies"]
             if study["id"] == "sly"
         ]
         assert "is no name of a condition" in problem
@@ -187,18 +187,18 @@ def test_a_condition_whose_name_leads_outside_is_refused(walled: Path) -> None:
 
 def test_a_name_that_no_file_can_have_is_no_study(lab_server: LabServer) -> None:
     for name in ("a" * 5000, "\0", "small/study.toml", "small/runs"):
-        assert refusal(lab_server.address, "results", 404, study=name).startswith(
+        assert get_error(lab_server.address, "results", 404, study=name).startswith(
             "there is no study"
         )
 
 
 def test_a_record_outside_of_the_folder_is_refused_and_the_others_served(walled: Path) -> None:
-    with serving(walled) as server:
+    with run_server(walled) as server:
         query = {"study": "own", "condition": "evo/A", "generation": 0}
-        assert "0000.nc is outside" in refusal(server.address, "recording", 400, run=0, **query)
-        assert "0000.nc is outside" in refusal(server.address, "results", 400, study="own")
-        assert ask(server.address, "recording", run=1, **query).status_code == 200
-        assert [study["id"] for study in data(server.address, "studies")["studies"]] == [
+        assert "0000.nc is outside" in get_error(server.address, "recording", 400, run=0, **query)
+        assert "0000.nc is outside" in get_error(server.address, "results", 400, study="own")
+        assert get_response(server.address, "recording", run=1, **query).status_code == 200
+        assert [study["id"] for study in get_json(server.address, "studies")["studies"]] == [
             "own",
             "runs-elsewhere",
         ]
@@ -210,11 +210,11 @@ def test_two_who_ask_at_once_get_the_same(lab_server: LabServer) -> None:
             dict(SMALL, generation=generation, last=250 + generation) for generation in range(3)
         ] * 4
         answers = list(
-            pool.map(lambda query: ask(lab_server.address, "recording", **query), wanted)
+            pool.map(lambda query: get_response(lab_server.address, "recording", **query), wanted)
         )
     for answer, query in zip(answers, wanted, strict=True):
         assert answer.status_code == 200
-        assert answer.content == ask(lab_server.address, "recording", **query).content
+        assert answer.content == get_response(lab_server.address, "recording", **query).content
 
 
 def test_what_nobody_foresaw_is_a_sentence_too_and_the_server_goes_on(
@@ -225,13 +225,13 @@ def test_what_nobody_foresaw_is_a_sentence_too_and_the_server_goes_on(
 
     with monkeypatch.context() as patch:
         patch.setattr(studies, "results_of", fail)
-        sentence = refusal(lab_server.address, "results", 500, study="small")
+        sentence = get_error(lab_server.address, "results", 500, study="small")
     assert sentence == "the lab failed at /api/results: [Errno 28] No space left on device"
-    assert data(lab_server.address, "results", study="small")["claims"] == []
+    assert get_json(lab_server.address, "results", study="small")["claims"] == []
 
 
 def test_live_runs_end_with_the_server(lab_server: LabServer) -> None:
-    with serving(lab_server.root) as server:
+    with run_server(lab_server.root) as server:
         experiment = {"experiment": small().replace(evolution={"generations": 10_000}).to_dict()}
         started = CLIENT.post(f"{server.address}/api/live", json=experiment)
         name = f"live {started.json()['id']}"

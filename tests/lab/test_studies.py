@@ -22,14 +22,16 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore, create
-from tests.lab.asking import LabServer, data, refusal
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer, get_error, get_json
+from tests.lab.conftest import run_server
 from tests.small import small, small_study
 
 
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
     (found,) = [
-        study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"
+        study
+        for study in get_json(lab_server.address, "studies")["studies"]
+        if study["id"] == "small"
     ]
     sizes = {
         "runs": [0, 1],
@@ -75,9 +77,10 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
     (tmp_path / "odd" / "study.toml").write_text("format = 1\nseed = 1\nconditions = 3")
     create(tmp_path / "lacking", [small()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
-    with serving(tmp_path) as server:
+    with run_server(tmp_path) as server:
         found = {
-            study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]
+            study["id"]: study["problem"]
+            for study in get_json(server.address, "studies")["studies"]
         }
         assert found["sound"] is None
         assert found["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
@@ -86,8 +89,8 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
             f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: "
         )
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
-        assert refusal(server.address, "recording", 400, **query) == found["torn"]
-        assert refusal(server.address, "results", 400, study="torn") == found["torn"]
+        assert get_error(server.address, "recording", 400, **query) == found["torn"]
+        assert get_error(server.address, "results", 400, study="torn") == found["torn"]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes there")
@@ -103,14 +106,15 @@ def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> N
         (study.directory / file).unlink(missing_ok=True)
         (study.directory / file).parent.mkdir(exist_ok=True)
         os.mkfifo(study.directory / file)
-    with serving(tmp_path) as server:
+    with run_server(tmp_path) as server:
         found = {
-            study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]
+            study["id"]: study["problem"]
+            for study in get_json(server.address, "studies")["studies"]
         }
         assert found["pipe"].endswith("study.toml cannot be read: it is not a regular file")
         assert "0000.nc has the name of a record but is not a file" in found["record"]
         assert (found["claims"], found["paper"]) == (None, None)
-        found = data(server.address, "results", study="claims")
+        found = get_json(server.address, "results", study="claims")
         assert (
             found["claims"] == []
             and "claims.json cannot be read: it is not a regular file" in found["problem"]
@@ -123,8 +127,8 @@ def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(
 ) -> None:
     create(tmp_path / "it", [small()], 1)
     (tmp_path / "it" / file).write_text("deep = " + "[" * 5000 + "]" * 5000)
-    with serving(tmp_path) as server:
-        (found,) = data(server.address, "studies")["studies"]
+    with run_server(tmp_path) as server:
+        (found,) = get_json(server.address, "studies")["studies"]
     assert f"{file} cannot be read: " in found["problem"]
 
 
@@ -138,15 +142,15 @@ def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
 
 
 def test_the_experiment_of_a_condition_is_served_whole(lab_server: LabServer) -> None:
-    found = data(lab_server.address, "experiment", study="small", condition="evo+self-taught/A")
+    found = get_json(lab_server.address, "experiment", study="small", condition="evo+self-taught/A")
     assert Experiment.model_validate(found) == small("evo+self-taught/A")
-    assert "has no condition 'evo'" in refusal(
+    assert "has no condition 'evo'" in get_error(
         lab_server.address, "experiment", 404, study="small", condition="evo"
     )
 
 
 def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> None:
-    found = data(lab_server.address, "presets")
+    found = get_json(lab_server.address, "presets")
     names = [preset["name"] for preset in found["presets"]]
     assert {"evo/A", "self-taught/B"} <= set(names)
     assert all(preset["description"] for preset in found["presets"])
@@ -157,8 +161,8 @@ def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> 
         {"generations": 100, "agents": 20, "steps": 5000},
     )
     assert found["schema"]["properties"].keys() == Experiment.model_fields.keys()
-    assert data(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
-    refused = refusal(lab_server.address, "preset", 404, name="evo/Z")
+    assert get_json(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
+    refused = get_error(lab_server.address, "preset", 404, name="evo/Z")
     assert (
         refused.startswith("there is no preset 'evo/Z' (did you mean 'evo/") and len(refused) < 200
     )
@@ -178,7 +182,7 @@ def test_the_page_names_no_preset_of_its_own() -> None:
 def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(
     lab_server: LabServer,
 ) -> None:
-    assert data(lab_server.address, "results", study="small")["factors"] == {
+    assert get_json(lab_server.address, "results", study="small")["factors"] == {
         "learner": ["evo", "evo+self-taught"]
     }
 
@@ -207,7 +211,7 @@ def test_results_are_kept_beside_the_report_and_used_while_they_fit(
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
 def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) -> None:
     study = open_runs(lab_server.root / "small")
-    found = data(lab_server.address, "results", study="small")
+    found = get_json(lab_server.address, "results", study="small")
     assert found["conditions"] == ["evo/A", "evo+self-taught/A"]
     assert found["generation"] == [0, 1, 2]
     average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
@@ -221,7 +225,7 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
             == fitness.final(study, measure).sel(condition=name).values.tolist()
         )
         assert found["typical_run"][name] == fitness.typical_run(study, name)
-        assert data(lab_server.address, "typical", study="small", condition=name) == {
+        assert get_json(lab_server.address, "typical", study="small", condition=name) == {
             "run": fitness.typical_run(study, name)
         }
 
@@ -233,8 +237,8 @@ def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out
     study = create(tmp_path / "it", [small("evo/A"), short, small()], 5)
     for experiment in (small("evo/A"), short):
         study.write(experiment.name, 0, simulate(experiment, seed=5))
-    with serving(tmp_path) as server:
-        found = data(server.address, "results", study="it")
+    with run_server(tmp_path) as server:
+        found = get_json(server.address, "results", study="it")
     assert found["conditions"] == ["evo/A", "short"]
     assert found["curves"]["short"]["mean"]["mean"][2] is None
     assert found["curves"]["evo/A"]["mean"]["low"] == [None] * 3
@@ -244,11 +248,13 @@ def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out
 
 def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
     create(tmp_path / "it", [small()], 1)
-    with serving(tmp_path) as server:
-        found = data(server.address, "results", study="it")
+    with run_server(tmp_path) as server:
+        found = get_json(server.address, "results", study="it")
         query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}
-        sentence = refusal(server.address, "recording", 404, **query)
-        nothing = refusal(server.address, "typical", 404, study="it", condition="evo+self-taught/A")
+        sentence = get_error(server.address, "recording", 404, **query)
+        nothing = get_error(
+            server.address, "typical", 404, study="it", condition="evo+self-taught/A"
+        )
     assert nothing == f"{tmp_path}/it has no run of evo+self-taught/A"
     assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; no run is stored yet"
     assert found.pop("swept") is False
@@ -267,13 +273,13 @@ def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(
 ) -> None:
     shutil.copytree(lab_server.root / "small", tmp_path / "it")
     study = open_runs(tmp_path / "it")
-    with serving(tmp_path) as server:
-        assert data(server.address, "results", study="it")["claims"] == []
+    with run_server(tmp_path) as server:
+        assert get_json(server.address, "results", study="it")["claims"] == []
         written = claim_records(evaluate_claims(study))
         write_claims(StudyStore(tmp_path / "it"), written)
-        assert data(server.address, "results", study="it")["claims"] == written != []
+        assert get_json(server.address, "results", study="it")["claims"] == written != []
         (tmp_path / "it" / "claims.json").write_text("[{")
-        found = data(server.address, "results", study="it")
+        found = get_json(server.address, "results", study="it")
         assert found["claims"] == [] and found["curves"]
         assert found["problem"].startswith(f"{tmp_path}/it/claims.json cannot be read: ")
         assert found["problem"].endswith(f"; `baldwinlab report {tmp_path}/it` makes it again")

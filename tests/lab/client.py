@@ -81,26 +81,26 @@ class LabServer:
         return connection
 
 
-def ask(address: str, path: str, **query: Any) -> httpx.Response:
+def get_response(address: str, path: str, **query: Any) -> httpx.Response:
     return CLIENT.get(f"{address}/api/{path}", params=query)
 
 
-def data(address: str, path: str, **query: Any) -> Any:
-    answer = ask(address, path, **query)
+def get_json(address: str, path: str, **query: Any) -> Any:
+    answer = get_response(address, path, **query)
     assert answer.status_code == 200, answer.text
     return answer.json()
 
 
-def arrays(
+def get_arrays(
     address: str, path: str, **query: Any
 ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    answer = ask(address, path, **query)
+    answer = get_response(address, path, **query)
     assert answer.status_code == 200, answer.text
     return binary_frames.unpack(answer.content)
 
 
-def refusal(address: str, path: str, status: int, **query: Any) -> str:
+def get_error(address: str, path: str, status: int, **query: Any) -> str:
     """The sentence with which a question is refused."""
-    answer = ask(address, path, **query)
+    answer = get_response(address, path, **query)
     assert answer.status_code == status, answer.text
     return str(answer.json()["error"])

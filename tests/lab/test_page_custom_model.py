@@ -12,8 +12,8 @@ from playwright.sync_api import Page, expect
 
 from baldwinlab.experiment import registry
 from baldwinlab.parts import load_file
-from tests.lab.asking import LabServer, data, refusal
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer, get_error, get_json
+from tests.lab.conftest import run_server
 
 PART = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 CHANGES = {
@@ -27,14 +27,14 @@ CHANGES = {
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     load_file(PART)
-    with serving(tmp_path_factory.mktemp("models")) as found:
+    with run_server(tmp_path_factory.mktemp("models")) as found:
         yield found
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
 
 
 def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServer) -> None:
-    presets = {preset["name"]: preset for preset in data(server.address, "presets")["presets"]}
+    presets = {preset["name"]: preset for preset in get_json(server.address, "presets")["presets"]}
     assert (
         presets["bit-strings"]["description"]
         == "Strings of the alleles 0, 1 and ?, with guesses for each ?."
@@ -66,13 +66,13 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
 def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabServer) -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
-    (study,) = data(server.address, "studies")["studies"]
+    (study,) = get_json(server.address, "studies")["studies"]
     assert [(one["name"], one["steps"]) for one in study["conditions"]] == [("bit-strings", None)]
-    results = data(server.address, "results", study="bits")
+    results = get_json(server.address, "results", study="bits")
     assert (
-        data(server.address, "run", study="bits", condition="bit-strings", run=0)["measure"]
+        get_json(server.address, "run", study="bits", condition="bit-strings", run=0)["measure"]
         == "fitness"
     )
     assert not results["food"] and len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
     asked = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
-    assert "load its file with --part FILE" in refusal(server.address, "recording", 400, **asked)
+    assert "load its file with --part FILE" in get_error(server.address, "recording", 400, **asked)

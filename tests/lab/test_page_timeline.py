@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from baldwinlab.simulation.replay import replay
-from tests.lab.asking import LabServer, data
+from tests.lab.client import LabServer, get_json
 from tests.small import small
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
@@ -17,7 +17,7 @@ LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
 def test_where_the_address_names_no_run_the_typical_one_plays_at_a_speed_that_shows_its_life_in_some_seconds(
     page: Page, lab_server: LabServer
 ) -> None:
-    typical = data(lab_server.address, "results", study="small")["typical_run"]
+    typical = get_json(lab_server.address, "results", study="small")["typical_run"]
     for condition in ("evo/A", "evo+self-taught/A"):
         page.goto("about:blank")
         page.goto(f"/#/world?study=small&condition={condition.replace('+', '%2B')}")

@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import StudyStore
-from tests.lab.asking import LabServer
-from tests.lab.conftest import serving
+from tests.lab.client import LabServer
+from tests.lab.conftest import run_server
 from tests.models.miniworld.plain import compile_nothing
 from tests.small import small_study
 from tests.worlds import small
@@ -69,7 +69,7 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
             [small("evo").replace(name=name, **changes) for name, changes in kinds.items()],
             runs=1,
         )
-        with serving(root) as server:
+        with run_server(root) as server:
             yield server
 
 

@@ -12,8 +12,8 @@ from threading import Event
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.lab.asking import data
-from tests.lab.conftest import serving
+from tests.lab.client import get_json
+from tests.lab.conftest import run_server
 from tests.small import small_study
 
 
@@ -38,7 +38,7 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
 ) -> None:
     small_study(tmp_path / "small", runs=1)
     compiled = Event()
-    with serving(tmp_path, compiled.is_set) as server:
+    with run_server(tmp_path, compiled.is_set) as server:
         page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()
         page.goto(f"/#/{view}")
         first = page.get_by_test_id("first-life")
@@ -53,7 +53,7 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
         page.get_by_test_id(f"tab-{view}").click()
         expect(first).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
-        assert not data(server.address, "engine")["ready"]
+        assert not get_json(server.address, "engine")["ready"]
         compiled.set()
         expect(page.get_by_test_id("world-a" if view == "world" else "live-empty")).to_be_visible()
         expect(first).to_have_count(0)
@@ -61,7 +61,7 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
 
 
 def test_whoever_wants_less_motion_starts_it_himself(browser: Browser, tmp_path: Path) -> None:
-    with serving(tmp_path, lambda: False) as server:
+    with run_server(tmp_path, lambda: False) as server:
         page = server.context(browser, reduced_motion="reduce").new_page()
         page.goto("/")
         expect(page.get_by_test_id("first-step")).to_have_text("step 0 of 1,000")

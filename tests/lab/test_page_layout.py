@@ -12,7 +12,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.asking import WINDOWS, LabServer, ask
+from tests.lab.client import WINDOWS, LabServer, get_response
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 LOW = [WINDOWS[name] for name in ("phone on its side", "a desk at 200 %", "the narrowest")]
@@ -98,7 +98,9 @@ def test_a_shared_page_has_room_for_its_maps(
     one, other = LIFE, LIFE.replace("%2Bself-taught", "")
     path = tmp_path / "shared.html"
     path.write_bytes(
-        ask(lab_server.address, "share", a=one, step=40, **({"b": other} if beside else {})).content
+        get_response(
+            lab_server.address, "share", a=one, step=40, **({"b": other} if beside else {})
+        ).content
     )
     for width, height, dots in LOW:
         with window(browser, width, height, dots) as page:

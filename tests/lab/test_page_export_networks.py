@@ -74,57 +74,59 @@ def told(page: Page, name: str) -> npt.NDArray[Any]:
     return np.array(page.evaluate("name => Array.from(told[name] ?? [])", name))
 
 
-def test_a_network_that_grew_is_drawn_with_its_links(lonely: Page, tmp_path: Path) -> None:
+def test_a_network_that_grew_is_drawn_with_its_links(offline_page: Page, tmp_path: Path) -> None:
     grows = {"variation": "neat", "selection": "species", "neat": {"add_node_rate": 1.0}}
     growing = quick(
         presets.load("evo/A"), network={"kind": "neat", "hidden": [40]}, evolution=grows
     )
-    opened(lonely, growing, tmp_path)
-    lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
-    expect(lonely.get_by_test_id("kin")).to_contain_text("parents, in generation 1")
+    opened(offline_page, growing, tmp_path)
+    offline_page.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
+    expect(offline_page.get_by_test_id("kin")).to_contain_text("parents, in generation 1")
     links = binary_frames.unpack(inspect_agent(*last_life(growing), AGENT))[1]["links"]
     assert 3 <= links[:, 1].min() < 43 <= links[:, 1].max(), "hidden units and outputs"
-    assert np.array_equal(told(lonely, "links").reshape(-1, 3), links)
-    assert "bias" in lonely.evaluate("drawn.words")
+    assert np.array_equal(told(offline_page, "links").reshape(-1, 3), links)
+    assert "bias" in offline_page.evaluate("drawn.words")
 
 
 def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(
-    lonely: Page, tmp_path: Path
+    offline_page: Page, tmp_path: Path
 ) -> None:
     social = quick(presets.load("evo/A"), learning={"rule": "imitation"})
-    opened(lonely, social, tmp_path)
-    expect(lonely.get_by_test_id("legend").get_by_text("learns from")).to_be_visible()
+    opened(offline_page, social, tmp_path)
+    expect(offline_page.get_by_test_id("legend").get_by_text("learns from")).to_be_visible()
     teacher = binary_frames.unpack(record_life(*last_life(social), {}))[1]["teacher"]
     assert (teacher != np.arange(20)).any(), "somebody learns"
-    assert np.array_equal(told(lonely, "teacher").reshape(-1, 20), teacher)
-    assert shade("lesson") in lonely.evaluate("drawn.shades")
+    assert np.array_equal(told(offline_page, "teacher").reshape(-1, 20), teacher)
+    assert shade("lesson") in offline_page.evaluate("drawn.shades")
 
 
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled"])
-def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher: str) -> None:
+def test_elders_are_named_inside_an_agent(offline_page: Page, tmp_path: Path, teacher: str) -> None:
     of_elders = {"inheritance": "social-heredity", "generations": LAST + 1}
     heirs = quick(
         presets.load("evo+self-taught/A"), evolution=of_elders, learning={"teacher": teacher}
     )
-    opened(lonely, heirs, tmp_path)
-    lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
+    opened(offline_page, heirs, tmp_path)
+    offline_page.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
     taught = binary_frames.unpack(inspect_agent(*last_life(heirs), AGENT))[0]["elders"]
     elders = " and ".join(map(str, dict.fromkeys(taught)))
-    expect(lonely.get_by_test_id("elders")).to_contain_text(f"{elders} of generation {LAST - 1}.")
+    expect(offline_page.get_by_test_id("elders")).to_contain_text(
+        f"{elders} of generation {LAST - 1}."
+    )
 
 
 @pytest.mark.parametrize("selection", ["roulette", "neutral"])
 def test_births_and_deaths_in_mid_life_have_python_s_bits(
-    lonely: Page, tmp_path: Path, selection: str
+    offline_page: Page, tmp_path: Path, selection: str
 ) -> None:
     brief = {"births_and_deaths": {"initial_energy": 0.5, "cost_per_step": 0.01, "max_age": 60}}
     experiment = quick(presets.load("evo+self-taught/births-and-deaths")).replace(world=brief)
     path = tmp_path / "laboratory.html"
     path.write_bytes(live_page([experiment]))
-    lonely.goto(path.as_uri())
-    lonely.get_by_test_id("start").wait_for()
+    offline_page.goto(path.as_uri())
+    offline_page.get_by_test_id("start").wait_for()
     changed = experiment.replace(
         evolution={"selection": selection, "elite": 0 if selection == "neutral" else 20}
     )
     assert simulate(changed, seed=4)["born"].sum() > 100
-    assert same_bits(lonely, changed, seed=4, run=0)
+    assert same_bits(offline_page, changed, seed=4, run=0)

@@ -7,7 +7,7 @@ import re
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
-from tests.lab.asking import LabServer
+from tests.lab.client import LabServer
 from tests.small import small
 
 LIFE = "study=small&condition=evo/A&run=1&generation=1&step=10"

@@ -9,8 +9,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import StudyStore
 from tests.axe import barriers
-from tests.lab.asking import WINDOWS, LabServer, arrays
-from tests.lab.test_page_room import MEASURE, window
+from tests.lab.client import WINDOWS, LabServer, get_arrays
+from tests.lab.test_page_layout import MEASURE, window
 
 CELLS = "study=looks&condition=cells&run=1&generation=2"
 MATRIX, WALK = CELLS.replace("cells", "hawks"), CELLS.replace("cells", "climbers")
@@ -26,7 +26,7 @@ def opened(page: Page, looks_server: LabServer) -> Page:
 
 def told(server: LabServer, step: int, **asked: int) -> str:
     """What the page says of a step of a life of twenty moves in each of six environments."""
-    _, found = arrays(
+    _, found = get_arrays(
         server.address, "view", study="looks", condition="cells", run=1, view="life", **asked
     )
     row, column = found["place"][step] + 1
