@@ -1,4 +1,4 @@
-"""The private names of Numba, llvmlite and numba-cuda that the engine uses, and for what."""
+"""The private names of Numba, llvmlite and numba-cuda that the engine uses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from baldwinlab.engine.numba_internals import dispatchers
 
 
 class Name(NamedTuple):
-    """A name of Numba's, how the engine calls it ("self, builder, size="), and for what."""
+    """A name of Numba, its purpose in the engine and its arguments ("self, builder, size=")."""
 
     path: str
     purpose: str
@@ -24,13 +24,13 @@ REUSE = "compiling a function once for many combinations of parts"
 CACHE = "storing compiled code for the next start"
 OPTION = "compiling functions that are inlined and count no references"
 BROWSER = "modules for browsers"
-CALLS = "calling compiled functions without asking for types at each call"
+CALLS = "calling compiled functions without a look-up of types at each call"
 EMIT = "instructions for SIMD blocks and for tuples by their address"
 GPU = "kernels with the same bits as on the CPU"
 
 OPTIONS = [*dispatchers.INLINED, *dispatchers.UNWRAPPED]
 
-IMPORTED = [
+IMPORTED_NAMES = [
     Name("numba.core.cgutils.gep", POINTERS, "builder, pointer, index"),
     Name("numba.core.cgutils.gep_inbounds", POINTERS, "builder, pointer, index, index"),
     Name("numba.core.cgutils.alloca_once", POINTERS, "builder, kind, size="),
@@ -117,7 +117,7 @@ IMPORTED = [
     Name("numba.core.config.OPT", LIBRARY),
 ]
 
-OF_A_COMPILATION = [
+COMPILATION_NAMES = [
     Name("library._codegen", LIBRARY),
     Name("library._codegen._tm", LIBRARY),
     Name("library._codegen._data_layout", LIBRARY),
@@ -159,7 +159,7 @@ OF_A_COMPILATION = [
     Name("tuple_type.types", MODELS),
 ]
 
-OF_CUDA = [
+CUDA_NAMES = [
     Name("numba.cuda.cudadrv.nvvm.compile_ir", GPU, "code, fma="),
     Name("numba.cuda.core.config.CUDA_LOW_OCCUPANCY_WARNINGS", GPU),
     Name("numba.cuda.extending.intrinsic", GPU, "function"),
@@ -177,4 +177,4 @@ OF_CUDA = [
 ]
 
 
-NAMES = [*IMPORTED, *OF_A_COMPILATION, *OF_CUDA]
+NAMES = [*IMPORTED_NAMES, *COMPILATION_NAMES, *CUDA_NAMES]

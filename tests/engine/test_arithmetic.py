@@ -1,4 +1,4 @@
-"""Functions without libm: as exact as they claim, in plain Python the same bits, and nothing of libm in the machine code."""
+"""Test the arithmetic functions that do not call libm: accuracy, bits and machine code."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PYTHON: tuple[Function, ...] = (
     arithmetic.power_of_ten,
     arithmetic.normal_quantile,
 )
-FUNCTIONS = logarithm, power_of_ten, normal_quantile = tuple(cached_jit(each) for each in PYTHON)
+FUNCTIONS = logarithm, power_of_ten, normal_quantile = tuple(map(cached_jit, PYTHON))
 sigmoid = cached_jit(arithmetic.sigmoid)
 RANDOM = np.random.default_rng(1)
 ARGUMENTS: dict[Function, Numbers] = {
@@ -56,87 +56,99 @@ ARGUMENTS: dict[Function, Numbers] = {
 }
 
 
-def of_all(function: Function, arguments: Numbers) -> Numbers:
-    return np.array([function(each) for each in arguments.tolist()])
+def evaluate_all(function: Function, arguments: Numbers) -> Numbers:
+    return np.array([function(argument) for argument in arguments.tolist()])
 
 
-def units_in_last_place(found: Numbers, exact: list[Decimal]) -> float:
+def units_in_last_place(actual: Numbers, expected: list[Decimal]) -> float:
+    """Return the largest error, in units in the last place."""
     return max(
-        float(abs(Decimal(each) - right) / Decimal(math.ulp(float(right))))
-        for each, right in zip(found.tolist(), exact, strict=True)
+        float(abs(Decimal(value) - exact) / Decimal(math.ulp(float(exact))))
+        for value, exact in zip(actual.tolist(), expected, strict=True)
     )
 
 
 def test_the_logarithm_is_exact_to_a_unit_in_the_last_place() -> None:
     getcontext().prec = 40
     arguments = ARGUMENTS[logarithm]
-    assert (
-        units_in_last_place(
-            of_all(logarithm, arguments), [Decimal(each).ln() for each in arguments.tolist()]
-        )
-        < 1
-    )
+    exact = [Decimal(argument).ln() for argument in arguments.tolist()]
+    assert units_in_last_place(evaluate_all(logarithm, arguments), exact) < 1
     assert logarithm(1) == 0
 
 
 def test_a_power_of_ten_is_exact_to_two_units_in_the_last_place() -> None:
     getcontext().prec = 40
     arguments = ARGUMENTS[power_of_ten]
-    exact = [Decimal(10) ** Decimal(each) for each in arguments.tolist()]
-    assert units_in_last_place(of_all(power_of_ten, arguments), exact) < 2
+    exact = [Decimal(10) ** Decimal(argument) for argument in arguments.tolist()]
+    assert units_in_last_place(evaluate_all(power_of_ten, arguments), exact) < 2
     assert power_of_ten(0) == 1
 
 
-def test_a_normal_quantile_is_that_of_scipy_to_fifteen_digits_and_symmetric() -> None:
+def test_a_normal_quantile_is_symmetric_and_equals_that_of_scipy_to_fifteen_digits() -> None:
     arguments = ARGUMENTS[normal_quantile]
     np.testing.assert_allclose(
-        of_all(normal_quantile, arguments), ndtri(arguments), rtol=2e-15, atol=0
+        evaluate_all(normal_quantile, arguments), ndtri(arguments), rtol=2e-15, atol=0
     )
-    dyadic: Numbers = (
-        RANDOM.integers(1, 2**32, 1000).astype(np.float64) * 2.0**-33
-    )  # so that 1 - p is exact
+    # 1 - p is exact for these numbers.
+    dyadic: Numbers = RANDOM.integers(1, 2**32, 1000).astype(np.float64) * 2.0**-33
     np.testing.assert_array_equal(
-        of_all(normal_quantile, dyadic), -of_all(normal_quantile, 1 - dyadic)
+        evaluate_all(normal_quantile, dyadic), -evaluate_all(normal_quantile, 1 - dyadic)
     )
 
 
 @pytest.mark.parametrize(
     ("function", "argument", "expected"),
     [
-        (logarithm, 0.0, -math.inf), (logarithm, -1.0, math.nan), (logarithm, math.inf, math.inf),
-        (power_of_ten, 308.3, math.inf), (power_of_ten, 1e300, math.inf), (power_of_ten, -1e300, 0), (power_of_ten, -330, 0),
-        (power_of_ten, -320.0, 1e-320), (power_of_ten, -math.inf, 0),
-        (normal_quantile, 0.0, -math.inf), (normal_quantile, 1.0, math.inf), (normal_quantile, 0.5, 0),
-        (normal_quantile, 1.5, math.nan), (normal_quantile, -0.5, math.nan),
+        (logarithm, 0.0, -math.inf),
+        (logarithm, -1.0, math.nan),
+        (logarithm, math.inf, math.inf),
+        (power_of_ten, 308.3, math.inf),
+        (power_of_ten, 1e300, math.inf),
+        (power_of_ten, -1e300, 0),
+        (power_of_ten, -330, 0),
+        (power_of_ten, -320.0, 1e-320),
+        (power_of_ten, -math.inf, 0),
+        (normal_quantile, 0.0, -math.inf),
+        (normal_quantile, 1.0, math.inf),
+        (normal_quantile, 0.5, 0),
+        (normal_quantile, 1.5, math.nan),
+        (normal_quantile, -0.5, math.nan),
     ],
-)  # fmt: skip
-def test_where_a_function_ends(function: Function, argument: float, expected: float) -> None:
+)
+def test_a_function_has_the_right_limits(
+    function: Function, argument: float, expected: float
+) -> None:
     np.testing.assert_equal(function(argument), expected)
 
 
 @pytest.mark.parametrize("function", FUNCTIONS)
-def test_no_number_gives_no_number(function: Function) -> None:
+def test_a_function_of_nan_is_nan(function: Function) -> None:
     assert math.isnan(function(math.nan))
 
 
 def print_bits() -> None:
     for function in FUNCTIONS:
-        print(hashlib.sha256(of_all(function, ARGUMENTS[function]).tobytes()).hexdigest())
+        print(hashlib.sha256(evaluate_all(function, ARGUMENTS[function]).tobytes()).hexdigest())
     print(hashlib.sha256(np.array([sigmoid(z) for z in grid()], np.float32).tobytes()).hexdigest())
 
 
 def test_plain_python_gives_the_same_bits(capsys: pytest.CaptureFixture[str]) -> None:
     print_bits()
     root = Path(baldwinlab.__file__).parents[1]
+    code = "from tests.engine.test_arithmetic import print_bits; print_bits()"
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", "from tests.engine.test_arithmetic import print_bits; print_bits()"],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, cwd=root, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [sys.executable, "-W", "error", "-c", code],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout == capsys.readouterr().out
 
 
 @pytest.mark.parametrize("function", PYTHON)
-def test_the_machine_code_calls_nothing_but_python(function: Function) -> None:
+def test_the_machine_code_calls_only_functions_of_python(function: Function) -> None:
     fresh = numba.njit(**OPTIONS)(function)
     fresh(0.25)
     (code,) = fresh.inspect_llvm().values()
@@ -149,7 +161,9 @@ def test_the_machine_code_calls_nothing_but_python(function: Function) -> None:
     )
 
 
-def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gpu_code_rounds_every_operation_and_calls_no_function(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     if importlib.util.find_spec("numba_cuda") is None:
         pytest.skip("needs the extra 'cuda': make cuda")
     from numba.cuda import compile_ptx, types
@@ -176,7 +190,7 @@ def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.Monk
     assert not re.search(r"^\s+call", code, re.MULTILINE)
 
 
-def test_a_square_root_is_that_of_ieee_754() -> None:
+def test_a_square_root_is_correctly_rounded() -> None:
     root = numba.njit(lambda x: square_root(x))
     for number in RANDOM.uniform(0, 1e6, 100).tolist():
         assert root(number) == math.sqrt(number)
@@ -186,7 +200,7 @@ def test_a_square_root_is_that_of_ieee_754() -> None:
 share_of_turn = cached_jit(arithmetic.share_of_turn)
 
 
-def test_the_share_of_a_turn_is_that_of_the_arctangent_to_the_precision_of_float32() -> None:
+def test_the_share_of_a_turn_equals_the_arctangent_to_the_precision_of_float32() -> None:
     for u, v in RANDOM.normal(size=(4000, 2)).astype(np.float32):
         share = share_of_turn(u, v)
         assert abs(share - math.atan2(v, u) / math.tau % 1) < 1e-7
@@ -213,11 +227,11 @@ def logistic(z: float) -> float:
     return 1 / (1 + math.exp(-z)) if z > -700 else 0.0
 
 
-def test_the_sigmoid_is_the_logistic_function_to_the_precision_of_float32() -> None:
+def test_the_sigmoid_equals_the_logistic_function_to_the_precision_of_float32() -> None:
     assert max(abs(float(sigmoid(z)) - logistic(float(z))) for z in grid()) < 2.5e-7
 
 
-def test_the_sigmoid_lies_strictly_between_0_and_1_and_is_a_half_at_0() -> None:
+def test_the_sigmoid_is_strictly_between_0_and_1_and_one_half_at_0() -> None:
     values = [sigmoid(z) for z in grid()]
     assert all(0 < value < 1 for value in values)
     assert all(isinstance(value, float | np.float32) for value in values)

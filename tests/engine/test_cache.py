@@ -1,4 +1,4 @@
-"""What lies in the cache of compiled code is believed only where nobody else may have put it there, and where it is whole."""
+"""Test that only complete files in a private folder are loaded from the cache of compiled code."""
 
 from __future__ import annotations
 
@@ -20,16 +20,15 @@ print(rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist())
 EXPECTED = f"{rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist()}\n"
 
 pytestmark = pytest.mark.skipif(
-    not hasattr(os, "getuid"), reason="about owners and modes of folders"
+    not hasattr(os, "getuid"), reason="needs owners and modes of folders"
 )
 
 
 def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[str]:
     root = Path(baldwinlab.__file__).parents[1]
-    whole = {**os.environ, "PYTHONPATH": str(root), **environment}
     return subprocess.run(
         [sys.executable, "-c", code],
-        env=whole,
+        env={**os.environ, "PYTHONPATH": str(root), **environment},
         cwd=root,
         capture_output=True,
         text=True,
@@ -72,18 +71,18 @@ def test_an_unusable_given_folder_is_reported_and_not_replaced(
     assert not stored_files(tmp_path)
 
 
-@pytest.mark.parametrize("others", ["may write", "own it", "may put another in its place"])
-def test_a_folder_that_other_users_can_write_to_is_reported_and_not_used(
-    others: str, tmp_path: Path
+@pytest.mark.parametrize("permission", ["write", "own", "replace"])
+def test_a_folder_that_other_users_can_change_is_reported_and_not_used(
+    permission: str, tmp_path: Path
 ) -> None:
     shared = tmp_path / "shared"
     folder = shared / "cache"
     folder.mkdir(parents=True)
     assert draw(BALDWINLAB_CACHE=str(folder)).stdout == EXPECTED
     before = [file.stat() for file in stored_files(folder)]
-    if others == "may write":
+    if permission == "write":
         folder.chmod(0o777)
-    elif others == "own it":
+    elif permission == "own":
         if os.getuid():
             pytest.skip("only root can give a folder away")
         os.chown(folder, 12345, -1)
@@ -93,11 +92,10 @@ def test_a_folder_that_other_users_can_write_to_is_reported_and_not_used(
     assert done.stdout == EXPECTED
     assert "compiled code is not cached" in done.stderr
     assert str(folder) in done.stderr
-    now = [file.stat() for file in stored_files(folder)]
-    assert [(each.st_mtime, each.st_ino) for each in now] == [
-        (each.st_mtime, each.st_ino) for each in before
-    ]
-    assert [each.st_atime for each in now] == [each.st_atime for each in before]
+    after = [file.stat() for file in stored_files(folder)]
+    assert [status.st_mtime for status in after] == [status.st_mtime for status in before]
+    assert [status.st_ino for status in after] == [status.st_ino for status in before]
+    assert [status.st_atime for status in after] == [status.st_atime for status in before]
 
 
 @pytest.mark.parametrize(
@@ -106,82 +104,86 @@ def test_a_folder_that_other_users_can_write_to_is_reported_and_not_used(
 def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
     assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
     (file,) = stored_files(tmp_path)
-    whole = file.read_bytes()
-    middle = len(whole) // 2
+    content = file.read_bytes()
+    middle = len(content) // 2
     file.write_bytes(
         {
-            "cut short": whole[:middle],
+            "cut short": content[:middle],
             "emptied": b"",
-            "a bit flipped": whole[:middle] + bytes([whole[middle] ^ 16]) + whole[middle + 1 :],
-            "another file's": whole[cache.DIGEST :],
-            "a pickle that runs": whole[: cache.DIGEST] + b"cbuiltins\nexit\n(tR.",
+            "a bit flipped": content[:middle]
+            + bytes([content[middle] ^ 16])
+            + content[middle + 1 :],
+            "another file's": content[cache.DIGEST :],
+            "a pickle that runs": content[: cache.DIGEST] + b"cbuiltins\nexit\n(tR.",
         }[damage]
     )
     done = draw(BALDWINLAB_CACHE=str(tmp_path))
     assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
-    assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.01)
+    assert len(file.read_bytes()) == pytest.approx(len(content), rel=0.01)
 
 
 def test_garbage_with_a_matching_digest_is_compiled_again(tmp_path: Path) -> None:
     draw(BALDWINLAB_CACHE=str(tmp_path))
     (file,) = stored_files(tmp_path)
-    whole = file.read_bytes()
+    content = file.read_bytes()
     for garbage in (b"nothing of the kind", pickle.dumps([1, 2])):
         cache.FileCodeStore(file.parent).write(file.stem, garbage)
-        assert file.read_bytes() != whole
+        assert file.read_bytes() != content
         done = draw(BALDWINLAB_CACHE=str(tmp_path))
         assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
-        assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.01)
+        assert len(file.read_bytes()) == pytest.approx(len(content), rel=0.01)
 
 
 DRAW_BOTH = f"{DRAW}print(rng.uniforms(1, 2, 3, 4, (1, 1)).ravel().tolist())\n"
 
 
 def test_exchanged_files_of_compiled_code_are_compiled_again(tmp_path: Path) -> None:
-    sound = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
-    one, other = stored_files(tmp_path)
-    first, second = one.read_bytes(), other.read_bytes()
-    one.write_bytes(second)
-    other.write_bytes(first)
+    valid = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
+    files = stored_files(tmp_path)
+    first, second = (file.read_bytes() for file in files)
+    files[0].write_bytes(second)
+    files[1].write_bytes(first)
     done = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
-    assert (done.stdout, done.stderr, done.returncode) == (sound.stdout, "", 0)
-    assert (len(one.read_bytes()), len(other.read_bytes())) == pytest.approx(
-        (len(first), len(second)), rel=0.01
-    )
+    assert (done.stdout, done.stderr, done.returncode) == (valid.stdout, "", 0)
+    sizes = [len(file.read_bytes()) for file in files]
+    assert sizes == pytest.approx([len(first), len(second)], rel=0.01)
 
 
 def test_valid_code_is_loaded(tmp_path: Path) -> None:
     draw(BALDWINLAB_CACHE=str(tmp_path))
     (file,) = stored_files(tmp_path)
-    before = file.stat().st_ino
+    inode = file.stat().st_ino
     assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
-    assert file.stat().st_ino == before
+    assert file.stat().st_ino == inode
 
 
-def test_a_full_disk_stops_no_computation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(path: Path, content: bytes) -> None:
+def test_a_computation_continues_when_the_disk_is_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse_to_write(path: Path, content: bytes) -> None:
         raise OSError(28, "No space left on device")
 
     class Compiled:
-        codegen = type("Codegen", (), {"magic_tuple": staticmethod(lambda: ("here",))})
+        codegen = type("Codegen", (), {"magic_tuple": staticmethod(lambda: ("machine",))})
 
         def _reduce(self) -> tuple[int, ...]:
             return (1, 2, 3)
 
-    monkeypatch.setattr(cache, "write_atomically", full)
-    with pytest.warns(RuntimeWarning, match=f"{tmp_path}: No space left on device") as said:
-        for code in ("one", "other"):
+    monkeypatch.setattr(cache, "write_atomically", refuse_to_write)
+    message = f"{tmp_path}: No space left on device"
+    with pytest.warns(RuntimeWarning, match=message) as warnings:
+        for code in ("first", "second"):
             cache.FileCodeStore(tmp_path / code).save_overload("(int64,)", Compiled())
-    assert len(said) == 1
+    assert len(warnings) == 1
 
 
 def test_a_process_waits_for_code_that_another_process_compiles(tmp_path: Path) -> None:
     environment = {"BALDWINLAB_CACHE": str(tmp_path)}
     draw(**environment)
-    (made,) = stored_files(tmp_path)
-    content = made.read_bytes()
-    made.unlink()
-    with cache.lock_directory(made.parent):
+    (file,) = stored_files(tmp_path)
+    content = file.read_bytes()
+    file.unlink()
+    with cache.lock_directory(file.parent):
         waiting = subprocess.Popen(
             [sys.executable, "-c", DRAW],
             env=os.environ | environment,
@@ -190,13 +192,13 @@ def test_a_process_waits_for_code_that_another_process_compiles(tmp_path: Path) 
         )
         with pytest.raises(subprocess.TimeoutExpired):
             waiting.communicate(timeout=5)
-        made.write_bytes(content)
-    put_there = made.stat().st_ino
+        file.write_bytes(content)
+    inode = file.stat().st_ino
     assert waiting.communicate(timeout=60)[0] == EXPECTED
-    assert made.stat().st_ino == put_there
+    assert file.stat().st_ino == inode
 
 
-def test_code_for_blocks_of_another_size_has_another_folder(tmp_path: Path) -> None:
+def test_code_for_each_block_size_has_its_own_folder(tmp_path: Path) -> None:
     for lanes in ("4", "16"):
         assert draw(BALDWINLAB_CACHE=str(tmp_path), BALDWINLAB_LANES=lanes).stdout == EXPECTED
     assert len(list(tmp_path.glob("engine-*"))) == 2

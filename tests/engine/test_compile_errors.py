@@ -1,4 +1,4 @@
-"""A hook that cannot be compiled: one sentence that says what to write, without the engine's own names for types."""
+"""Test that a hook that cannot be compiled raises one sentence with the code to write instead."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ STATEMENTS = [
 @pytest.mark.parametrize(
     ("statement", "sentence"), STATEMENTS, ids=[statement for statement, _ in STATEMENTS]
 )
-def test_a_mistake_with_a_block_is_named_in_words_of_the_documentation(
+def test_an_error_with_a_block_is_described_in_terms_of_the_documentation(
     tmp_path: Path, statement: str, sentence: str
 ) -> None:
     message = _compile(tmp_path / "rule.py", statement)
@@ -75,7 +75,7 @@ def test_a_mistake_with_a_block_is_named_in_words_of_the_documentation(
 
 
 def _compile(file: Path, statement: str) -> str:
-    """The message on a hook with that statement."""
+    """Return the message about a hook with the statement."""
     file.write_text(HOOK.format(statement=statement), encoding="utf-8")
     linecache.checkcache()
     names: dict[str, Any] = {**vars(simd), "np": np, "math": math}

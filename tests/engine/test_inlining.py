@@ -1,4 +1,4 @@
-"""What compiled code calls is a part of it."""
+"""Test that a compiled function includes the code of the functions that it calls."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ def four_times(value: float) -> float:
     return twice(twice(value))
 
 
-def test_a_function_that_only_compiled_code_calls_becomes_no_machine_code_of_its_own(
+def test_a_function_that_only_compiled_code_calls_has_no_separate_machine_code(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    made = []
-    add = JITCPUCodegen._add_module
+    modules = []
+    add_module = JITCPUCodegen._add_module
 
-    def note(self: JITCPUCodegen, module: ModuleRef) -> object:
-        made.append(module.name.split(".")[-1])
-        return add(self, module)
+    def record(self: JITCPUCodegen, module: ModuleRef) -> object:
+        modules.append(module.name.split(".")[-1])
+        return add_module(self, module)
 
-    monkeypatch.setattr(JITCPUCodegen, "_add_module", note)
+    monkeypatch.setattr(JITCPUCodegen, "_add_module", record)
     jit.cached_jit(four_times.__wrapped__).dispatcher.compile((float32,))  # type: ignore[attr-defined]
-    assert "four_times" in made
-    assert "twice" not in made
+    assert "four_times" in modules
+    assert "twice" not in modules
 
 
-def test_python_calls_it_as_the_python_that_it_is() -> None:
+def test_python_calls_a_compiled_function_as_plain_python() -> None:
     assert twice(1.5) == 3.0
 
 
@@ -75,26 +75,28 @@ def step(body: Body) -> None:
 
 
 def walk(body: Body) -> None:
-    there = as_pointer(body)
-    grow(there)
-    step(there)
+    pointer = as_pointer(body)
+    grow(pointer)
+    step(pointer)
 
 
-def test_what_reads_of_a_tuple_only_what_is_alike_is_made_once_and_what_reads_more_anew(
+def test_a_function_is_compiled_again_only_if_a_field_that_it_reads_has_another_type(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    made = []
+    compiled = []
     finish_lowering = inlining._Linked.finish_lowering
 
-    def note(self: inlining._Linked, state: Any) -> None:
-        made.append(state.func_id.func_name)
+    def record(self: inlining._Linked, state: Any) -> None:
+        compiled.append(state.func_id.func_name)
         finish_lowering(self, state)
 
-    monkeypatch.setattr(inlining._Linked, "finish_lowering", note)
-    first, second = np.zeros(2), np.zeros(2)
-    walked = njit(**jit.OPTIONS)(walk)  # which is not kept for a next test run
-    walked(Body(2.0, Fast(3.0), first))
-    walked(Body(2.0, Slow(5.0, 7), second))
-    assert sorted(made) == ["grow", "step", "step", "stride", "stride"]
+    monkeypatch.setattr(inlining._Linked, "finish_lowering", record)
+    first = np.zeros(2)
+    second = np.zeros(2)
+    # `njit` does not store the code for the next test run.
+    compiled_walk = njit(**jit.OPTIONS)(walk)
+    compiled_walk(Body(2.0, Fast(3.0), first))
+    compiled_walk(Body(2.0, Slow(5.0, 7), second))
+    assert sorted(compiled) == ["grow", "step", "step", "stride", "stride"]
     assert first.tolist() == [2, 6]
     assert second.tolist() == [2, 10]

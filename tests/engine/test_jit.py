@@ -1,4 +1,4 @@
-"""Compiled code is kept for the next start, and is never stale."""
+"""Test that compiled code is stored for the next start and is never stale."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.worlds import small
 COUNT_AND_RUN = """
 from baldwinlab.engine import cache, jit, rng
 directory = cache.cache_directory(jit.fingerprint([rng.words]))
-one = rng.words(1, 2, 3, 4, (1, 1))
+words = rng.words(1, 2, 3, 4, (1, 1))
 print(cache.sources_hash(), rng.unit(2**31), len(list(directory.parent.rglob("*.compiled"))))
 """
 
@@ -35,7 +35,7 @@ def start(package: Path, cache: Path) -> list[str]:
     return done.stdout.split()
 
 
-def test_the_next_start_finds_compiled_code_and_an_edit_anywhere_in_the_engine_does_not(
+def test_a_second_start_loads_the_compiled_code_and_an_edit_of_the_engine_compiles_it_again(
     tmp_path: Path,
 ) -> None:
     package = tmp_path / "source"
@@ -71,7 +71,7 @@ print(simulate(small("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolis
 """
 
 
-def live(which: str, cache: Path) -> str:
+def simulate_in_subprocess(which: str, cache: Path) -> str:
     root = Path(baldwinlab.__file__).parents[1]
     environment = {**os.environ, "PYTHONPATH": str(root), "BALDWINLAB_CACHE": str(cache)}
     done = subprocess.run(
@@ -86,18 +86,15 @@ def live(which: str, cache: Path) -> str:
 
 
 @pytest.mark.nightly  # the whole engine is compiled twice
-def test_a_function_put_in_another_s_place_never_gets_into_code_that_a_later_process_loads(
-    tmp_path: Path,
-) -> None:
-    patched, later = live("patched", tmp_path), live("as it is", tmp_path)
-    assert (
-        later
-        == f"{simulate(small('evo+self-taught'), seed=1).energy.values.sum(axis=1).tolist()}\n"
-    )
+def test_a_patched_function_is_not_in_the_code_that_a_later_process_loads(tmp_path: Path) -> None:
+    patched = simulate_in_subprocess("patched", tmp_path)
+    later = simulate_in_subprocess("original", tmp_path)
+    expected = simulate(small("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolist()
+    assert later == f"{expected}\n"
     assert patched != later
 
 
-def test_to_import_the_package_makes_no_folder(tmp_path: Path) -> None:
+def test_importing_the_package_creates_no_folder(tmp_path: Path) -> None:
     environment = {**os.environ, "BALDWINLAB_CACHE": str(tmp_path / "cache")}
     subprocess.run(
         [sys.executable, "-c", "import baldwinlab; baldwinlab.load"], env=environment, check=True
@@ -105,11 +102,12 @@ def test_to_import_the_package_makes_no_folder(tmp_path: Path) -> None:
     assert not (tmp_path / "cache").exists()
 
 
-def test_without_the_compiler_every_agent_lives(tmp_path: Path) -> None:
+def test_a_simulation_without_the_compiler_has_the_same_results(tmp_path: Path) -> None:
     code = """
 from tests.worlds import small
 from baldwinlab.simulation.simulate import simulate
-print(simulate(small("evo", lifetime={"steps": 40}, evolution={"generations": 2}), seed=1).food_eaten.values.tolist())
+experiment = small("evo", lifetime={"steps": 40}, evolution={"generations": 2})
+print(simulate(experiment, seed=1).food_eaten.values.tolist())
 """
     root = Path(baldwinlab.__file__).parents[1]
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}

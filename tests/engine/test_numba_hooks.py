@@ -1,4 +1,4 @@
-"""Numba calls each method with which the engine overrides one of its own, so none is dead."""
+"""Test that Numba calls each method of the engine that overrides a method of Numba."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ HOOKS = [
     (dispatchers.CodeStore, "save_overload"),
     (reference._Attributes, "generic_resolve"),
 ]
-"""The methods that override one of Numba's, or that Numba finds by their names."""
+"""The methods that override a method of Numba or that Numba calls by name."""
 
 
 class Pair(NamedTuple):
@@ -60,7 +60,7 @@ def _compile_entry(store: Path) -> None:
 
 
 def _counting(method: Any, count: Callable[[], None]) -> Any:
-    """A method, or a property, that counts its calls."""
+    """Return the method, or the property, with a count of its calls."""
     function = getattr(method, "fget", method)
 
     def call(*arguments: Any, **options: Any) -> Any:
@@ -72,7 +72,7 @@ def _counting(method: Any, count: Callable[[], None]) -> Any:
 
 @pytest.fixture(scope="module")
 def calls(tmp_path_factory: pytest.TempPathFactory) -> Counter[tuple[type, str]]:
-    """The calls of the hooks while an entry is compiled and stored, and then loaded."""
+    """Count the calls of the hooks while an entry is compiled, stored and loaded."""
     counts: Counter[tuple[type, str]] = Counter()
     with pytest.MonkeyPatch.context() as patch:
         for hook in HOOKS:

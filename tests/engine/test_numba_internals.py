@@ -1,4 +1,4 @@
-"""Each private name of Numba that the engine uses is there, and only one package uses them."""
+"""Test that the private names of Numba exist and that only `numba_internals` uses them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 import baldwinlab
 from baldwinlab.engine import numba_internals
 from baldwinlab.engine.numba_internals import dispatchers
-from tests.engine.numba_names import IMPORTED, NAMES, OF_A_COMPILATION, OF_CUDA, Name
+from tests.engine.numba_names import COMPILATION_NAMES, CUDA_NAMES, IMPORTED_NAMES, NAMES, Name
 
 PACKAGE = Path(numba_internals.__file__).parent
 ROOT = Path(baldwinlab.__file__).parent
@@ -39,41 +39,41 @@ PUBLIC_MODULES = {
 }
 
 
-def find(path: str, roots: dict[str, Any]) -> Any:
-    """The object of a dotted path, whose first parts are a module or one of the roots."""
+def resolve_path(path: str, roots: dict[str, Any]) -> Any:
+    """Return the object of a dotted path that begins with a module or one of the roots."""
     first, *rest = path.split(".")
-    found = roots.get(first)
-    if found is None:
-        found = import_module(first)
-        while rest and inspect.ismodule(found) and not hasattr(found, rest[0]):
-            found = import_module(f"{found.__name__}.{rest.pop(0)}")
+    value = roots.get(first)
+    if value is None:
+        value = import_module(first)
+        while rest and inspect.ismodule(value) and not hasattr(value, rest[0]):
+            value = import_module(f"{value.__name__}.{rest.pop(0)}")
     for part in rest:
-        found = getattr(found, part)
-    return found
+        value = getattr(value, part)
+    return value
 
 
 def require(name: Name, roots: dict[str, Any]) -> None:
-    """Fail, with one sentence, where a name is gone or cannot be called as the engine calls it."""
+    """Fail with one sentence if a name is missing or its signature has changed."""
     try:
-        found = find(name.path, roots)
+        value = resolve_path(name.path, roots)
         if name.call is not None:
             parameters = name.call.split(", ")
-            keywords = {each[:-1]: None for each in parameters if each.endswith("=")}
+            keywords = {word[:-1]: None for word in parameters if word.endswith("=")}
             positional = parameters[: len(parameters) - len(keywords)]
-            inspect.signature(found).bind(*positional, **keywords)
+            inspect.signature(value).bind(*positional, **keywords)
     except (AttributeError, ImportError, TypeError) as error:
         fault = f"Numba's `{name.path}` is gone or has other parameters ({error})"
         pytest.fail(f"{fault}: baldwinlab uses it for {name.purpose}", pytrace=False)
 
 
-@pytest.mark.parametrize("name", IMPORTED, ids=lambda name: name.path)
-def test_a_name_is_there(name: Name) -> None:
+@pytest.mark.parametrize("name", IMPORTED_NAMES, ids=lambda name: name.path)
+def test_a_name_exists(name: Name) -> None:
     require(name, {})
 
 
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda")
-@pytest.mark.parametrize("name", OF_CUDA, ids=lambda name: name.path)
-def test_a_name_of_the_compiler_for_gpus_is_there(name: Name) -> None:
+@pytest.mark.parametrize("name", CUDA_NAMES, ids=lambda name: name.path)
+def test_a_name_of_the_gpu_compiler_exists(name: Name) -> None:
     require(name, {})
 
 
@@ -88,8 +88,9 @@ def _add(pair: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def objects() -> dict[str, Any]:
-    """Objects of a compilation by Numba alone, by the names that begin the paths above."""
-    states, managers = [], []
+    """Return objects of a compilation by Numba, by the first word of the paths above."""
+    states = []
+    managers = []
 
     class Compiler(CompilerBase):  # type: ignore[misc]
         def define_pipelines(self) -> list[Any]:
@@ -99,7 +100,9 @@ def objects() -> dict[str, Any]:
 
     dispatcher = numba.njit(pipeline_class=Compiler)(_add)
     assert dispatcher(Pair(2.0, np.array([3.0]))) == 5
-    (result,), (state,), (tuple_type,) = dispatcher.overloads.values(), states, states[0].args
+    (result,) = dispatcher.overloads.values()
+    (state,) = states
+    (tuple_type,) = state.args
     block = next(iter(state.func_ir.blocks.values()))
     function = ir.Function(ir.Module(), ir.FunctionType(ir.VoidType(), []), "function")
     builder = ir.IRBuilder(function.append_basic_block())
@@ -117,7 +120,7 @@ def objects() -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("name", OF_A_COMPILATION, ids=lambda name: name.path)
+@pytest.mark.parametrize("name", COMPILATION_NAMES, ids=lambda name: name.path)
 def test_a_compilation_has_a_name(name: Name, objects: dict[str, Any]) -> None:
     require(name, objects)
 
@@ -126,45 +129,49 @@ def _invert(value: float) -> float:
     return 1 / value
 
 
-def test_compiled_functions_are_called_as_pages_call_them() -> None:
+def test_compiled_functions_have_the_parameters_that_web_pages_pass() -> None:
     code, symbol = dispatchers.compile_to_llvm(numba.njit(_invert), float64(float64))
     head = rf'define [^@]*\bi32 @"?{re.escape(symbol)}"?\(ptr [^,]*, ptr [^,]*, double '
     assert re.search(head, code), "`lowering.define_plain_function` has other parameters"
 
 
-def test_random_numbers_of_numba_are_found_by_the_names_of_their_functions() -> None:
+def test_calls_of_the_random_numbers_of_numba_are_recognized_by_name() -> None:
     dispatcher = numba.njit(lambda: np.random.random())  # noqa: NPY002
     dispatcher()
     code = next(iter(dispatcher.inspect_llvm().values()))
     declared = re.findall(r'declare [^@]*@"?([\w.]+)', code)
-    assert any(re.match(dispatchers.RANDOM_SYMBOLS, each) for each in declared)
-    assert all(re.match(dispatchers.RUNTIME_SYMBOLS, each) for each in declared), declared
+    assert any(re.match(dispatchers.RANDOM_SYMBOLS, name) for name in declared)
+    assert all(re.match(dispatchers.RUNTIME_SYMBOLS, name) for name in declared), declared
 
 
-PYTHON = {"__init__", "copy", "encode", "get", "hexdigest", "join", "loads", "reset", "set"}
-PYTHON |= {"sha256", "values"}
-OF_THE_ENGINE = {"_pass_builder", "discard", "finish_lowering", "library_class", "read", "write"}
-UNMISTAKABLE = {"calltypes", "fndesc", "overloads", "targetctx", "typemap"}
-USED_ELSEWHERE = {
-    *("_replace", "return_type", "data_layout"),  # other packages have these names too
-    *("as_pointer", "create_pass_builder"),  # documented by llvmlite
-    *("alloca_once", "gep_inbounds"),  # functions of `lowering.cgutils`
-    *("cache_path", "compile_extra"),  # defined by a subclass
+PYTHON_NAMES = {"__init__", "copy", "encode", "get", "hexdigest", "join", "loads", "reset", "set"}
+PYTHON_NAMES |= {"sha256", "values"}
+ENGINE_NAMES = {"_pass_builder", "discard", "finish_lowering", "library_class", "read", "write"}
+UNAMBIGUOUS = {"calltypes", "fndesc", "overloads", "targetctx", "typemap"}
+AMBIGUOUS = {
+    # Other packages have these names too.
+    *("_replace", "return_type", "data_layout"),
+    # llvmlite documents these names.
+    *("as_pointer", "create_pass_builder"),
+    # Functions of `lowering.cgutils`.
+    *("alloca_once", "gep_inbounds"),
+    # A subclass defines these names.
+    *("cache_path", "compile_extra"),
 }
 
 
-def parts_of(names: Iterable[Name]) -> set[str]:
+def split_paths(names: Iterable[Name]) -> set[str]:
     return {part for name in names for part in name.path.split(".")}
 
 
-def attributes_of(path: Path) -> set[str]:
-    """The attributes that a module uses, of whichever objects."""
+def list_attributes(path: Path) -> set[str]:
+    """Return the attributes that a module uses, of any object."""
     tree = ast.parse(path.read_text("utf-8"))
     return {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
 
 
-def imports_of(path: Path) -> Iterator[str]:
-    """The names of Numba's packages that a module imports, as dotted paths."""
+def list_imports(path: Path) -> Iterator[str]:
+    """Yield the names of Numba's packages that a module imports, as dotted paths."""
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -175,34 +182,34 @@ def imports_of(path: Path) -> Iterator[str]:
         yield from (name for name in names if name.split(".")[0] in ("numba", "llvmlite"))
 
 
-def test_each_private_name_that_is_used_is_listed() -> None:
-    used = set().union(*map(attributes_of, PACKAGE.glob("*.py")))
-    assert used <= parts_of(NAMES) | PYTHON | OF_THE_ENGINE
+def test_each_used_private_name_is_listed() -> None:
+    used = set().union(*map(list_attributes, PACKAGE.glob("*.py")))
+    assert used <= split_paths(NAMES) | PYTHON_NAMES | ENGINE_NAMES
 
 
 def test_each_private_import_is_listed() -> None:
-    listed = {path for name in NAMES for path in prefixes(name.path)}
+    listed = {path for name in NAMES for path in list_prefixes(name.path)}
     for path in PACKAGE.glob("*.py"):
-        assert {name for name in imports_of(path) if not is_public(name)} <= listed, path.name
+        assert {name for name in list_imports(path) if not is_public(name)} <= listed, path.name
 
 
-def prefixes(path: str) -> Iterator[str]:
+def list_prefixes(path: str) -> Iterator[str]:
     parts = path.split(".")
     yield from (".".join(parts[:end]) for end in range(1, len(parts) + 1))
 
 
 def is_public(imported: str) -> bool:
-    """Whether a name is of a documented module; `core` is one of `numba` and is not documented."""
+    """Return whether a name is documented. `numba.core` is not documented."""
     module, _, name = imported.rpartition(".")
     return imported in PUBLIC_MODULES or (module in PUBLIC_MODULES and name != "core")
 
 
-FORBIDDEN = {each for each in parts_of(NAMES) if "_" in each} | UNMISTAKABLE
-OTHERS = [module for module, path in MODULES.items() if PACKAGE not in path.parents]
+FORBIDDEN = {name for name in split_paths(NAMES) if "_" in name} | UNAMBIGUOUS
+OTHER_MODULES = [module for module, path in MODULES.items() if PACKAGE not in path.parents]
 
 
-@pytest.mark.parametrize("module", OTHERS)
+@pytest.mark.parametrize("module", OTHER_MODULES)
 def test_no_other_module_uses_a_private_name(module: str) -> None:
     path = MODULES[module]
-    assert not {name for name in imports_of(path) if not is_public(name)}
-    assert not attributes_of(path) & (FORBIDDEN - USED_ELSEWHERE)
+    assert not {name for name in list_imports(path) if not is_public(name)}
+    assert not list_attributes(path) & (FORBIDDEN - AMBIGUOUS)

@@ -1,4 +1,4 @@
-"""Poison: unwritten memory holds a pattern, and what reads it gives other results under another pattern."""
+"""Test that code that reads unwritten memory has results that depend on the poison pattern."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from tests.worlds import small
     "dtype", ["float32", "float64", "int8", "int32", "int64", "uint8", "uint32", "bool"]
 )
 def test_unwritten_memory_differs_between_the_two_patterns(dtype: str) -> None:
-    found = []
+    arrays = []
     for number in poison.PATTERNS:
         with poison.use_pattern(number):
-            found.append(poison.empty((3, 4), dtype))
-    assert (found[0] != found[1]).all()
+            arrays.append(poison.empty((3, 4), dtype))
+    assert (arrays[0] != arrays[1]).all()
     assert all(
         array.shape == (3, 4) and array.dtype == dtype and array.flags.c_contiguous
-        for array in found
+        for array in arrays
     )
 
 
-def test_without_poison_nothing_is_filled() -> None:
+def test_without_poison_no_array_is_filled() -> None:
     array = np.arange(5.0)
     with poison.use_pattern(0):
         poison.fill(array)
@@ -42,7 +42,8 @@ def test_without_poison_nothing_is_filled() -> None:
 @pytest.mark.parametrize("number", poison.PATTERNS)
 def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> None:
     with poison.use_pattern(number):
-        index, array = int(poison.empty(1, np.int64)[0]), poison.empty((2, 100), np.float32)
+        index = int(poison.empty(1, np.int64)[0])
+        array = poison.empty((2, 100), np.float32)
     assert array.base is not None
     assert array.base.nbytes > 2 * abs(index) * array.strides[0] + array.nbytes
 
@@ -53,10 +54,10 @@ def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> Non
 def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
     code = "from baldwinlab.engine import poison; print(poison.pattern_number())"
     environment = os.environ | {poison.VARIABLE: value}
-    ended = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
     )
-    assert printed in ended.stdout + ended.stderr
+    assert printed in done.stdout + done.stderr
 
 
 READS_UNSET = """
@@ -78,7 +79,7 @@ class ReadsUnset(LearningRule, name="reads-unset"):
 
 
 @pytest.mark.parametrize(("first", "is_same"), [(0, True), (1, False)])
-def test_a_rule_that_reads_an_array_before_it_sets_it_gives_other_results(
+def test_a_rule_that_reads_unwritten_memory_has_results_that_depend_on_the_pattern(
     first: int, is_same: bool, tmp_path: Path, in_plain_python: None
 ) -> None:
     (tmp_path / "part.py").write_text(READS_UNSET.format(first=first))
@@ -86,6 +87,7 @@ def test_a_rule_that_reads_an_array_before_it_sets_it_gives_other_results(
     weights = []
     for number in poison.PATTERNS:
         with poison.use_pattern(number):
-            rule = small("evo", learning={"rule": "reads-unset"}, lifetime={"steps": 3})
-            weights.append(replay(rule, seed=1, generation=0)["weight_death"].values.tobytes())
+            experiment = small("evo", learning={"rule": "reads-unset"}, lifetime={"steps": 3})
+            lifetime = replay(experiment, seed=1, generation=0)
+            weights.append(lifetime["weight_death"].values.tobytes())
     assert (weights[0] == weights[1]) is is_same

@@ -1,4 +1,4 @@
-"""A tuple's address, in compiled code, is the tuple."""
+"""Test that compiled code reads and writes a tuple through its address."""
 
 from typing import Any, NamedTuple
 
@@ -17,24 +17,23 @@ class Pair(NamedTuple):
 
 
 def _scaled(pair: Any) -> None:
-    there = as_pointer(pair)
-    for index in range(there.numbers.size):
-        there.numbers[index] = there.numbers[index] * there.factor
+    pointer = as_pointer(pair)
+    for index in range(pointer.numbers.size):
+        pointer.numbers[index] = pointer.numbers[index] * pointer.factor
 
 
-def test_what_is_done_through_an_address_is_done_to_the_arrays_of_the_tuple() -> None:
+def test_code_writes_to_the_arrays_of_a_tuple_through_its_address() -> None:
     numbers = np.arange(4.0)
     cached_jit(_scaled)(Pair(numbers, 3.0))
     assert numbers.tolist() == [0, 3, 6, 9]
 
 
-def test_addresses_of_states_with_other_parts_are_of_different_types_even_where_their_fields_have_the_same_names() -> (
-    None
-):
-    learns, does_not = (
+def test_addresses_of_states_with_different_parts_have_different_types() -> None:
+    learning, innate = (
         typeof(make_state(Experiment().replace(learning={"rule": rule}), 1))
         for rule in ("self-taught", "none")
     )
-    assert str(learns.types[-4]) == str(does_not.types[-4])  # two rules without arrays of their own
-    assert Reference(learns) != Reference(does_not)
-    assert Reference(learns) == Reference(learns)
+    # Both rules have no arrays, so their fields have the same names.
+    assert str(learning.types[-4]) == str(innate.types[-4])
+    assert Reference(learning) != Reference(innate)
+    assert Reference(learning) == Reference(learning)

@@ -1,4 +1,4 @@
-"""Random numbers: the published generator, and streams that have nothing to do with one another."""
+"""Test the random number generator against published values and its streams for independence."""
 
 from __future__ import annotations
 
@@ -11,8 +11,14 @@ from scipy.stats import kstest
 from baldwinlab.engine import rng
 
 PURPOSES = (
-    rng.BIRTHPLACE, rng.FOOD, rng.ACTION_WEIGHTS, rng.REINFORCEMENT_WEIGHTS, rng.SELECTION, rng.INHERITANCE, rng.MUTATION_GATE
-)  # fmt: skip
+    rng.BIRTHPLACE,
+    rng.FOOD,
+    rng.ACTION_WEIGHTS,
+    rng.REINFORCEMENT_WEIGHTS,
+    rng.SELECTION,
+    rng.INHERITANCE,
+    rng.MUTATION_GATE,
+)
 
 
 # Source: Random123, kat_vectors, philox4x32 with 10 rounds.
@@ -41,18 +47,17 @@ def test_philox_gives_the_published_words(counter: str, key: str, expected: str)
     assert [f"{int(word):08x}" for word in rng.philox(*arguments)] == expected.split()
 
 
-def test_every_part_of_the_address_gives_other_numbers() -> None:
-    moments = itertools.product((0, 1, 2**31 - 1), (0, 1, 7), (0, 1, 99), PURPOSES)
-    streams = [rng.words(*moment, (2, 2)).tobytes() for moment in moments]
+def test_streams_with_different_keys_have_different_numbers() -> None:
+    keys = itertools.product((0, 1, 2**31 - 1), (0, 1, 7), (0, 1, 99), PURPOSES)
+    streams = [rng.words(*key, (2, 2)).tobytes() for key in keys]
     assert len(set(PURPOSES)) == len(PURPOSES)
     assert len(set(streams)) == len(streams)
     words = rng.words(1, 2, 3, rng.FOOD, (50, 50))
-    assert (
-        np.unique(words).size >= words.size - 2
-    )  # among 10,000 words of 32 bits, 0.01 pairs are equal by chance
+    # Among 10,000 words of 32 bits, 0.01 pairs are equal by chance.
+    assert np.unique(words).size >= words.size - 2
 
 
-def test_numbers_do_not_depend_on_how_many_are_drawn() -> None:
+def test_the_numbers_do_not_depend_on_the_size_of_the_draw() -> None:
     np.testing.assert_array_equal(
         rng.words(1, 2, 3, 0, (9, 7))[:4, :2], rng.words(1, 2, 3, 0, (4, 2))
     )
@@ -67,11 +72,10 @@ def test_uniform_numbers_are_uniform_in_the_open_interval() -> None:
     assert [float(rng.unit(word)) for word in words] == [0.0, 1 - 2**-24]
 
 
-def test_neighbouring_numbers_do_not_go_together() -> None:
+def test_neighboring_numbers_are_not_correlated() -> None:
     draws = rng.uniforms(5, 0, 0, rng.INHERITANCE, (100, 100)) - 0.5
-    limit = (
-        5 / 12 / np.sqrt(draws.size)
-    )  # five standard errors; a uniform number has the variance 1/12
+    # The limit is five standard errors. A uniform number has the variance 1/12.
+    limit = 5 / 12 / np.sqrt(draws.size)
     for axis in range(3):
-        neighbours = np.delete(draws, 0, axis) * np.delete(draws, -1, axis)
-        assert abs(neighbours.mean()) < limit
+        products = np.delete(draws, 0, axis) * np.delete(draws, -1, axis)
+        assert abs(products.mean()) < limit

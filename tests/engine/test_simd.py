@@ -1,4 +1,4 @@
-"""Tests that the lanes of a SIMD block have the bits of single lanes."""
+"""Test that the lanes of a SIMD block have the bits of single lanes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -24,8 +24,10 @@ ROWS = 19
 
 
 @compiled
-def _work(out: Any, a: Any, b: Any, half: Any, lane: Any) -> None:
-    x, y, s = get(a, 0, lane), get(b, 0, lane), half[0]
+def _calculate(out: Any, a: Any, b: Any, half: Any, lane: Any) -> None:
+    x = get(a, 0, lane)
+    y = get(b, 0, lane)
+    s = half[0]
     put(out, 0, lane, x + y)
     put(out, 1, lane, x - y)
     put(out, 2, lane, x * y)
@@ -45,16 +47,16 @@ def _work(out: Any, a: Any, b: Any, half: Any, lane: Any) -> None:
     put(out, 16, lane, -x)
 
 
-def _sixteen(out: Any, a: Any, b: Any, half: Any, first: int) -> None:
+def _calculate_block(out: Any, a: Any, b: Any, half: Any, first: int) -> None:
     lane = simd_block(first)
-    _work(out, a, b, half, lane)
+    _calculate(out, a, b, half, lane)
     out[17, first] = any_of(get(a, 0, lane) > get(b, 0, lane))
     out[18, first] = any_of(get(a, 0, lane) > get(a, 0, lane))
 
 
-def _one_by_one(out: Any, a: Any, b: Any, half: Any, first: int) -> None:
+def _calculate_lanes(out: Any, a: Any, b: Any, half: Any, first: int) -> None:
     for lane in range(first, first + WIDTH):
-        _work(out, a, b, half, lane)
+        _calculate(out, a, b, half, lane)
 
 
 @pytest.fixture(scope="module")
@@ -64,48 +66,45 @@ def values() -> tuple[Any, ...]:
     return a, b, np.array([0.5, 7.0], np.float32)
 
 
-def _done(work: Callable[..., Any], values: tuple[Any, ...]) -> Any:
+def _run(function: Callable[..., Any], values: tuple[Any, ...]) -> Any:
     out = np.zeros((ROWS, 3 * WIDTH), np.float32)
-    work(out, *values, WIDTH)
+    function(out, *values, WIDTH)
     return out
 
 
-def test_sixteen_lanes_in_a_bundle_have_the_bits_of_each_by_itself(values: tuple[Any, ...]) -> None:
-    together, alone, python = (
-        _done(work, values) for work in (cached_jit(_sixteen), cached_jit(_one_by_one), _one_by_one)
-    )
-    assert np.array_equal(together[:17], alone[:17])
-    assert np.array_equal(alone, python)
-    assert alone[:17, WIDTH : 2 * WIDTH].all()
-    assert not together[:, :WIDTH].any() and not together[:, 2 * WIDTH :].any(), (
-        "it reached beyond its lanes"
-    )
+def test_the_lanes_of_a_block_have_the_bits_of_single_lanes(values: tuple[Any, ...]) -> None:
+    block = _run(cached_jit(_calculate_block), values)
+    lanes = _run(cached_jit(_calculate_lanes), values)
+    python = _run(_calculate_lanes, values)
+    assert np.array_equal(block[:17], lanes[:17])
+    assert np.array_equal(lanes, python)
+    assert lanes[:17, WIDTH : 2 * WIDTH].all()
+    assert not block[:, :WIDTH].any(), "the block wrote to lanes before its own"
+    assert not block[:, 2 * WIDTH :].any(), "the block wrote to lanes after its own"
 
 
-def test_a_mask_is_true_anywhere_or_nowhere(values: tuple[Any, ...]) -> None:
-    together = _done(cached_jit(_sixteen), values)
-    assert together[17, WIDTH] == 1
-    assert together[18, WIDTH] == 0
+def test_any_of_is_true_if_a_lane_of_the_mask_is_true(values: tuple[Any, ...]) -> None:
+    block = _run(cached_jit(_calculate_block), values)
+    assert block[17, WIDTH] == 1
+    assert block[18, WIDTH] == 0
 
 
 @compiled
-def _write_minus(out: Any, a: Any, lane: Any) -> None:
+def _write_negative(out: Any, a: Any, lane: Any) -> None:
     for row in range(a.shape[0]):
         put(out, row, lane, -get(a, row, lane))
 
 
 def _negate_block(out: Any, a: Any) -> None:
-    _write_minus(out, a, simd_block(0))
+    _write_negative(out, a, simd_block(0))
 
 
 def _negate_lanes(out: Any, a: Any) -> None:
     for lane in range(WIDTH):
-        _write_minus(out, a, lane)
+        _write_negative(out, a, lane)
 
 
-def test_unary_minus_has_the_bits_of_numpy_also_for_zeros_infinities_and_subnormal_numbers() -> (
-    None
-):
+def test_unary_minus_has_the_bits_of_numpy_for_special_numbers() -> None:
     special = np.array([0.0, -0.0, np.inf, -np.inf, 1e-45, -1e-45, 3.4e38, 1.5], np.float32)
     a = np.repeat(special[:, None], WIDTH, axis=1)
     assert np.signbit(np.negative(special))[:2].tolist() == [True, False]

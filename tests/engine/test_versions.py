@@ -1,4 +1,4 @@
-"""A version of Numba that was not tested is refused with one sentence."""
+"""Test that an untested version of Numba is refused with one sentence."""
 
 from __future__ import annotations
 
@@ -18,20 +18,22 @@ from baldwinlab.engine.versions import TESTED, require_tested_version
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
 
-@pytest.mark.parametrize("found", ["0.62.0", "0.62.1", "0.65.0rc1", "0.68.1", "0.68.1+local.3"])
-def test_a_tested_version_is_accepted(found: str) -> None:
-    require_tested_version("numba", found)
+@pytest.mark.parametrize("installed", ["0.62.0", "0.62.1", "0.65.0rc1", "0.68.1", "0.68.1+local.3"])
+def test_a_tested_version_is_accepted(installed: str) -> None:
+    require_tested_version("numba", installed)
 
 
 @pytest.mark.parametrize(
-    "found",
+    "installed",
     ["0.61.2", "0.69.0", "0.69.0dev0", "0.70", "1.0.0", "1", "0+unknown", "unknown"],
 )
-def test_another_version_is_refused_with_the_command_that_installs_a_tested_one(found: str) -> None:
+def test_an_untested_version_is_refused_with_the_command_that_installs_a_tested_one(
+    installed: str,
+) -> None:
     with pytest.raises(RefusedError) as refusal:
-        require_tested_version("numba", found)
+        require_tested_version("numba", installed)
     assert str(refusal.value) == (
-        f"numba {found} has not been tested with baldwinlab {__version__}, which works with "
+        f"numba {installed} has not been tested with baldwinlab {__version__}, which works with "
         "numba 0.62 to 0.68: pip install 'numba>=0.62,<0.69'"
     )
 
@@ -41,11 +43,11 @@ def test_the_project_declares_the_tested_versions(package: str) -> None:
     project = tomllib.loads(PROJECT.read_text("utf-8"))["project"]
     declared = [*project["dependencies"], *project["optional-dependencies"]["cuda"]]
     pattern = re.compile(rf"{package}(\[[^\]]*\])?(?P<versions>[<>=].*)")
-    matches = [pattern.fullmatch(each.replace(" ", "")) for each in declared]
-    assert [each["versions"] for each in matches if each] == [TESTED[package].requirement]
+    matches = [pattern.fullmatch(line.replace(" ", "")) for line in declared]
+    assert [match["versions"] for match in matches if match] == [TESTED[package].requirement]
 
 
-FAKE = """
+START_WITH_VERSION = """
 import sys, {package}
 {package}.__version__ = "9.0.1"
 sys.argv = ["baldwinlab", *sys.argv[1:]]
@@ -61,8 +63,8 @@ COMMANDS = [["run", "evo/A"], ["reproduce"], ["lab"]]
     ("package", "words"),
     [*(("numba", words) for words in COMMANDS), ("llvmlite", ["run", "evo/A"])],
 )
-def test_a_command_says_one_sentence(package: str, words: list[str], tmp_path: Path) -> None:
-    code = FAKE.format(package=package)
+def test_a_command_prints_one_sentence(package: str, words: list[str], tmp_path: Path) -> None:
+    code = START_WITH_VERSION.format(package=package)
     done = subprocess.run(
         [sys.executable, "-c", code, *words],
         cwd=tmp_path,
