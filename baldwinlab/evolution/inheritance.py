@@ -37,15 +37,15 @@ class Darwinian(Inheritance, name="darwinian"):
         return experiment.evolution.lamarckian_share > 0
 
     @staticmethod
-    def inherit(part: Any, born: Weights, learned: Weights, inherited: Weights) -> None:
+    def inherit(part: Any, innate: Weights, learned: Weights, inherited: Weights) -> None:
         for weight in range(learned.size):
-            innate = (1.0 - part.share) * np.float64(born[weight])
+            weighted_innate = (1.0 - part.share) * np.float64(innate[weight])
             acquired = np.float64(np.float32(part.share) * learned[weight])
-            inherited[weight] = np.float32(innate + acquired)
+            inherited[weight] = np.float32(weighted_innate + acquired)
 
     @staticmethod
-    def oracle(part: Any, born: Any, learned: Any) -> Any:
-        return [old + part.share * (new - old) for old, new in zip(born, learned, strict=True)]
+    def oracle(part: Any, innate: Any, learned: Any) -> Any:
+        return [old + part.share * (new - old) for old, new in zip(innate, learned, strict=True)]
 
 
 class NoInheritance(Inheritance, name="none"):

@@ -39,10 +39,10 @@ class SocialHeredity(Darwinian, name="social-heredity"):
         return "reinforcement" in experiment.modules or super().wants_learned(experiment)
 
     @staticmethod
-    def assign_teachers(part: Any, born: Weights, learned: Weights, taught: Weights) -> None:
+    def assign_teachers(part: Any, innate: Weights, learned: Weights, taught: Weights) -> None:
         for weight in range(learned.size):
             taught[weight] = learned[weight]
 
     @staticmethod
-    def oracle(part: Any, born: Any, learned: Any) -> Any:
-        return Darwinian.oracle(part, born, learned), learned
+    def oracle(part: Any, innate: Any, learned: Any) -> Any:
+        return Darwinian.oracle(part, innate, learned), learned

@@ -42,23 +42,23 @@ class Crossover(Variation, name="crossover"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 inherited = (
-                    fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                    fitter[module, weight] if draws[draw, 0] < 0.5 else second[module, weight]
                 )
                 if (gate if part.one_gate else draws[draw, 1]) < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 child[module, weight] = inherited
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         draw = iter(draws)
         child: list[list[float]] = []
-        for of_fitter, of_other in zip(fitter, other, strict=True):
+        for of_fitter, of_other in zip(fitter, second, strict=True):
             child.append([])
             for ours, theirs in zip(of_fitter, of_other, strict=True):
                 coin, own_gate, size, _ = next(draw)

@@ -80,31 +80,31 @@ class Gaussian(Variation, name="gaussian"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 inherited = (
-                    fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                    fitter[module, weight] if draws[draw, 0] < 0.5 else second[module, weight]
                 )
                 if (gate if part.one_gate else draws[draw, 1]) < part.rate:
                     inherited += np.float32(normal_quantile(draws[draw, 2]) * part.size)
                 child[module, weight] = inherited
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         def mutation(draw: Any) -> float:
             opens = (gate if part.one_gate else draw[1]) < part.rate
             return NormalDist(0, part.size).inv_cdf(draw[2]) if opens and part.size else 0.0
 
         # The iterator of draws continues from module to module, so `zip` must not be strict.
         rest = iter(draws)
-        genes = [zip(ours, theirs, rest) for ours, theirs in zip(fitter, other, strict=True)]  # noqa: B905
+        genes = [zip(*modules, rest) for modules in zip(fitter, second, strict=True)]  # noqa: B905
         return [
             [
-                (first if draw[0] < 0.5 else second) + mutation(draw)
-                for first, second, draw in module
+                (of_fitter if draw[0] < 0.5 else of_second) + mutation(draw)
+                for of_fitter, of_second, draw in module
             ]
             for module in genes
         ]
@@ -122,7 +122,7 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         # The cut is in the row of the weights of all modules. The gate cannot be used for the cut,
         # because it can be the mutation gate of the child.
@@ -131,12 +131,12 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
                 of_fitter = is_from_fitter(draw, cut, draws[0, 0])
-                inherited = fitter[module, weight] if of_fitter else other[module, weight]
+                inherited = fitter[module, weight] if of_fitter else second[module, weight]
                 child[module, weight] = _mutate(part, inherited, draws, draw, gate)
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        inherited = cross_at_point(flatten(fitter), flatten(other), draws[0][3], draws[0][0])
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        inherited = cross_at_point(flatten(fitter), flatten(second), draws[0][3], draws[0][0])
         return _mutate_in_modules(part, inherited, draws, gate, len(fitter[0]))
 
 
@@ -152,18 +152,18 @@ class Copy(Variation, name="copy"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
-                inherited = fitter[module, weight] if draws[0, 0] < 0.5 else other[module, weight]
+                inherited = fitter[module, weight] if draws[0, 0] < 0.5 else second[module, weight]
                 child[module, weight] = _mutate(
                     part, inherited, draws, module * child.shape[1] + weight, gate
                 )
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        parent = fitter if draws[0][0] < 0.5 else other
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        parent = fitter if draws[0][0] < 0.5 else second
         return _mutate_in_modules(part, flatten(parent), draws, gate, len(parent[0]))
 
 

@@ -568,12 +568,12 @@ class FewMutations(Variation, name="few-mutations"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 child[module, weight] = (
-                    fitter[module, weight] if gate < 0.5 else other[module, weight]
+                    fitter[module, weight] if gate < 0.5 else second[module, weight]
                 )
         for mutation in range(min(part.mutations, draws.shape[0])):
             weight = int(draws[mutation, 1] * child.size)
@@ -582,8 +582,8 @@ class FewMutations(Variation, name="few-mutations"):
             )
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        child = [list(module) for module in (fitter if gate < 0.5 else other)]
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        child = [list(module) for module in (fitter if gate < 0.5 else second)]
         for _, position, size, _ in draws[: part.mutations]:
             module, weight = divmod(int(position * len(child) * len(child[0])), len(child[0]))
             child[module][weight] += (2 * size - 1) * part.size

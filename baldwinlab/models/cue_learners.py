@@ -390,19 +390,19 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         cut = draw_cut(gate, child.shape[1])
         for gene in range(child.shape[1]):
             child[0, gene] = (
-                fitter[0, gene] if is_from_fitter(gene, cut, draws[0, 0]) else other[0, gene]
+                fitter[0, gene] if is_from_fitter(gene, cut, draws[0, 0]) else second[0, gene]
             )
             if draws[gene, 1] < part.rate:
                 child[0, gene] = _draw_allele(gene, part.units, draws[gene, 2])
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        child = cross_at_point(fitter[0], other[0], gate, draws[0][0])
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        child = cross_at_point(fitter[0], second[0], gate, draws[0][0])
         types = part.units
         links = part.units + part.units**2
         for gene, draw in enumerate(draws):

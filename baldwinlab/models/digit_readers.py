@@ -416,7 +416,7 @@ class FourBitWeights(Variation, name="four-bit-weights"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         # The number of weights of all modules.
         length = child.size
@@ -434,12 +434,12 @@ class FourBitWeights(Variation, name="four-bit-weights"):
                 draw = module * child.shape[1] + weight
                 # The parity of `half` selects the parent of the first weights.
                 of_fitter = (draw < cut) == (half % 2 == 0)
-                inherited = fitter[module, weight] if of_fitter else other[module, weight]
+                inherited = fitter[module, weight] if of_fitter else second[module, weight]
                 child[module, weight] = _flip_bits(inherited, draws[draw], part.rate)
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        parents = flatten(fitter), flatten(other)
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        parents = flatten(fitter), flatten(second)
         length = len(parents[0])
         if gate < part.crossover_share:
             half = int(gate / part.crossover_share * 2 * (length - 1))

@@ -246,7 +246,7 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         # The cut is in the row of the genes of all modules.
         cut = draw_cut(gate, child.size)
@@ -254,21 +254,21 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             for locus in range(child.shape[1]):
                 gene = module * child.shape[1] + locus
                 of_fitter = is_from_fitter(gene, cut, draws[0, 0])
-                child[module, locus] = fitter[module, locus] if of_fitter else other[module, locus]
+                child[module, locus] = fitter[module, locus] if of_fitter else second[module, locus]
                 if draws[gene, 1] < part.rate:
                     draw = 3.0 * draws[gene, 2]
                     steps = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
                     child[module, locus] = np.float32(steps) * np.float32(0.5)
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         def mutant(draw: float) -> float:
             zero = part.zero / 3
             if draw < zero:
                 return 0.0
             return 1.0 if draw >= 1 - zero else 0.5
 
-        inherited = cross_at_point(flatten(fitter), flatten(other), gate, draws[0][0])
+        inherited = cross_at_point(flatten(fitter), flatten(second), gate, draws[0][0])
         child = [
             mutant(draw[2]) if draw[1] < part.rate else old
             for old, draw in zip(inherited, draws, strict=True)

@@ -418,7 +418,7 @@ class OnePointOfBits(Variation, name="one-point-bits"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         # The cut is in the row of the genes of all modules.
         cut = draw_cut(gate, child.size)
@@ -426,12 +426,12 @@ class OnePointOfBits(Variation, name="one-point-bits"):
             for bit in range(child.shape[1]):
                 draw = module * child.shape[1] + bit
                 of_fitter = is_from_fitter(draw, cut, draws[0, 0])
-                inherited = fitter[module, bit] if of_fitter else other[module, bit]
+                inherited = fitter[module, bit] if of_fitter else second[module, bit]
                 child[module, bit] = ONE - inherited if draws[draw, 1] < part.rate else inherited
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        inherited = cross_at_point(flatten(fitter), flatten(other), gate, draws[0][0])
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        inherited = cross_at_point(flatten(fitter), flatten(second), gate, draws[0][0])
         child = [
             1 - bit if draw[1] < part.rate else bit
             for bit, draw in zip(inherited, draws, strict=True)

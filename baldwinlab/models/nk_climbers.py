@@ -276,17 +276,17 @@ class BitFlips(Variation, name="bit-flips"):
 
     @staticmethod
     def vary(
-        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
         for module in range(child.shape[0]):
             for bit in range(child.shape[1]):
-                inherited = fitter[module, bit] if gate < 0.5 else other[module, bit]
+                inherited = fitter[module, bit] if gate < 0.5 else second[module, bit]
                 flips = draws[module * child.shape[1] + bit, 1] < part.rate
                 child[module, bit] = np.float32(1) - inherited if flips else inherited
 
     @staticmethod
-    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        parent = fitter if gate < 0.5 else other
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        parent = fitter if gate < 0.5 else second
         rest = iter(draws)
         return [
             [1 - bit if next(rest)[1] < part.rate else bit for bit in module] for module in parent

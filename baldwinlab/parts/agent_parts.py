@@ -341,7 +341,7 @@ def backward(
 
 
 @hook
-def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
+def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
     """Write the links of a network without layers, for drawings.
 
     Per agent, on demand. It is called in plain Python.
@@ -356,7 +356,7 @@ def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
         Number of units.
     lane : int
         Column of the agent.
-    found : array [weight, 3]
+    table : array [weight, 3]
         Output: source unit, target unit and weight of each link. The source of a bias is -1.
 
     Returns

@@ -118,7 +118,7 @@ def mark_survivors(
 
 
 @hook
-def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child: Any) -> None:
+def vary(part: Any, fitter: Any, second: Any, draws: Numbers, gate: float, child: Any) -> None:
     """Create one child from two parents.
 
     Per child, by the default `vary_population`. It must write every entry of `child`.
@@ -127,7 +127,7 @@ def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child:
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    fitter, other : array, float32 [module, weight]
+    fitter, second : array, float32 [module, weight]
         Genomes of the parents, the fitter one first. Read only.
     draws : array, float64 [module and weight, 4]
         Random numbers in (0, 1), four per gene. Read only.
@@ -199,7 +199,7 @@ def init_founders(part: Any, genome: Any) -> None:
 
 
 @hook
-def inherit(part: Any, born: Any, learned: Any, inherited: Any) -> None:
+def inherit(part: Any, innate: Any, learned: Any, inherited: Any) -> None:
     """Compute the action module that the children of an agent inherit.
 
     Per agent, between two generations, if `wants_learned` is true.
@@ -208,7 +208,7 @@ def inherit(part: Any, born: Any, learned: Any, inherited: Any) -> None:
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    born : array, float32 [weight]
+    innate : array, float32 [weight]
         Action module of the agent at birth. Read only.
     learned : array, float32 [weight]
         Action module of the agent at death. Read only.
@@ -218,7 +218,7 @@ def inherit(part: Any, born: Any, learned: Any, inherited: Any) -> None:
 
 
 @hook
-def assign_teachers(part: Any, born: Any, learned: Any, taught: Any) -> None:
+def assign_teachers(part: Any, innate: Any, learned: Any, taught: Any) -> None:
     """Change the reinforcement module that the children of an agent inherit.
 
     Per agent, between two generations, if the genome has a second module.
@@ -227,7 +227,7 @@ def assign_teachers(part: Any, born: Any, learned: Any, taught: Any) -> None:
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    born : array, float32 [weight]
+    innate : array, float32 [weight]
         Action module of the agent at birth. Read only.
     learned : array, float32 [weight]
         Action module of the agent at death. Read only.

@@ -80,12 +80,12 @@ class OnePoint(Variation, name="one-point"):
     derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod
-    def vary(part, fitter, other, draws, gate, child):
+    def vary(part, fitter, second, draws, gate, child):
         cut = 1 + int(gate * (child.shape[1] - 1))
         for locus in range(child.shape[1]):
             # The order of the parents is random.
             is_fitter = (locus < cut) == (draws[0, 0] < 0.5)
-            child[0, locus] = fitter[0, locus] if is_fitter else other[0, locus]
+            child[0, locus] = fitter[0, locus] if is_fitter else second[0, locus]
             if draws[locus, 1] < part.rate:
                 if draws[locus, 2] < 0.25:
                     child[0, locus] = 0.0
@@ -95,9 +95,9 @@ class OnePoint(Variation, name="one-point"):
                     child[0, locus] = 0.5
 
     @staticmethod
-    def oracle(part, fitter, other, draws, gate):
+    def oracle(part, fitter, second, draws, gate):
         cut = 1 + int(gate * (len(fitter[0]) - 1))
-        parents = [fitter[0], other[0]] if draws[0][0] < 0.5 else [other[0], fitter[0]]
+        parents = [fitter[0], second[0]] if draws[0][0] < 0.5 else [second[0], fitter[0]]
         child = [*parents[0][:cut], *parents[1][cut:]]
         for locus, draw in enumerate(draws):
             if draw[1] < part.rate:

@@ -29,7 +29,7 @@ from baldwinlab.parts import LearningRule, Variation, get, put
 
 class OneModuleAlone(Variation, name="one-module-alone"):
     @staticmethod
-    def vary(part, fitter, other, draws, gate, child):
+    def vary(part, fitter, second, draws, gate, child):
         for weight in range(child.shape[1]):
             child[0, weight] = fitter[0, weight]
 

@@ -161,7 +161,7 @@ def compare_selection(subject: Subject, part: Any) -> None:
 def compare_variation(subject: Subject, part: Any) -> None:
     """Compare a variation with its oracle.
 
-    `oracle(part, fitter, other, draws, gate)` returns the child, [module][weight].
+    `oracle(part, fitter, second, draws, gate)` returns the child, [module][weight].
 
     Parameters
     ----------
@@ -176,9 +176,9 @@ def compare_variation(subject: Subject, part: Any) -> None:
         If the results differ.
     """
     for number, values, of, plain in _rounds(subject, part):
-        part.vary(values, of["fitter"], of["other"], of["draws"], of["gate"], of["child"])
+        part.vary(values, of["fitter"], of["second"], of["draws"], of["gate"], of["child"])
         expected = part.oracle(
-            values, *(plain[each] for each in ("fitter", "other", "draws", "gate"))
+            values, *(plain[each] for each in ("fitter", "second", "draws", "gate"))
         )
         _require_close(of["child"], expected, f"in round {number}, a child")
 
@@ -186,7 +186,7 @@ def compare_variation(subject: Subject, part: Any) -> None:
 def compare_inheritance(subject: Subject, part: Any) -> None:
     """Compare an inheritance with its oracle.
 
-    `oracle(part, born, learned)` returns the inherited module, [weight]. For a part with
+    `oracle(part, innate, learned)` returns the inherited module, [weight]. For a part with
     `assign_teachers`, it returns the inherited module and the teacher.
 
     Parameters
@@ -203,10 +203,10 @@ def compare_inheritance(subject: Subject, part: Any) -> None:
     """
     _, code = breeding_part(subject.experiment, "inheritance")
     for number, values, of, plain in _rounds(subject, part):
-        genome = np.stack([of["born"], of["taught"]])[None]
+        genome = np.stack([of["innate"], of["taught"]])[None]
         inherited = genome.copy()
         cached_jit(inherit_all, code)(values, genome, of["learned"][None].copy(), inherited)
-        expected = part.oracle(values, plain["born"], plain["learned"])
+        expected = part.oracle(values, plain["innate"], plain["learned"])
         if "assign_teachers" not in overridden_hooks(part):
             expected = (expected, plain["taught"])
         _require_close(inherited[0], expected, f"in round {number}, what is inherited")

@@ -119,9 +119,9 @@ def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, A
         "fitness": np.round(random.uniform(0, 4, agents)), "uniforms": random.random((agents, 2, 4)), "shares": np.zeros(agents),
         "order": np.zeros(agents, np.int64), "parents": np.full((agents, 2), -1, np.int32),
         "energy": random.uniform(-2, 8, agents), "cost": random.random(agents),
-        "fitter": genome[0], "other": genome[1], "child": genome[2], "draws": random.random((modules * weights, 4)),
+        "fitter": genome[0], "second": genome[1], "child": genome[2], "draws": random.random((modules * weights, 4)),
         "genome": genome, "children": genome.copy(), "key": GenerationKey(0, 0, 1), "count": 1,
-        "gate": float(random.random()), "born": genome[3, 0],
+        "gate": float(random.random()), "innate": genome[3, 0],
         "learned": random.normal(size=weights).astype(np.float32), "inherited": np.zeros(weights, np.float32),
         "taught": genome[3, -1].copy(),
     }  # fmt: skip

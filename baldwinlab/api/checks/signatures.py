@@ -36,12 +36,12 @@ ORACLES: Final = {
     ),
     "selection": Oracle("part, fitness, uniforms", PARENTS, ("select",)),
     "select_with_genomes": Oracle("part, genome, fitness, uniforms", PARENTS, ("select", "select_with_genomes")),
-    "variation": Oracle("part, fitter, other, draws, gate", "it returns the child", ("vary",)),
+    "variation": Oracle("part, fitter, second, draws, gate", "it returns the child", ("vary",)),
     "vary_population": Oracle(
         "part, genome, fitness, parents, draws", "it returns all children", ("vary", "vary_population")
     ),
     "inheritance": Oracle(
-        "part, born, learned",
+        "part, innate, learned",
         "it returns what is inherited (with `assign_teachers`: and the teacher)",
         ("inherit", "assign_teachers"),
     ),

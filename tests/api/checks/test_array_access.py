@@ -120,7 +120,7 @@ def test_a_child_whose_second_module_stays_unwritten_is_found(watch_part: Any) -
 
         class Part(Variation, name="one-module"):
             @staticmethod
-            def vary(part, fitter, other, draws, gate, child):
+            def vary(part, fitter, second, draws, gate, child):
                 child[0] = fitter[0]
         """
     )

@@ -45,12 +45,12 @@ class First(Selection, name="first-agents"):
 
 class OneModule(Variation, name="one-module"):
     @staticmethod
-    def vary(part, fitter, other, draws, gate, child):
+    def vary(part, fitter, second, draws, gate, child):
         for weight in range(child.shape[1]):
             child[0, weight] = fitter[0, weight]
 
     @staticmethod
-    def oracle(part, fitter, other, draws, gate):
+    def oracle(part, fitter, second, draws, gate):
         return [fitter[0]]
 """
 

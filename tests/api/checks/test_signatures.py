@@ -31,9 +31,9 @@ HOOKS = {  # of each contract: a kind's class and one of its hooks
     "world feature": ("WorldFeature", "def blocks_movement(part, model, x, y)"),
     "selection": ("Selection", "def select(part, fitness, uniforms, shares, order, parents)"),
     "select_with_genomes": ("Selection", PAIR),
-    "variation": ("Variation", "def vary(part, fitter, other, draws, gate, child)"),
+    "variation": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
     "vary_population": ("Variation", VARY_ALL),
-    "inheritance": ("Inheritance", "def inherit(part, born, learned, inherited)"),
+    "inheritance": ("Inheritance", "def inherit(part, innate, learned, inherited)"),
     "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
 }
 
@@ -155,7 +155,7 @@ def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
 
         class Copies(Variation, name="copies"):
             @staticmethod
-            def vary(part, fitter, other, draws, gate, child):
+            def vary(part, fitter, second, draws, gate, child):
                 child[:] = fitter
         """
     found = bl.check_part(write_part(dedent(text)), requirements=["oracle"])

@@ -101,8 +101,8 @@ class NeatNetwork(Network, name="neat"):
             )
 
     @staticmethod
-    def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
-        return list_links(weights[:, lane], part.inputs, part.outputs, units, found)
+    def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
+        return list_links(weights[:, lane], part.inputs, part.outputs, units, table)
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
