@@ -1,4 +1,4 @@
-"""What axe-core, which knows the common barriers of pages, finds on one."""
+"""Accessibility check of a page with axe-core."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
 
-def barriers(page: Page) -> list[str]:
-    """Every violation of every rule that axe-core has, a line each place."""
-    found = Axe().run(page).response["violations"]
+def find_violations(page: Page) -> list[str]:
+    """Return a line for each element that violates a rule of axe-core."""
+    violations = Axe().run(page).response["violations"]
     return [
         f"{rule['id']}: {node['target']}: {node['failureSummary']}"
-        for rule in found
+        for rule in violations
         for node in rule["nodes"]
     ]

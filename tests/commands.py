@@ -1,4 +1,4 @@
-"""The command line, as tests use it: the fixture `command` runs it in an empty folder."""
+"""Types of the fixture `command`, which runs the command line in an empty folder."""
 
 from __future__ import annotations
 

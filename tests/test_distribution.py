@@ -11,14 +11,14 @@ from scipy.stats import mannwhitneyu
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.simulate import simulate_batch
 from tests import naive
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 NAIVE_RUNS, ENGINE_RUNS = 20, 300
 
 
 def experiment(condition: str, update: str) -> Experiment:
     evolution = {"generations": 4, "mutation_rate": 0.2, "mutation_size": 1.0}
-    return small(
+    return make_small_experiment(
         condition,
         lifetime={"steps": 150, "update": update},
         learning={"rate": 0.2},

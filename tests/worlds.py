@@ -1,4 +1,4 @@
-"""Small worlds that several tests share."""
+"""Small worlds for tests."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 
 
-def point(x: float, y: float, count: int = 1, energy: float = 1.0) -> dict[str, Any]:
-    """A food region so small that in float32 it is one point."""
+def make_point_region(x: float, y: float, count: int = 1, energy: float = 1.0) -> dict[str, Any]:
+    """Return a food region that is a single point in float32."""
     return {
         "x": [x, math.nextafter(x, math.inf)],
         "y": [y, math.nextafter(y, math.inf)],
@@ -22,38 +22,38 @@ def point(x: float, y: float, count: int = 1, energy: float = 1.0) -> dict[str, 
     }
 
 
-def exact(
+def make_single_agent_experiment(
     agent: tuple[float, float], items: list[tuple[float, float]], **changes: Any
 ) -> Experiment:
-    """All agents at one point, and items at others, where each reappears."""
+    """Return an experiment with a single agent and with items that reappear in place."""
     x, y = agent
     world = {
         "width": 200,
         "height": 160,
         "start": {"x": x, "y": y, "radius": 0},
-        "food": [point(*item) for item in items],
+        "food": [make_point_region(*item) for item in items],
     }
-    alone = load("evo/A").replace(
+    experiment = load("evo/A").replace(
         world=world, population={"size": 1}, lifetime={"steps": 1}, evolution={"generations": 1}
     )
-    return alone.replace(**changes)
+    return experiment.replace(**changes)
 
 
-def life_that_begins_with(action: int, experiment: Experiment) -> xr.Dataset:
-    """The trace of an agent whose weights are such that it begins with `action`."""
+def replay_with_first_action(action: int, experiment: Experiment) -> xr.Dataset:
+    """Return the trace of an agent whose first action is `action`."""
     traces = (replay(experiment, seed=seed) for seed in range(200))
     return next(trace for trace in traces if trace["action"].values[0, 0] == action)
 
 
-def small(condition: str, **changes: Any) -> Experiment:
-    """A condition of the paper in a world where newborns find food at once; few agents, short lives."""
+def make_small_experiment(condition: str, **changes: Any) -> Experiment:
+    """Return a condition with few agents and short lifetimes in a small world with food."""
     food = [{"x": [20, 100], "y": [10, 90], "count": 12}]
     world = {"width": 120, "height": 100, "start": {"x": 60, "y": 50, "radius": 40}, "food": food}
-    shrunk = load(f"{condition}/A").replace(
+    experiment = load(f"{condition}/A").replace(
         world=world,
         population={"size": 6},
         lifetime={"steps": 80},
         evolution={"generations": 3},
         network={"hidden": [4]},
     )
-    return shrunk.replace(**changes)
+    return experiment.replace(**changes)

@@ -21,7 +21,7 @@ from baldwinlab.analysis.movie import (
 from baldwinlab.analysis.palette import MOVIE
 from baldwinlab.core.extras import installation_command
 from baldwinlab.simulation.replay import replay
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 def rgb(name: str) -> tuple[int, ...]:
@@ -36,7 +36,7 @@ def map_colors(movie: Image.Image) -> set[tuple[int, ...]]:
 
 
 def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) -> None:
-    write_movie(replay(small(), seed=1), 640, 320, tmp_path / "life.gif")
+    write_movie(replay(shorten_preset(), seed=1), 640, 320, tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
         assert movie.size == (640, 320 + CAPTION)
         assert getattr(movie, "n_frames", 1) > 200
@@ -45,7 +45,7 @@ def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) ->
 @pytest.mark.nightly  # a movie with ffmpeg
 def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     path = tmp_path / "life.mp4"
-    write_movie(replay(small(), seed=1), 640, 640, path)
+    write_movie(replay(shorten_preset(), seed=1), 640, 640, path)
     frames = imageio_ffmpeg.read_frames(str(path))
     assert next(frames)["size"] == (640, 640 + CAPTION)
     assert sum(1 for _ in frames) == 300
@@ -59,12 +59,14 @@ def test_an_incomplete_mp4_is_an_error(tmp_path: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(imageio_ffmpeg, "write_frames", cut_short)
     with pytest.raises(OSError, match=r"Input/output error.*life\.mp4|no space is left"):
-        write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")
+        write_movie(replay(shorten_preset(), seed=1), 640, 640, tmp_path / "life.mp4")
     assert not list(tmp_path.iterdir())
 
 
 def test_the_shorter_of_two_lifetimes_ends_with_its_last_frame(tmp_path: Path) -> None:
-    long, short = (replay(small().replace(lifetime={"steps": steps}), seed=1) for steps in (40, 15))
+    long, short = (
+        replay(shorten_preset().replace(lifetime={"steps": steps}), seed=1) for steps in (40, 15)
+    )
     write_scenes([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
     with Image.open(tmp_path / "lives.gif") as movie:
         assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
@@ -78,7 +80,9 @@ def test_the_shorter_of_two_lifetimes_ends_with_its_last_frame(tmp_path: Path) -
 def test_agents_have_the_symbols_of_the_lab(tmp_path: Path) -> None:
     """A hollow agent has not eaten, a filled one has, and an eating one flashes."""
     # Agents start a short distance from the food.
-    experiment = small().replace(world={"start": {"x": 330, "y": 160}}, lifetime={"steps": 60})
+    experiment = shorten_preset().replace(
+        world={"start": {"x": 330, "y": 160}}, lifetime={"steps": 60}
+    )
     trace = replay(experiment, seed=1)
     assert 0 < (trace.eaten.sum("step") > 0).sum() < 20
     write_movie(trace, 640, 640, tmp_path / "life.gif")
@@ -93,13 +97,13 @@ def test_agents_have_the_symbols_of_the_lab(tmp_path: Path) -> None:
 
 def test_a_movie_reports_its_progress(tmp_path: Path) -> None:
     shares: list[float] = []
-    short = replay(small().replace(lifetime={"steps": 10}), seed=1)
+    short = replay(shorten_preset().replace(lifetime={"steps": 10}), seed=1)
     write_scenes([Scene(short, 640, 640)], tmp_path / "life.gif", shares.append)
     assert shares == [step / 10 for step in range(1, 11)]
 
 
 def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:
-    experiment = small("evo/A").replace(
+    experiment = shorten_preset("evo/A").replace(
         world={"food": []}, population={"size": 1}, lifetime={"steps": 1}
     )
     write_movie(replay(experiment, seed=1), 640, 640, tmp_path / "life.gif")
@@ -110,4 +114,4 @@ def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(
     tmp_path: Path, no_video_extra: None
 ) -> None:
     with pytest.raises(MovieError, match=re.escape(installation_command("video"))):
-        write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")
+        write_movie(replay(shorten_preset(), seed=1), 640, 640, tmp_path / "life.mp4")

@@ -10,7 +10,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab import BaldwinLabError, Study
-from tests.small import SMALL, contents, small, small_study
+from tests.small_studies import SHORT_SETTINGS, make_small_study, read_records, shorten_preset
 
 SHORT = {"evolution.generations": 3, "lifetime": {"steps": 300}}
 
@@ -18,7 +18,7 @@ SHORT = {"evolution.generations": 3, "lifetime": {"steps": 300}}
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
     return bl.run(
-        [small("evo/A"), small("evo+self-taught/A")],
+        [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")],
         runs=2,
         seed=5,
         out=tmp_path_factory.mktemp("mine") / "study",
@@ -26,11 +26,11 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
 
 
 def test_a_run_is_the_study_that_the_command_line_makes(study: Study, tmp_path: Path) -> None:
-    small_study(tmp_path / "other", runs=2)
-    assert contents(study.directory) == contents(tmp_path / "other")
+    make_small_study(tmp_path / "other", runs=2)
+    assert read_records(study.directory) == read_records(tmp_path / "other")
     assert study.conditions == ("evo/A", "evo+self-taught/A")
     assert study.runs("evo/A") == [0, 1]
-    assert study.experiment("evo/A") == small("evo/A")
+    assert study.experiment("evo/A") == shorten_preset("evo/A")
 
 
 def test_presets_are_taken_by_name_and_changed_together(
@@ -39,7 +39,7 @@ def test_presets_are_taken_by_name_and_changed_together(
     monkeypatch.chdir(tmp_path)
     study = bl.run(["evo/A", bl.load("evo+self-taught/A")], runs=1, set=SHORT)
     assert study.directory == Path("results/evo-A-evo+self-taught-A")
-    assert study.experiment("evo/A") == bl.load("evo/A").replace(**SMALL)
+    assert study.experiment("evo/A") == bl.load("evo/A").replace(**SHORT_SETTINGS)
     one = bl.run("evo/A", runs=1, set={**SHORT, "world.food.0.count": 3}, out="one")
     assert one.experiment("evo/A").world.food[0].count == 3
     (tmp_path / "mine.toml").write_text(
@@ -52,7 +52,10 @@ def test_the_same_call_again_does_what_is_missing(
     study: Study, capsys: pytest.CaptureFixture[str]
 ) -> None:
     again = bl.run(
-        [small("evo/A"), small("evo+self-taught/A")], runs=3, seed=5, out=study.directory
+        [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")],
+        runs=3,
+        seed=5,
+        out=study.directory,
     )
     assert "4 of 6 runs stored" in capsys.readouterr().out
     assert again.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
@@ -119,7 +122,7 @@ def test_its_report_lies_in_it_or_where_one_says(study: Study, tmp_path: Path) -
 
 
 def test_a_record_leads_to_its_experiment(study: Study) -> None:
-    evo, taught = small("evo/A"), small("evo+self-taught/A")
+    evo, taught = shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")
     assert bl.read_experiment(bl.simulate(evo, seed=1)) == evo
     assert bl.read_experiment(study.replay("evo+self-taught/A", run=0, generation=1)) == taught
     assert bl.read_experiment(study.data(), "evo+self-taught/A") == taught

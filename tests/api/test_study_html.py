@@ -11,13 +11,13 @@ import pytest
 
 from baldwinlab.analysis.figures.style import series
 from baldwinlab.api.study import Study, open_study
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
     directory = tmp_path_factory.mktemp("inline") / "<b>small"
-    small_study(directory, runs=2)
+    make_small_study(directory, runs=2)
     return open_study(directory)
 
 
@@ -52,14 +52,14 @@ def test_only_its_first_conditions_are_drawn(study: Study, monkeypatch: pytest.M
 
 
 def test_a_study_without_runs_is_told_in_words_alone(tmp_path: Path) -> None:
-    small_study(tmp_path / "new", [small("evo/A")], runs=0)
+    make_small_study(tmp_path / "new", [shorten_preset("evo/A")], runs=0)
     page = open_study(tmp_path / "new")._repr_html_()
     assert "evo/A: 0 runs" in page
     assert not drawings(page)
 
 
 def test_where_a_record_is_damaged_the_study_says_so(study: Study, tmp_path: Path) -> None:
-    small_study(tmp_path / "hurt", [small("evo/A")], runs=1)
+    make_small_study(tmp_path / "hurt", [shorten_preset("evo/A")], runs=1)
     (record,) = (tmp_path / "hurt").rglob("*.nc")
     record.write_bytes(record.read_bytes()[:-1])
     page = open_study(tmp_path / "hurt")._repr_html_()

@@ -9,7 +9,7 @@ import tomlkit
 import xarray as xr
 
 import baldwinlab as bl
-from tests.small import contents
+from tests.small_studies import read_records
 
 FOOD = {
     "experiment": "evo/A",
@@ -23,7 +23,7 @@ def test_a_dict_says_what_a_file_says(tmp_path: Path) -> None:
     (tmp_path / "food.toml").write_text(tomlkit.dumps(FOOD))
     by_file = bl.sweep(tmp_path / "food.toml", out=tmp_path / "by-file")
     by_dict = bl.sweep(FOOD, out=tmp_path / "by-dict", workers=1)
-    assert contents(by_file.directory) == contents(by_dict.directory)
+    assert read_records(by_file.directory) == read_records(by_dict.directory)
     xr.testing.assert_identical(by_dict.data(), bl.open_sweep(by_file.directory))
     assert by_dict.data().sizes["world.food.0.count"] == 2
     assert by_dict.report().exists()

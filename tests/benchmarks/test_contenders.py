@@ -18,7 +18,7 @@ from baldwinlab.papers.presets import load
 from benchmarks.regression import describe_loss
 from benchmarks.setting import from_dict, from_experiment
 from tests.models.miniworld.test_transitions import Follower, crowded
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 CONTENDERS = ("python_plain", "numpy_vectorised", "jax_scan")
 
@@ -38,13 +38,15 @@ def genomes(experiment: Experiment, seed: int) -> Any:
 CASES = {
     "learning among food": crowded("evo+self-taught", "standard").replace(lifetime={"steps": 60}),
     "no learning, among food": crowded("evo", "standard").replace(lifetime={"steps": 60}),
-    "a small map, with sight and food across its edges": small("self-taught"),
-    "a small map without learning": small("evo", senses={"visual_radius": 20}),
-    "fast learning": small("evo+self-taught", learning={"rate": 0.5}, network={"hidden": [7]}),
+    "a small map, with sight and food across its edges": make_small_experiment("self-taught"),
+    "a small map without learning": make_small_experiment("evo", senses={"visual_radius": 20}),
+    "fast learning": make_small_experiment(
+        "evo+self-taught", learning={"rate": 0.5}, network={"hidden": [7]}
+    ),
     "many agents for few items": crowded("evo", "standard").replace(
         population={"size": 60}, contact={"reach": 30}
     ),
-    "nothing to eat": small(
+    "nothing to eat": make_small_experiment(
         "evo+self-taught", world={"food": [{"x": [20, 100], "y": [10, 90], "count": 0}]}
     ),
 }

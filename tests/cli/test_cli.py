@@ -26,7 +26,7 @@ from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.sweeps.design import open_sweep
 from tests.commands import Command
-from tests.small import contents, small, small_study
+from tests.small_studies import make_small_study, read_records, shorten_preset
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
 
@@ -34,7 +34,7 @@ TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study with one run of each condition."""
-    return small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
+    return make_small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
 
 
 def test_presets_lists_every_preset_with_a_line(command: Command) -> None:
@@ -151,7 +151,7 @@ def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(
 
 
 def test_claims_need_a_paper_or_a_file(command: Command, tmp_path: Path) -> None:
-    small_study(tmp_path / "study", runs=1)
+    make_small_study(tmp_path / "study", runs=1)
     assert (
         "study was made by no paper. Give claims by --claims FILE or --paper NAME."
         in command("claims", "study").err
@@ -235,7 +235,7 @@ def test_reproduce_takes_a_variant_and_keeps_it_apart(command: Command, tmp_path
 
 
 def test_report_is_rebuilt_from_stored_results_alone(command: Command, tmp_path: Path) -> None:
-    small_study(tmp_path / "study")
+    make_small_study(tmp_path / "study")
     done = command("report", "study", "--out", "elsewhere.html")
     assert done.code == 0, done.err
     assert (tmp_path / "elsewhere.html").exists()
@@ -298,7 +298,7 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)  # second
-    study = small_study(tmp_path / "study")
+    study = make_small_study(tmp_path / "study")
     for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
         done = command(
             "replay",
@@ -325,8 +325,8 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(
 def test_replay_takes_the_only_condition_and_lists_them_where_there_are_several(
     command: Command, tmp_path: Path
 ) -> None:
-    small_study(tmp_path / "two")
-    small_study(tmp_path / "one", [small("evo/A")], runs=1)
+    make_small_study(tmp_path / "two")
+    make_small_study(tmp_path / "one", [shorten_preset("evo/A")], runs=1)
     life = ("--run", "0", "--generation", "1", "--out", "life.nc")
     assert command("replay", "one", *life).code == 0 and (tmp_path / "life.nc").exists()
     done = command("replay", "two", *life)
@@ -406,12 +406,12 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
         stderr=subprocess.PIPE,
         text=True,
     )
-    while process.poll() is None and not contents(tmp_path):
+    while process.poll() is None and not read_records(tmp_path):
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate()
     assert process.returncode == 130
-    stored = len(contents(tmp_path))
+    stored = len(read_records(tmp_path))
     assert 0 < stored < 24
     assert (
         f"Interrupted. {stored} of 24 runs are stored in study. Repeat the command to continue."
@@ -422,7 +422,7 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
         words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     )
     assert f"{stored} of 24 runs stored" in again.stdout
-    assert len(contents(tmp_path)) == 24
+    assert len(read_records(tmp_path)) == 24
 
 
 def test_settings_of_matplotlib_in_the_working_directory_are_not_read(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from baldwinlab.core.extras import missing_extra
 from baldwinlab.lab.access import Access
 from baldwinlab.papers.presets import load
 from tests.lab.client import CLIENT, LabServer
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def complaint(
@@ -145,7 +145,11 @@ def attached(server: LabServer, what: str) -> ExitStack:
     """Somebody who is there when The lab is closed, until the end of the `with`."""
     many = ExitStack()
     if what == "a page that watches and does not read":
-        order = {"experiment": small("evo/A").replace(evolution={"generations": 10_000}).to_dict()}
+        order = {
+            "experiment": shorten_preset("evo/A")
+            .replace(evolution={"generations": 10_000})
+            .to_dict()
+        }
         id = CLIENT.post(f"{server.address}/api/live", json=order).json()["id"]
         many.enter_context(server.websocket(f"/api/live/{id}", close_timeout=0))
         return many
@@ -192,7 +196,7 @@ def test_a_day_of_playing_does_not_grow_its_memory(tmp_path: Path) -> None:
         "lifetime": {"steps": 1000},
         "evolution": {"generations": 1},
     }
-    small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
+    make_small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as (process, server):
         used = []
         for last in range(988, 1000):

@@ -17,7 +17,7 @@ from baldwinlab.studies.multiverse import Variant
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.papers.test_papers import folder
-from tests.small import contents, small_paper, small_study
+from tests.small_studies import make_small_study, read_records, shorten_paper
 
 READINGS = [Variant(()), Variant(("contact-5",)), Variant(("rank",))]
 MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
@@ -28,7 +28,7 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three variants, or four with --all-combinations, of lives of 40 steps."""
     conditions = [
         condition.replace(evolution={"generations": 2}, lifetime={"steps": 40})
-        for condition in small_paper()
+        for condition in shorten_paper()
     ]
     monkeypatch.setattr(presets, "paper", lambda variant="standard": conditions)
     monkeypatch.setattr(command_multiverse, "vary_one_at_a_time", lambda paper: READINGS)
@@ -64,12 +64,12 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
         patched.setattr(console, "progress", stopped_half_way)
         done = command(*MULTIVERSE)
     assert done.code == 130 and "simulates it from its first generation" in done.err
-    assert 0 < len(contents(tmp_path)) < 36
+    assert 0 < len(read_records(tmp_path)) < 36
     done = command(*MULTIVERSE)
     assert done.code == 0, done.err
     assert "report: paper/multiverse/report.html" in done.out and "contact-5 R2" in done.out
     assert command("multiverse", "--runs", "2", "--out", "whole").code == 0
-    assert contents(tmp_path / "whole") == contents(tmp_path / "paper/multiverse")
+    assert read_records(tmp_path / "whole") == read_records(tmp_path / "paper/multiverse")
     assert (tmp_path / "whole/multiverse.json").read_bytes() == (
         tmp_path / "paper/multiverse/multiverse.json"
     ).read_bytes()
@@ -105,7 +105,7 @@ def test_what_is_stored_of_it_is_reported_and_a_variant_without_runs_left_out(
 def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_variants(
     command: Command, tmp_path: Path
 ) -> None:
-    small_study(tmp_path / "paper", runs=1)
+    make_small_study(tmp_path / "paper", runs=1)
     done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
     assert done.code == 0, done.err
     assert "paper: writing the report of this study again, with the variants" in done.out
@@ -131,7 +131,7 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
     assert '<h2 id="variants">Variants of the paper</h2>' in page
     assert (tmp_path / "paper/figures/variants.svg").exists()
     assert list(StudyStore(tmp_path / "paper").experiments) == [
-        experiment.name for experiment in small_paper()
+        experiment.name for experiment in shorten_paper()
     ]
 
 
@@ -141,7 +141,7 @@ def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE, "--last-generations", "0").code == 2
-    assert not contents(tmp_path)
+    assert not read_records(tmp_path)
     assert command(*MULTIVERSE).code == 0
     done = command(*MULTIVERSE, "--all-combinations")
     assert done.code == 2

@@ -10,7 +10,7 @@ from baldwinlab.cli import COMMANDS, old_names
 from baldwinlab.cli.old_names import replace_old_names
 from baldwinlab.cli.options import app
 from tests.commands import Command
-from tests.small import small_study
+from tests.small_studies import make_small_study
 
 OPTIONS = [
     (command, old, new)
@@ -28,7 +28,7 @@ def test_an_old_list_command_prints_what_list_prints(command: Command, old: str)
 
 
 def test_phylogeny_and_crate_are_formats_of_export(command: Command, tmp_path: Path) -> None:
-    small_study(tmp_path / "study", runs=1)
+    make_small_study(tmp_path / "study", runs=1)
     run = ("--condition", "evo/A", "--run", "0", "--out", "parents.csv")
     done = command("phylogeny", "study", *run)
     assert (done.code, done.out) == (0, "parents.csv: 60 agents\n")

@@ -11,7 +11,7 @@ import pytest
 
 from baldwinlab.core import resources
 from tests.commands import Command
-from tests.small import contents, small_study
+from tests.small_studies import make_small_study, read_records
 
 DEEP = "[" * 500 + "]" * 500
 
@@ -19,7 +19,7 @@ DEEP = "[" * 500 + "]" * 500
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study with one run of each condition."""
-    return small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
+    return make_small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
 
 
 @pytest.mark.parametrize(
@@ -277,13 +277,13 @@ def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
     command: Command, tmp_path: Path, stored: Path, arguments: list[str], sentence: str
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
-    before = contents(tmp_path)
+    before = read_records(tmp_path)
     done = command(*arguments)
     assert done.code != 0
     assert sentence in done.err + done.out
     assert "Traceback" not in done.err
     assert len(done.err.strip().splitlines()) == 1
-    assert contents(tmp_path) == before
+    assert read_records(tmp_path) == before
 
 
 def test_what_is_too_large_is_refused_before_a_folder_is_made(
@@ -423,7 +423,7 @@ def test_a_message_is_of_a_screen_at_most(command: Command, tmp_path: Path) -> N
 
 
 def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path: Path) -> None:
-    study = small_study(tmp_path / "study", runs=1)
+    study = make_small_study(tmp_path / "study", runs=1)
     for condition in study.experiments:
         study.path(condition, 0).unlink()
     done = command("report", "study")
@@ -447,8 +447,8 @@ def test_what_is_nested_deeper_than_python_reads_is_refused(
     (tmp_path / "deep.toml").write_text(f"a = {DEEP}")
     (tmp_path / "deep").mkdir()
     (tmp_path / "deep" / "paper.toml").write_text(f"a = {DEEP}")
-    before = contents(tmp_path)
+    before = read_records(tmp_path)
     done = command(*arguments)
-    assert done.code == 2 and contents(tmp_path) == before
+    assert done.code == 2 and read_records(tmp_path) == before
     assert sentence in done.err
     assert len(done.err.strip().splitlines()) == 1

@@ -14,7 +14,7 @@ from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.papers.presets import load
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 Settings = Mapping[str, Any]  # by dotted path
 NONE: Final = ""  # no part
@@ -117,7 +117,7 @@ def made(row: Settings) -> Any:
             population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table
         )
     else:
-        base = small("evo", population={"size": 5}, lifetime={"steps": 7})
+        base = make_small_experiment("evo", population={"size": 5}, lifetime={"steps": 7})
     given = {
         path: value
         for path, value in row.items()

@@ -9,7 +9,7 @@ import xarray as xr
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.records import encode
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 def test_names_and_numbers_come_back() -> None:
@@ -22,7 +22,7 @@ def test_names_and_numbers_come_back() -> None:
 
 
 def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
-    raw = encode(simulate(small("evo/A"), seed=1))
+    raw = encode(simulate(shorten_preset("evo/A"), seed=1))
     rng = np.random.default_rng(0)
     for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
         damaged = bytearray(raw)

@@ -8,7 +8,7 @@ import pytest
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.output_paths import require_writable
-from tests.small import small_study
+from tests.small_studies import make_small_study
 
 
 def require(path: Path, *, force: bool = False) -> None:
@@ -20,7 +20,7 @@ def require(path: Path, *, force: bool = False) -> None:
     ["study.toml", "sessions.jsonl", "runs/evo/A/0000.nc", "runs/new.nc", "assays/innate/evo/A.nc"],
 )
 def test_what_makes_a_study_is_never_written_over_even_if_forced(tmp_path: Path, name: str) -> None:
-    small_study(tmp_path / "study")
+    make_small_study(tmp_path / "study")
     path = tmp_path / "study" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     for way in (path, tmp_path / "study" / "runs" / ".." / name):

@@ -12,7 +12,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 COUNT_AND_RUN = """
 from baldwinlab.engine import cache, jit, rng
@@ -60,14 +60,14 @@ def test_a_second_start_loads_the_compiled_code_and_an_edit_of_the_engine_compil
 PATCHED = """
 import sys
 from baldwinlab.engine import jit
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 from baldwinlab.simulation.simulate import simulate
 if sys.argv[1] == "patched":
     from baldwinlab.models.miniworld.learning import self_taught
     def learn(part, model, state, step, lane):
         state.weights[0, 0] = state.weights[0, 0]
     self_taught.SelfTaught.learn = staticmethod(learn)
-print(simulate(small("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolist())
+print(simulate(make_small_experiment("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolist())
 """
 
 
@@ -89,7 +89,11 @@ def simulate_in_subprocess(which: str, cache: Path) -> str:
 def test_a_patched_function_is_not_in_the_code_that_a_later_process_loads(tmp_path: Path) -> None:
     patched = simulate_in_subprocess("patched", tmp_path)
     later = simulate_in_subprocess("original", tmp_path)
-    expected = simulate(small("evo+self-taught"), seed=1).energy.values.sum(axis=1).tolist()
+    expected = (
+        simulate(make_small_experiment("evo+self-taught"), seed=1)
+        .energy.values.sum(axis=1)
+        .tolist()
+    )
     assert later == f"{expected}\n"
     assert patched != later
 
@@ -104,9 +108,9 @@ def test_importing_the_package_creates_no_folder(tmp_path: Path) -> None:
 
 def test_a_simulation_without_the_compiler_has_the_same_results(tmp_path: Path) -> None:
     code = """
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 from baldwinlab.simulation.simulate import simulate
-experiment = small("evo", lifetime={"steps": 40}, evolution={"generations": 2})
+experiment = make_small_experiment("evo", lifetime={"steps": 40}, evolution={"generations": 2})
 print(simulate(experiment, seed=1).food_eaten.values.tolist())
 """
     root = Path(baldwinlab.__file__).parents[1]
@@ -115,5 +119,7 @@ print(simulate(experiment, seed=1).food_eaten.values.tolist())
     done = subprocess.run(
         command, env=environment, cwd=root, capture_output=True, text=True, check=True
     )
-    compiled = simulate(small("evo", lifetime={"steps": 40}, evolution={"generations": 2}), seed=1)
+    compiled = simulate(
+        make_small_experiment("evo", lifetime={"steps": 40}, evolution={"generations": 2}), seed=1
+    )
     assert done.stdout == f"{compiled.food_eaten.values.tolist()}\n"

@@ -13,7 +13,7 @@ import pytest
 from baldwinlab.engine import poison
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.replay import replay
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,9 @@ def test_a_rule_that_reads_unwritten_memory_has_results_that_depend_on_the_patte
     weights = []
     for number in poison.PATTERNS:
         with poison.use_pattern(number):
-            experiment = small("evo", learning={"rule": "reads-unset"}, lifetime={"steps": 3})
+            experiment = make_small_experiment(
+                "evo", learning={"rule": "reads-unset"}, lifetime={"steps": 3}
+            )
             lifetime = replay(experiment, seed=1, generation=0)
             weights.append(lifetime["weight_death"].values.tobytes())
     assert (weights[0] == weights[1]) is is_same

@@ -18,7 +18,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 def learned_in(
@@ -33,7 +33,7 @@ def learned_in(
 def test_the_twin_that_learns_nothing_is_evolution_alone_to_the_bit() -> None:
     """As every weight has a gate of its own, a second module that does nothing takes no mutation from the first."""
     evo, twin = (
-        simulate(small(name, learning=given), seed=2)
+        simulate(make_small_experiment(name, learning=given), seed=2)
         for name, given in (("evo", {}), ("evo+self-taught", {"rate": 0}))
     )
     assert evo["food_eaten"].sum() > 0
@@ -44,7 +44,7 @@ def test_the_twin_that_learns_nothing_is_evolution_alone_to_the_bit() -> None:
 
 @pytest.mark.parametrize("share", [0.3, 1.0])
 def test_lamarck_without_learning_is_darwin(share: float) -> None:
-    still = small("evo+self-taught", learning={"rate": 0})
+    still = make_small_experiment("evo+self-taught", learning={"rate": 0})
     darwin, lamarck = (
         simulate(still.replace(evolution={"lamarckian_share": each}), seed=2) for each in (0, share)
     )
@@ -54,7 +54,7 @@ def test_lamarck_without_learning_is_darwin(share: float) -> None:
 
 
 def test_lamarckian_children_are_born_with_what_their_parents_learned() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught",
         learning={"rate": 0.5},
         evolution={"lamarckian_share": 1, "mutation_rate": 0},
@@ -88,7 +88,7 @@ def test_a_share_of_what_was_learned_is_inherited() -> None:
 
 
 def test_a_replay_under_lamarckian_inheritance_agrees_with_its_run() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught",
         learning={"rate": 0.5},
         evolution={"lamarckian_share": 0.5},
@@ -101,19 +101,27 @@ def test_a_replay_under_lamarckian_inheritance_agrees_with_its_run() -> None:
 
 
 def test_learning_costs_energy_for_its_steps_and_never_more_than_there_is() -> None:
-    free, dear = (small("evo+self-taught", learning={"cost_per_step": cost}) for cost in (0, 0.05))
+    free, dear = (
+        make_small_experiment("evo+self-taught", learning={"cost_per_step": cost})
+        for cost in (0, 0.05)
+    )
     before, after = (
         simulate(free, seed=2).isel(generation=0),
         simulate(dear, seed=2).isel(generation=0),
     )
     np.testing.assert_array_equal(after["food_eaten"], before["food_eaten"])
     np.testing.assert_allclose(after["energy"], np.maximum(0, before["energy"] - 0.05 * 80))
-    short = simulate(small("evo+self-taught", learning={"cost_per_step": 0.05, "steps": 0}), seed=2)
+    short = simulate(
+        make_small_experiment("evo+self-taught", learning={"cost_per_step": 0.05, "steps": 0}),
+        seed=2,
+    )
     np.testing.assert_array_equal(short["energy"], short["food_eaten"])
 
 
 def test_learning_costs_energy_for_the_distance_that_weights_moved() -> None:
-    experiment = small("evo+self-taught", learning={"rate": 0.3, "cost_per_change": 0.7})
+    experiment = make_small_experiment(
+        "evo+self-taught", learning={"rate": 0.3, "cost_per_change": 0.7}
+    )
     run, trace = simulate(experiment, seed=2), replay(experiment, seed=2)
     change = (trace["weight_death"] - trace["weight_birth"]).sel(module="action").astype(float)
     distance = np.sqrt((change**2).sum("weight"))
@@ -124,7 +132,7 @@ def test_learning_costs_energy_for_the_distance_that_weights_moved() -> None:
 
 
 def test_who_does_not_learn_pays_nothing() -> None:
-    experiment = small("evo", learning={"cost_per_step": 5, "cost_per_change": 5})
+    experiment = make_small_experiment("evo", learning={"cost_per_step": 5, "cost_per_change": 5})
     assert (
         compute_learning_cost(
             experiment, draw_genomes(experiment, GenerationKey(1, 0, 0)), None
@@ -161,7 +169,7 @@ def test_fresh_teachers_are_normal_and_have_nothing_of_the_parents() -> None:
 
 
 def test_the_gene_of_the_learning_rate_is_inherited_like_a_weight() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught", learning={"evolved_rate": True}, evolution={"mutation_rate": 0}
     )
     run = simulate(experiment, seed=2)

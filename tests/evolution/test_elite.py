@@ -17,7 +17,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import Selection
 from baldwinlab.parts.evolution_parts import ITSELF
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
 BEST_FIRST = [5, 2, 7, 0]  # agents 2 and 7 are equals
@@ -91,7 +91,7 @@ def test_what_is_said_of_teachers_is_said_of_the_elite_s_too() -> None:
 
 
 def test_in_a_whole_run_the_best_of_each_generation_is_found_again_in_the_next() -> None:
-    run = simulate(small("evo", evolution={"generations": 4, "elite": 1}), seed=3)
+    run = simulate(make_small_experiment("evo", evolution={"generations": 4, "elite": 1}), seed=3)
     for generation in range(3):
         best = run.parents.values[generation + 1, 0]
         assert (
@@ -104,8 +104,8 @@ def test_in_a_whole_run_the_best_of_each_generation_is_found_again_in_the_next()
 
 
 def test_without_an_elite_a_run_is_what_it_was() -> None:
-    assert simulate(small("evo", evolution={"elite": 0}), seed=3).equals(
-        simulate(small("evo"), seed=3)
+    assert simulate(make_small_experiment("evo", evolution={"elite": 0}), seed=3).equals(
+        simulate(make_small_experiment("evo"), seed=3)
     )
 
 

@@ -26,7 +26,7 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
 MOMENT = GenerationKey(seed=11, run=0, generation=1)
@@ -259,7 +259,9 @@ def test_biases_are_standard_normal_too() -> None:
 
 
 def test_a_child_inherits_what_its_parents_were_born_with_and_not_what_they_learned() -> None:
-    experiment = small("evo+self-taught", learning={"rate": 0.5}, evolution={"mutation_rate": 0})
+    experiment = make_small_experiment(
+        "evo+self-taught", learning={"rate": 0.5}, evolution={"mutation_rate": 0}
+    )
     result = simulate(experiment, seed=2)
     genome, parents = result["genome"].values, result["parents"].values
     learned = replay(experiment, seed=2, generation=0)["weight_death"].values[:, 0]
@@ -273,7 +275,9 @@ def test_a_child_inherits_what_its_parents_were_born_with_and_not_what_they_lear
 
 
 def test_the_parents_on_record_are_the_fitter_one_and_the_other() -> None:
-    result = simulate(small("evo+self-taught", evolution={"generations": 8}), seed=3)
+    result = simulate(
+        make_small_experiment("evo+self-taught", evolution={"generations": 8}), seed=3
+    )
     energy, parents = result["energy"].values, result["parents"].values
     assert (parents[0] == -1).all()
     for generation in range(1, 8):
@@ -284,7 +288,7 @@ def test_the_parents_on_record_are_the_fitter_one_and_the_other() -> None:
 
 
 def test_a_generation_is_bred_from_the_genomes_and_the_energy_of_the_one_before() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught",
         world={"food": [{"x": [20, 100], "y": [10, 90], "count": 12, "energy": 2.5}]},
     )
@@ -303,7 +307,9 @@ def test_a_generation_is_bred_from_the_genomes_and_the_energy_of_the_one_before(
 
 
 def test_agents_that_only_teach_themselves_are_drawn_afresh_every_generation() -> None:
-    result = simulate(small("self-taught", population={"size": 50}, lifetime={"steps": 5}), seed=3)
+    result = simulate(
+        make_small_experiment("self-taught", population={"size": 50}, lifetime={"steps": 5}), seed=3
+    )
     assert (result["parents"] == -1).all()
     genome = result["genome"].values
     for generation in range(3):
@@ -316,12 +322,14 @@ def test_agents_that_only_teach_themselves_are_drawn_afresh_every_generation() -
 
 def test_genomes_are_kept_of_every_so_many_th_generation_and_of_the_last() -> None:
     sparse = simulate(
-        small(
+        make_small_experiment(
             "evo", evolution={"generations": 6}, record={"genome_every": 2}, lifetime={"steps": 5}
         ),
         seed=1,
     )
-    full = simulate(small("evo", evolution={"generations": 6}, lifetime={"steps": 5}), seed=1)
+    full = simulate(
+        make_small_experiment("evo", evolution={"generations": 6}, lifetime={"steps": 5}), seed=1
+    )
     kept = ~np.isnan(sparse["genome"].values).all(axis=(1, 2, 3))
     assert kept.tolist() == [True, False, True, False, True, True]
     np.testing.assert_array_equal(sparse["genome"].values[kept], full["genome"].values[kept])

@@ -19,7 +19,7 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 PARTS = """
 import numpy as np
@@ -61,7 +61,9 @@ def refused(experiment: Any, **arguments: Any) -> str:
 
 
 def test_a_variation_that_leaves_a_module_out(faulty_parts: None) -> None:
-    said = refused(small("evo+self-taught", evolution={"variation": "one-module-alone"}), run=4)
+    said = refused(
+        make_small_experiment("evo+self-taught", evolution={"variation": "one-module-alone"}), run=4
+    )
     assert said.startswith(
         "evolution.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' of agent 0"
     )
@@ -69,7 +71,7 @@ def test_a_variation_that_leaves_a_module_out(faulty_parts: None) -> None:
 
 
 def test_founders_that_are_infinite(faulty_parts: None) -> None:
-    said = refused(small("evo", evolution={"variation": "infinite-founders"}))
+    said = refused(make_small_experiment("evo", evolution={"variation": "infinite-founders"}))
     assert (
         "gene 5 of the module 'action' of agent 2" in said
         and "generation 0 of run 0" in said
@@ -80,7 +82,9 @@ def test_founders_that_are_infinite(faulty_parts: None) -> None:
 @pytest.mark.parametrize("selection", ["roulette", "neutral"])
 def test_a_learning_rule_that_diverges_and_is_inherited(faulty_parts: None, selection: str) -> None:
     learning, evolution = {"rule": "diverges"}, {"lamarckian_share": 1.0, "selection": selection}
-    said = refused(small("evo", learning=learning, evolution=evolution, lifetime={"steps": 9}))
+    said = refused(
+        make_small_experiment("evo", learning=learning, evolution=evolution, lifetime={"steps": 9})
+    )
     assert said.startswith(
         "learning.rule = 'diverges' and evolution.inheritance = 'darwinian' left gene 1"
     )
@@ -88,7 +92,9 @@ def test_a_learning_rule_that_diverges_and_is_inherited(faulty_parts: None, sele
 
 
 def test_what_is_learned_and_not_inherited_may_diverge(faulty_parts: None) -> None:
-    run = simulate(small("evo", learning={"rule": "diverges"}, lifetime={"steps": 9}))
+    run = simulate(
+        make_small_experiment("evo", learning={"rule": "diverges"}, lifetime={"steps": 9})
+    )
     assert np.isfinite(run["genome"]).all()
 
 

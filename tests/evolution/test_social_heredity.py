@@ -9,7 +9,7 @@ from baldwinlab.evolution import inherit_genomes
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.simulation.replay import replay
 from tests.models.miniworld.plain import founders, simulated, traced
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -17,7 +17,7 @@ SHORT = {"lifetime": {"steps": 20}, "learning": {"rate": 0.5}, "evolution": {"mu
 
 
 def taught_by_elders(*changes: str, **tables: object) -> Experiment:
-    own_teachers = small("evo+self-taught", **SHORT).replace(**tables)
+    own_teachers = make_small_experiment("evo+self-taught", **SHORT).replace(**tables)
     experiment: Experiment = assign(
         own_teachers, ["evolution.inheritance=social-heredity", *changes]
     )

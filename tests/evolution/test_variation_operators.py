@@ -19,7 +19,7 @@ from baldwinlab.evolution.variation_operators import Copy, Gaussian, OnePointCro
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
 AGENTS = FITNESS.size
@@ -432,7 +432,7 @@ def test_in_a_whole_run_the_parents_are_who_ate_most_and_their_children_have_the
         "best_copies": {"parent_share": 0.5},
         "mutation_rate": 0,
     }
-    run = simulate(small("evo", evolution={"generations": 3, **evolution}), seed=3)
+    run = simulate(make_small_experiment("evo", evolution={"generations": 3, **evolution}), seed=3)
     for generation in (1, 2):
         energy, parents = run.energy.values[generation - 1], run.parents.values[generation]
         assert sorted(energy[parents[:, 0]]) == sorted(np.repeat(np.sort(energy)[3:], 2))

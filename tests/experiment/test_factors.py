@@ -14,15 +14,22 @@ from baldwinlab.papers.presets import load
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, create
-from tests.small import as_older, ignore, small, small_study
+from tests.small_studies import (
+    ignore_message,
+    make_small_study,
+    rewrite_in_format_1,
+    shorten_preset,
+)
 
 PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
 
 
 def older(directory: Path, names: list[str]) -> StudyStore:
     """A study of these conditions as format 1 had it: without kind and factors."""
-    study = small_study(directory, [small().replace(name=name) for name in names], runs=1)
-    return StudyStore(as_older(study.directory, names))
+    study = make_small_study(
+        directory, [shorten_preset().replace(name=name) for name in names], runs=1
+    )
+    return StudyStore(rewrite_in_format_1(study.directory, names))
 
 
 def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
@@ -103,7 +110,7 @@ def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
     assert study.factors["mine/A"] == Factors("mine/A")  # is not of the paper's presets
-    publish(plan_report(study, tmp_path / "report.html", 1), ignore)
+    publish(plan_report(study, tmp_path / "report.html", 1), ignore_message)
     picture = (tmp_path / "figures/fitness.svg").read_text()
     assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
     assert "<!-- evo+self-taught -->" in picture and "<!-- mine/A -->" in picture

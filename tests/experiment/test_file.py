@@ -17,7 +17,7 @@ from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import File, PartError, load_file
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 PART = Path(__file__).parents[2] / "examples" / "parts" / "tabled_fitness.py"
 FIELD = "evolution.tabled.table"
@@ -43,7 +43,7 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def tabled() -> Experiment:
-    short = small("evo/A").replace(lifetime={"steps": 20}, evolution={"generations": 2})
+    short = shorten_preset("evo/A").replace(lifetime={"steps": 20}, evolution={"generations": 2})
     made: Experiment = assign(short, ["evolution.fitness=tabled", f"{FIELD}=worth.txt"])
     return made
 

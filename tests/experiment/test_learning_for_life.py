@@ -14,7 +14,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import create
 from baldwinlab.studies.sweeps.design import expand_sweep, open_sweep
 from baldwinlab.studies.sweeps.file import read
-from tests.small import as_older
+from tests.small_studies import rewrite_in_format_1
 
 OLD = 100_000_000
 
@@ -54,7 +54,7 @@ def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
     experiment = load("evo+self-taught/A")
     study = create(tmp_path / "study", [experiment], seed=1)
     stored = (
-        as_older(study.directory, [experiment.name], seed=1)
+        rewrite_in_format_1(study.directory, [experiment.name], seed=1)
         / "runs"
         / experiment.name
         / "experiment.toml"

@@ -18,10 +18,10 @@ from baldwinlab.lab.studies import summarize
 from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.open import open_runs
 from tests.faults.amount import amount
-from tests.small import small
+from tests.small_studies import shorten_preset
 from tests.studies.assays.studies import measured
 
-CONDITIONS = [small("evo/A"), small("evo+self-taught/A")]
+CONDITIONS = [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")]
 ASSAYS = ["innate", "descent"]
 
 Change = Callable[[Path, Path], None]

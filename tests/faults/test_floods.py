@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from baldwinlab.papers.presets import load
 from tests.faults.amount import amount
 from tests.lab.client import CLIENT, LabServer
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 ALLOWED = (
     400e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
@@ -100,7 +100,7 @@ def post(server: Server, path: str, content: bytes) -> None:
 
 
 def live_and_leave(server: Server, seed: int) -> None:
-    experiment = small("evo/A").replace(
+    experiment = shorten_preset("evo/A").replace(
         population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1}
     )
     started = CLIENT.post(
@@ -123,7 +123,7 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
         "lifetime": {"steps": 1000},
         "evolution": {"generations": 1},
     }
-    small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
+    make_small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as server:
         while not CLIENT.get(f"{server.lab.address}/api/engine").json()[
             "ready"

@@ -25,7 +25,7 @@ from tests.faults.amount import amount
 from tests.faults.hostile import VALUES, WORDS
 from tests.lab.client import CLIENT, LabServer
 from tests.lab.conftest import run_server
-from tests.small import small_study
+from tests.small_studies import make_small_study
 
 SCREEN = 3000  # characters: a message is at most so long
 LIFE = ("--condition", "evo/A", "--run", "0", "--generation", "0")
@@ -95,7 +95,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder that holds a study, and nothing else; we are in it."""
     made, before = tmp_path_factory.mktemp("inputs"), Path.cwd()
-    small_study(made / "study", runs=1)
+    make_small_study(made / "study", runs=1)
     os.chdir(made)
     yield made
     os.chdir(before)

@@ -19,7 +19,7 @@ from baldwinlab.lab.server import make_app
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from tests.lab.client import LabServer
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 HAWKS = Path(__file__).parent / "hawks.py"
 
@@ -48,7 +48,7 @@ def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator
 def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """A server over one study of two conditions and two runs, called `small`."""
     root = tmp_path_factory.mktemp("lab")
-    small_study(root / "small", runs=2)
+    make_small_study(root / "small", runs=2)
     with run_server(root) as server:
         yield server
 
@@ -57,14 +57,14 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """A server over a study of worlds, called `small`, and one of `strings`, which keeps all genomes of one condition only."""
     root = tmp_path_factory.mktemp("strings")
-    small_study(root / "small", [small("evo/A")], runs=2)
+    make_small_study(root / "small", [shorten_preset("evo/A")], runs=2)
     guessing = load("guessing").replace(
         population={"size": 40},
         evolution={"generations": 5},
         hinton_nowlan={"loci": 6, "trials": 10},
     )
     sparse = guessing.replace(name="sparse", record={"genome_every": 3})
-    small_study(root / "strings", [guessing, sparse], runs=2)
+    make_small_study(root / "strings", [guessing, sparse], runs=2)
     with run_server(root) as server:
         yield server
 
@@ -88,7 +88,7 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     hawks = validate({"model": "hawks-and-doves", "name": "hawks"})
     sparse = cells.replace(name="sparse", record={"genome_every": 3})
     still = climbers.replace(name="still", nk_climbers={"trials": 0})
-    small_study(
+    make_small_study(
         root / "looks", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2
     )
     with run_server(root) as server:

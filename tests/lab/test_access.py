@@ -18,7 +18,7 @@ from baldwinlab.lab.access import REFUSAL, Access, cookie_name
 from baldwinlab.lab.server import make_app
 from tests.lab.client import LabServer, get_json
 from tests.lab.conftest import run_server
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 PUBLIC = {"/palette.css"}  # a route of the page's own files
 
@@ -68,7 +68,7 @@ def test_no_other_way_to_write_its_path_leads_past_the_token(
 def test_a_stranger_starts_no_run_and_writes_no_study(
     stranger: httpx.Client, lab_server: LabServer
 ) -> None:
-    order = {"experiment": small().to_dict(), "runs": 2, "seed": 7}
+    order = {"experiment": shorten_preset().to_dict(), "runs": 2, "seed": 7}
     sweep = {"name": "intruder", "fields": {"learning.rate": [0.1, 0.2]}}
     before = get_json(lab_server.address, "live"), set(lab_server.root.iterdir())
     assert stranger.post("/api/live", json=order).status_code == 401

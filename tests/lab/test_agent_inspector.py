@@ -16,7 +16,7 @@ from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import SMALL, LabServer, get_arrays, get_error
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 def sigmoid(z: np.ndarray) -> np.ndarray:
@@ -74,7 +74,7 @@ def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_doe
 @pytest.mark.usefixtures("in_plain_python")
 def test_what_it_would_do_is_no_table_where_an_input_is_real_valued() -> None:
     experiment, moment = (
-        small("evo/A").replace(senses={"kinds": ["nearest"]}),
+        shorten_preset("evo/A").replace(senses={"kinds": ["nearest"]}),
         GenerationKey(1, 0, 0),
     )
     life = Life(
@@ -105,7 +105,7 @@ def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(
 @pytest.mark.usefixtures("in_plain_python")
 def test_a_module_that_gates_learning_is_there_but_no_error_of_it(lab_server: LabServer) -> None:
     experiment, moment = (
-        small("evo/A").replace(learning={"rule": "modulated"}),
+        shorten_preset("evo/A").replace(learning={"rule": "modulated"}),
         GenerationKey(1, 0, 0),
     )
     life = Life(
@@ -135,7 +135,7 @@ def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> 
 
 
 def test_who_inherits_nothing_has_neither() -> None:
-    experiment, moment = small("self-taught/A"), GenerationKey(1, 0, 0)
+    experiment, moment = shorten_preset("self-taught/A"), GenerationKey(1, 0, 0)
     life = Life(
         experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
     )
@@ -153,7 +153,7 @@ def test_elders_are_those_who_had_learned_what_the_teacher_holds(teacher: str) -
         "mutation_rate": 0,
         "generations": 2,
     }
-    experiment = small().replace(evolution=evolution, learning={"teacher": teacher})
+    experiment = shorten_preset().replace(evolution=evolution, learning={"teacher": teacher})
     run = simulate(experiment, seed=1)
     died_with = replay(experiment, seed=1).weight_death.values[:, 0]
     life = Life(
@@ -186,7 +186,7 @@ def test_a_part_of_a_life_is_that_part_but_weights_are_of_all_of_it(lab_server: 
 
 
 def test_biases_are_driven_too() -> None:
-    experiment = small().replace(network={"biases": True, "hidden": [4, 2]})
+    experiment = shorten_preset().replace(network={"biases": True, "hidden": [4, 2]})
     moment = GenerationKey(1, 0, 0)
     life = Life(
         experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
@@ -199,7 +199,7 @@ def test_biases_are_driven_too() -> None:
 
 
 def test_the_action_is_the_one_that_was_done_also_where_it_was_noise() -> None:
-    experiment = small().replace(motor={"noise": 0.3})
+    experiment = shorten_preset().replace(motor={"noise": 0.3})
     moment = GenerationKey(1, 0, 0)
     life = Life(
         experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
@@ -218,12 +218,12 @@ def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int
 
 
 def test_of_a_network_that_grew_the_links_are_told_between_units() -> None:
-    experiment = small("evo/A").replace(
+    experiment = shorten_preset("evo/A").replace(
         network={"kind": "neat", "hidden": [40]},
         evolution={"variation": "neat", "selection": "species"},
     )
     assert ends_of_links(experiment) == [[a, 43 + b] for a in (0, 1, 2, -1) for b in range(3)]
-    assert ends_of_links(small("evo/A")) == [], "layers"
+    assert ends_of_links(shorten_preset("evo/A")) == [], "layers"
 
 
 def ends_of_links(experiment: Experiment) -> list[list[int]]:

@@ -14,7 +14,7 @@ from baldwinlab.lab.experiment_form import form_of
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.parts.agent_parts import LearningRule
 from tests.lab.client import CLIENT, LabServer
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 @pytest.fixture
@@ -31,9 +31,9 @@ def pulling() -> Iterator[str]:
 
 
 def test_a_form_of_an_experiment_has_its_fields_and_what_may_be_chosen() -> None:
-    found = form_of(small().to_dict())
+    found = form_of(shorten_preset().to_dict())
     assert found["errors"] == []
-    assert found["experiment"] == small().to_dict()
+    assert found["experiment"] == shorten_preset().to_dict()
     rule = found["schema"]["$defs"]["Learning"]["properties"]["rule"]
     assert rule["x-chooses"]
     assert {"none", "self-taught", "drift"} <= set(rule["enum"])
@@ -44,7 +44,7 @@ def test_what_is_left_out_is_completed() -> None:
 
 
 def test_the_table_of_a_part_comes_when_it_is_chosen_and_goes_when_it_is_not(pulling: str) -> None:
-    tree: Any = small().to_dict()
+    tree: Any = shorten_preset().to_dict()
     tree["learning"]["rule"] = pulling
     chosen = form_of(tree)
     assert chosen["experiment"]["learning"]["pulling"] == {"strength": 0.5}
@@ -54,12 +54,12 @@ def test_the_table_of_a_part_comes_when_it_is_chosen_and_goes_when_it_is_not(pul
     assert again["errors"] == []
     assert (
         again["experiment"]["learning"]
-        == small().replace(learning={"rule": "drift"}).to_dict()["learning"]
+        == shorten_preset().replace(learning={"rule": "drift"}).to_dict()["learning"]
     )
 
 
 def test_what_is_wrong_comes_back_as_it_is_with_the_faults() -> None:
-    tree: Any = small().to_dict()
+    tree: Any = shorten_preset().to_dict()
     tree["learning"]["rate"] = 11
     found = form_of(tree)
     assert found["experiment"] == tree
@@ -77,10 +77,10 @@ def test_what_is_no_table_is_told_so(tree: Any) -> None:
 def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
     def post(path: str) -> Any:
         return CLIENT.post(
-            f"{lab_server.address}/api/{path}", json={"experiment": small().to_dict()}
+            f"{lab_server.address}/api/{path}", json={"experiment": shorten_preset().to_dict()}
         ).json()
 
-    assert post("schema") == form_of(small().to_dict())
+    assert post("schema") == form_of(shorten_preset().to_dict())
     found = post("look")
     assert found["look"]["actions"] == ["left", "forward", "right"]
     assert found["world"]["width"] == 640
@@ -113,7 +113,7 @@ def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(
 
 
 def test_too_few_runs_are_noted_and_not_refused(lab_server: LabServer) -> None:
-    order = {"experiment": small().to_dict(), "seed": 0}
+    order = {"experiment": shorten_preset().to_dict(), "seed": 0}
     few, enough, wrong = (
         CLIENT.post(f"{lab_server.address}/api/validate", json=order | {"runs": runs}).json()
         for runs in (3, 5, 0)

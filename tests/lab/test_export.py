@@ -32,7 +32,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 NODE = """
@@ -98,7 +98,7 @@ def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> 
     ("name", "elite"), [("evo/B", 0), ("evo+self-taught/A", 2), ("evo+drift/A", 0)]
 )
 def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) -> None:
-    experiment = small(name).replace(evolution={"elite": elite})
+    experiment = shorten_preset(name).replace(evolution={"elite": elite})
     module = SHIPPED / f"{experiment.learning.rule}-simultaneous.wasm"
     here, there = simulate(experiment, seed=5, run=1), in_node(tmp_path, experiment, module)
     for variable in ("food_eaten", "energy", "parents", "genome"):
@@ -107,7 +107,9 @@ def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) 
 
 
 def test_in_node_a_gene_that_is_not_finite_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
-    said = in_node(tmp_path, small(), SHIPPED / "self-taught-simultaneous.wasm", NOT_FINITE)["said"]
+    said = in_node(
+        tmp_path, shorten_preset(), SHIPPED / "self-taught-simultaneous.wasm", NOT_FINITE
+    )["said"]
     assert said.startswith(
         "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller learning.rate"
     )
@@ -115,16 +117,16 @@ def test_in_node_a_gene_that_is_not_finite_ends_the_run_with_a_sentence(tmp_path
 
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
 def test_in_node_teachers_come_from_whom_they_do_in_python(tmp_path: Path, teacher: str) -> None:
-    heirs = small().replace(
+    heirs = shorten_preset().replace(
         learning={"teacher": teacher}, evolution={"inheritance": "social-heredity"}
     )
     there = in_node(
         tmp_path,
-        small().replace(learning={"teacher": teacher}),
+        shorten_preset().replace(learning={"teacher": teacher}),
         SHIPPED / "self-taught-simultaneous.wasm",
         ELDERS,
     )
-    run = simulate(small().replace(learning={"teacher": teacher}), seed=5, run=1)
+    run = simulate(shorten_preset().replace(learning={"teacher": teacher}), seed=5, run=1)
     assert len(there) == 3 and set(there["0"]) == {-1}
     for generation in (1, 2):
         elders = find_teachers(
@@ -164,7 +166,7 @@ def test_every_module_that_a_page_imports_is_in_it() -> None:
 def test_a_study_is_exported_with_its_conditions_and_its_seed(
     command: Command, tmp_path: Path
 ) -> None:
-    small_study(tmp_path / "study", runs=1)
+    make_small_study(tmp_path / "study", runs=1)
     outcome = command("export", "study", "--out", "page.html")
     assert outcome.code == 0, outcome.err
     told = re.search(
@@ -268,7 +270,7 @@ def test_parts_of_one_s_own_have_python_s_bits(tmp_path: Path) -> None:
         ("self-taught-again", []),
     ):
         experiment = assign(
-            small("evo/A"), [*chosen, f"learning.rule={rule}", "learning.rate=0.1", *own]
+            shorten_preset("evo/A"), [*chosen, f"learning.rule={rule}", "learning.rate=0.1", *own]
         )
         program = laboratory([experiment])["programs"][0]
         module = tmp_path / f"{rule}.wasm"

@@ -11,7 +11,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 CONDITION = "evo+self-taught/A"
 RUN = {"study": "small", "condition": CONDITION, "run": 1}
@@ -91,14 +91,14 @@ def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_store
     assert get_json(
         lab_server.address, "ancestors", preset="evo/A", seed=3, run=1, generation=1, agent=6
     ) == line_in(two, 1, 6)
-    order = {"experiment": small().to_dict(), "seed": 3, "runs": 2}
+    order = {"experiment": shorten_preset().to_dict(), "seed": 3, "runs": 2}
     live = CLIENT.post(f"{lab_server.address}/api/live", json=order).json()["id"]
     asked = {"live": live, "run": 1, "generation": 2, "agent": 6}
     until_lived = CLIENT.get(f"{lab_server.address}/api/ancestors", params=asked)
     while until_lived.status_code == 400:
         assert "is not finished" in until_lived.json()["error"]
         until_lived = CLIENT.get(f"{lab_server.address}/api/ancestors", params=asked)
-    assert until_lived.json() == line_in(simulate(small(), seed=3, run=1), 2, 6)
+    assert until_lived.json() == line_in(simulate(shorten_preset(), seed=3, run=1), 2, 6)
 
 
 def test_an_agent_that_is_not_there_has_none(lab_server: LabServer) -> None:

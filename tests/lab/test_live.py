@@ -26,7 +26,7 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small import contents, small, small_study
+from tests.small_studies import make_small_study, read_records, shorten_preset
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
 BRISK = 0.02  # seconds a generation: it can be stopped on the way
@@ -61,11 +61,11 @@ def stopped(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
 def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(
     live: Live, tmp_path: Path
 ) -> None:
-    run = ended(live.start(small(), seed=5, runs=3))
+    run = ended(live.start(shorten_preset(), seed=5, runs=3))
     assert run.state == "done"
     live.save(run.id, tmp_path, "kept/one")
-    asked = small_study(tmp_path / "asked", [small()], runs=3, seed=5)
-    assert contents(tmp_path / "kept/one") == contents(asked.directory)
+    asked = make_small_study(tmp_path / "asked", [shorten_preset()], runs=3, seed=5)
+    assert read_records(tmp_path / "kept/one") == read_records(asked.directory)
     assert StudyStore(tmp_path / "kept/one").experiments == asked.experiments
 
 
@@ -73,7 +73,7 @@ def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(
 def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(
     live: Live, tmp_path: Path, every: int
 ) -> None:
-    run = stopped(live, small("evo/A").replace(**LONG, record={"genome_every": every}))
+    run = stopped(live, shorten_preset("evo/A").replace(**LONG, record={"genome_every": every}))
     assert run.state == "stopped"
     live.save(run.id, tmp_path, "short")
     study = StudyStore(tmp_path / "short")
@@ -87,7 +87,7 @@ def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(
 def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     live: Live, tmp_path: Path, runs: int, parts: list[str]
 ) -> None:
-    run = ended(live.start(small(), seed=5, runs=runs))
+    run = ended(live.start(shorten_preset(), seed=5, runs=runs))
     live.save(run.id, tmp_path, "kept")
     study = open_runs(tmp_path / "kept").isel(condition=0)
     measures = run.measures(1, 3)
@@ -106,7 +106,9 @@ def endless(live: Live) -> LiveRun:
     """A run in the middle of a life that would take hours, among half a million items."""
     many = {"population": {"size": 1}, "lifetime": {"steps": 100_000_000}}
     food = {"x": [400, 560], "y": [80, 240], "count": 500_000}
-    run = live.start(small("evo/A").replace(**many, world={"food": [food]}), seed=0, runs=1)
+    run = live.start(
+        shorten_preset("evo/A").replace(**many, world={"food": [food]}), seed=0, runs=1
+    )
     wait_until(lambda: run.state == "running")
     time.sleep(0.3)
     return run
@@ -144,15 +146,16 @@ def test_lives_in_pieces_have_the_bits_of_whole_ones(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.live_run.steps_at_once", lambda experiment, runs: 7)
-    live.save(ended(live.start(small(), seed=5, runs=3)).id, tmp_path, "pieces")
-    assert contents(tmp_path / "pieces") == contents(
-        small_study(tmp_path / "whole", [small()], runs=3, seed=5).directory
+    live.save(ended(live.start(shorten_preset(), seed=5, runs=3)).id, tmp_path, "pieces")
+    assert read_records(tmp_path / "pieces") == read_records(
+        make_small_study(tmp_path / "whole", [shorten_preset()], runs=3, seed=5).directory
     )
 
 
 def test_a_piece_is_shorter_where_a_step_takes_longer() -> None:
     most = [
-        steps_at_once(small().replace(population={"size": size}), 1) for size in (20, 200, 200_000)
+        steps_at_once(shorten_preset().replace(population={"size": size}), 1)
+        for size in (20, 200, 200_000)
     ]
     assert most[0] > 9 * most[1] > 0
     assert most[2] >= 1
@@ -161,22 +164,22 @@ def test_a_piece_is_shorter_where_a_step_takes_longer() -> None:
 def test_live_runs_that_have_ended_count_until_they_give_way(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.live.MAX_MEMORY", 2 * memory_of(small(), 1))
-    first, second = (ended(live.start(small(), seed=seed, runs=1)) for seed in range(2))
+    monkeypatch.setattr("baldwinlab.lab.live.MAX_MEMORY", 2 * memory_of(shorten_preset(), 1))
+    first, second = (ended(live.start(shorten_preset(), seed=seed, runs=1)) for seed in range(2))
     with (
         live.watch(first.id),
         live.watch(second.id),
         pytest.raises(ValueError, match=r"live runs may use .* bytes of memory in total"),
     ):
-        live.start(small(), seed=2, runs=1)
+        live.start(shorten_preset(), seed=2, runs=1)
     assert live.all() == [first, second]
     with live.watch(first.id):
-        third = live.start(small(), seed=2, runs=1)
+        third = live.start(shorten_preset(), seed=2, runs=1)
     assert live.all() == [first, third]
 
 
 def test_a_live_run_pauses_and_goes_on(live: Live) -> None:
-    run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=BRISK)
+    run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=BRISK)
     wait_until(lambda: run.generations_done > 0)
     run.pause()
     assert run.state == "paused"
@@ -193,7 +196,7 @@ def test_a_live_run_pauses_and_goes_on(live: Live) -> None:
 
 
 def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
-    run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=60)
+    run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=60)
     wait_until(lambda: run.generations_done == 1)
     run.handle_command({"do": "pace", "seconds": 0})
     assert ended(run).state == "done"
@@ -202,7 +205,7 @@ def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
 
 
 def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
-    run = stopped(live, small().replace(**LONG))
+    run = stopped(live, shorten_preset().replace(**LONG))
     experiment, seed, number, energy = live.recording_source(run.id, 1, 2)
     trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
     assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
@@ -235,7 +238,7 @@ def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(
     root = tmp_path / "root"
     (root / "taken").mkdir(parents=True)
     (root / "link").symlink_to(tmp_path)
-    run = ended(live.start(small().replace(evolution={"generations": 1}), seed=0, runs=1))
+    run = ended(live.start(shorten_preset().replace(evolution={"generations": 1}), seed=0, runs=1))
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(StudyError, match=sentence):
         live.save(run.id, root, name)
@@ -243,20 +246,23 @@ def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(
 
 
 def test_a_live_run_is_not_kept_while_it_lives(live: Live, tmp_path: Path) -> None:
-    run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
     with pytest.raises(StudyError, match="only a run that is done or stopped can be saved"):
         live.save(run.id, tmp_path, "kept")
 
 
 def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
-    runs = [live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK) for _ in range(4)]
+    runs = [
+        live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+        for _ in range(4)
+    ]
     with pytest.raises(
         ValueError, match="4 live runs are active, and no more are allowed; stop one of them first"
     ):
-        live.start(small(), seed=0, runs=1)
+        live.start(shorten_preset(), seed=0, runs=1)
     runs[0].stop()
     ended(runs[0])
-    live.start(small(), seed=0, runs=1)
+    live.start(shorten_preset(), seed=0, runs=1)
 
 
 @pytest.mark.parametrize(
@@ -300,7 +306,7 @@ def test_what_is_too_large_to_watch_is_refused(
 
 def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
     live = Live(grace=0.05)
-    run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
     with live.watch(run.id):
         with live.watch(run.id):
             time.sleep(0.1)
@@ -317,7 +323,7 @@ def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
 
 def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
     live = Live(grace=2)
-    run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
     for _ in range(5):
         with live.watch(run.id):
             pass
@@ -333,12 +339,12 @@ def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPa
         raise MemoryError("no room")
 
     monkeypatch.setattr("baldwinlab.lab.live_run.simulate_histories", fail)
-    run = ended(live.start(small(), seed=0, runs=1))
+    run = ended(live.start(shorten_preset(), seed=0, runs=1))
     assert (run.state, run.message) == ("failed", "the live run failed: no room")
 
 
 def test_every_fault_of_an_experiment_is_told_with_the_field_it_is_about() -> None:
-    tree = small().to_dict()
+    tree = shorten_preset().to_dict()
     tree["senses"]["visual_radius"] = 400
     assert find_errors(tree)[0]["path"] == "senses.visual_radius"
     tree["world"]["food"][0]["count"] = -1
@@ -349,5 +355,5 @@ def test_every_fault_of_an_experiment_is_told_with_the_field_it_is_about() -> No
         == "world.food.0.count = -1: input should be greater than or equal to 0"
     )
     assert set(found) == {"world.food.0.count", "lifetime.steps"}
-    assert find_errors(small().to_dict()) == []
+    assert find_errors(shorten_preset().to_dict()) == []
     assert find_errors(3)[0]["path"] == ""

@@ -14,7 +14,7 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import CLIENT, LabServer, get_json
 from tests.lab.conftest import run_server
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
 BRISK = 0.02  # seconds a generation: it can be stopped on the way
@@ -36,7 +36,7 @@ def post(server: LabServer, path: str, body: Any) -> tuple[int, Any]:
 
 def begin(server: LabServer, **order: Any) -> str:
     status, answer = post(
-        server, "live", {"experiment": small().to_dict(), "runs": 2, "seed": 5, **order}
+        server, "live", {"experiment": shorten_preset().to_dict(), "runs": 2, "seed": 5, **order}
     )
     assert status == 201, answer
     return str(answer["id"])
@@ -68,18 +68,20 @@ def heard(session: ClientConnection, until: str, first: int = 0) -> tuple[list[f
 def test_two_pages_and_one_that_comes_later_get_the_same_generations(server: LabServer) -> None:
     id = begin(server)
     with watching(server, id) as one, watching(server, id) as other:
-        assert hear(one)["experiment"] == small().to_dict()
+        assert hear(one)["experiment"] == shorten_preset().to_dict()
         both = [heard(one, "done")[0], heard(other, "done")[0]]
     with watching(server, id) as late:
         best, states = heard(late, "done")
     assert both == [best, best]
     assert states == ["done"]
-    runs = [simulate(small(), seed=5, run=run).energy.max("agent").values for run in (0, 1)]
+    runs = [
+        simulate(shorten_preset(), seed=5, run=run).energy.max("agent").values for run in (0, 1)
+    ]
     assert np.allclose(best, np.mean(runs, axis=0))
 
 
 def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServer) -> None:
-    id = begin(server, experiment=small().replace(**LONG).to_dict(), seconds=BRISK)
+    id = begin(server, experiment=shorten_preset().replace(**LONG).to_dict(), seconds=BRISK)
     with watching(server, id) as session:
         lived = len(heard(session, "running")[0])
         for order, state in (("pause", "paused"), ("resume", "running"), ("stop", "stopped")):
@@ -88,7 +90,7 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
             assert states == [state]
             lived += len(best)
     assert post(server, f"live/{id}/save", {"name": "mine"}) == (201, {"study": "mine"})
-    assert StudyStore(server.root / "mine").runs(small().name) == [0, 1]
+    assert StudyStore(server.root / "mine").runs(shorten_preset().name) == [0, 1]
     with watching(server, id) as session:
         assert hear(session)["saved_as"] == "mine"
     status, answer = post(server, f"live/{id}/save", {"name": "mine"})
@@ -138,7 +140,7 @@ def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
     id = begin(server)
     assert id in [run["id"] for run in get_json(server.address, "live")["runs"]]
-    assert post(server, "validate", {"experiment": small().to_dict()}) == (
+    assert post(server, "validate", {"experiment": shorten_preset().to_dict()}) == (
         200,
         {"errors": [], "note": ""},
     )

@@ -19,15 +19,24 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import CLIENT, get_json
 from tests.lab.conftest import run_server
-from tests.small import contents, small
+from tests.small_studies import read_records, shorten_preset
 
-HUGE = small().replace(lifetime={"steps": 100_000}, evolution={"generations": 10_000}).to_dict()
+HUGE = (
+    shorten_preset()
+    .replace(lifetime={"steps": 100_000}, evolution={"generations": 10_000})
+    .to_dict()
+)
 RATES = {"learning.rate": [0.01, 0.1]}
 
 
 def order(fields: Any = None, **more: Any) -> dict[str, Any]:
     """As the page asks: the preset, and the form of it with some changes."""
-    asked = {"preset": "evo+self-taught/A", "experiment": small().to_dict(), "runs": 2, "seed": 5}
+    asked = {
+        "preset": "evo+self-taught/A",
+        "experiment": shorten_preset().to_dict(),
+        "runs": 2,
+        "seed": 5,
+    }
     return asked | {"fields": RATES if fields is None else fields} | more
 
 
@@ -60,7 +69,7 @@ def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(
     assert (found["state"], found["stored"], found["runs"], found["share"]) == ("done", 4, 4, 1)
     (tmp_path / "rates.toml").write_text(plan.toml)
     command = sweep_of_command(tmp_path / "rates.toml", out=tmp_path / "command", workers=1)
-    assert contents(tmp_path / "live/rates") == contents(command.directory)
+    assert read_records(tmp_path / "live/rates") == read_records(command.directory)
     assert StudyStore(tmp_path / "live/rates").experiments["point-0001"].learning.rate == 0.1
     assert (tmp_path / "live/rates/sweep.toml").read_text() == plan.toml
 
@@ -68,7 +77,7 @@ def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(
 def test_one_lives_at_a_time_and_one_that_is_stopped_keeps_what_is_stored(
     sweeps: Sweeps, tmp_path: Path
 ) -> None:
-    long = small().replace(evolution={"generations": 5000}).to_dict()
+    long = shorten_preset().replace(evolution={"generations": 5000}).to_dict()
     live = sweeps.start(make_plan(order(experiment=long)), tmp_path, "long")
     wait_until(lambda: live.steps_done > 0)
     left = live.summary()["seconds_left"]
@@ -122,12 +131,12 @@ def test_what_cannot_be_or_is_too_large_is_refused_in_a_sentence(
 def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cannot_say_is_refused() -> (
     None
 ):
-    changed = small().replace(learning={"rate": 0.5})
+    changed = shorten_preset().replace(learning={"rate": 0.5})
     assert (
         "learning.rate"
         not in tomllib.loads(make_plan(order(experiment=changed.to_dict())).toml)["set"]
     )
-    tree = small().to_dict()
+    tree = shorten_preset().to_dict()
     tree["world"]["food"] = tree["world"]["food"] * 2
     with pytest.raises(
         ValueError, match=r"world\.food has a change that the file of a sweep cannot contain"

@@ -19,12 +19,12 @@ from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay
 from tests.lab.conftest import open_offline_page
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 @pytest.fixture(scope="module")
 def trace() -> xr.Dataset:
-    return replay(small(), seed=5, run=1, generation=0)
+    return replay(shorten_preset(), seed=5, run=1, generation=0)
 
 
 def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
@@ -41,7 +41,7 @@ def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("kinds", [["food"], ["food", "nearest"]])
 @pytest.mark.usefixtures("in_plain_python")
 def test_the_player_has_the_life_that_the_lab_records_to_the_bit(kinds: list[str]) -> None:
-    experiment = small("evo/A").replace(
+    experiment = shorten_preset("evo/A").replace(
         senses={"kinds": kinds}, lifetime={"steps": 40}, world={"start": {"x": 480}}
     )
     found = unpack(notebook_player.recording(replay(experiment, seed=5, run=1, generation=0)))[1]
@@ -83,7 +83,7 @@ def test_of_a_life_that_is_too_long_the_beginning_plays(
 def test_an_ordinary_life_is_at_most_300_kilobytes_and_names_no_other_place(
     trace: xr.Dataset,
 ) -> None:
-    page = notebook_player.html(replay(small().replace(lifetime={"steps": 5000}), seed=5))
+    page = notebook_player.html(replay(shorten_preset().replace(lifetime={"steps": 5000}), seed=5))
     assert len(page) < 300_000
     frame = unescape(re.findall(r'srcdoc="([^"]*)"', page)[0])
     assert "default-src 'none'" in frame

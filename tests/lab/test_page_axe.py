@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore
-from tests.axe import barriers
+from tests.axe import find_violations
 from tests.lab.client import SMALL, LabServer, get_response
 from tests.lab.conftest import run_server
 from tests.lab.test_page_results import CLAIM
@@ -35,21 +35,21 @@ def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_o
 ) -> None:
     shaded.goto(f"/#/world?{LIFE}&step=120&guide=open")
     expect(shaded.get_by_test_id("guide")).to_contain_text("What to look for")
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     shaded.get_by_test_id("agent-3").click()
     expect(shaded.get_by_test_id("kin")).to_contain_text("parents")
     shaded.get_by_test_id("compare").click()
     expect(shaded.locator("[data-ready]")).to_have_count(2)
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     shaded.get_by_test_id("ancestors-of").click()
     expect(shaded.get_by_test_id("ancestor").first).to_be_visible()
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     shaded.get_by_test_id("share").click()
     expect(shaded.get_by_test_id("share-link")).to_be_visible()
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     shaded.keyboard.press("Escape")
     shaded.get_by_test_id("keys").click()
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
 
 
 def test_the_world_tab_of_a_model_without_worlds_has_none(
@@ -60,7 +60,7 @@ def test_the_world_tab_of_a_model_without_worlds_has_none(
     )
     expect(shaded.get_by_test_id("alleles")).to_be_visible()
     expect(shaded.get_by_test_id("guide")).to_contain_text("The bars")
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
 
 
 def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
@@ -74,14 +74,14 @@ def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
     expect(shaded.get_by_test_id("group-learning")).to_contain_text(
         "should be less than or equal to 10"
     )
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     shaded.get_by_test_id("field-learning.rate").fill("0.01")
     expect(shaded.get_by_test_id("start")).to_be_enabled()
     shaded.get_by_test_id("start").click()
     expect(shaded.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     shaded.get_by_test_id("keep").click()
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
 
 
 def test_the_results_tab_has_none_whatever_came_of_claims(
@@ -98,11 +98,11 @@ def test_the_results_tab_has_none_whatever_came_of_claims(
     shaded.get_by_test_id("runs").locator("summary").click()
     shaded.get_by_test_id("sort-best").click()
     expect(shaded.get_by_test_id("runs").locator("tbody tr")).to_have_count(4)
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
     (lab_server.root / "small" / "claims.json").unlink()
     shaded.goto("/#/results?study=gone")
     expect(shaded.get_by_test_id("results-empty")).to_be_visible()
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []
 
 
 def test_the_life_that_plays_while_the_engine_is_compiled_has_none(
@@ -111,7 +111,7 @@ def test_the_life_that_plays_while_the_engine_is_compiled_has_none(
     with run_server(tmp_path, lambda: False) as server:
         shaded.goto(server.entry)
         expect(shaded.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
-        assert barriers(shaded) == []
+        assert find_violations(shaded) == []
         shaded.goto("about:blank")
 
 
@@ -122,4 +122,4 @@ def test_a_shared_page_has_none(shaded: Page, lab_server: LabServer, tmp_path: P
     shaded.goto(path.as_uri())
     expect(shaded.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
     shaded.locator("summary").first.click()
-    assert barriers(shaded) == []
+    assert find_violations(shaded) == []

@@ -18,7 +18,7 @@ from baldwinlab.api.publish import lab_results
 from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.assayed import of_study, reaction
-from tests.axe import barriers
+from tests.axe import find_violations
 from tests.lab.client import SMALL, WINDOWS, LabServer, get_json
 from tests.lab.conftest import run_server
 from tests.lab.test_page_live import QUICK, begin, state_is
@@ -190,7 +190,7 @@ def test_reaction_norms_are_drawn_one_circumstance_at_a_time(page: Page, assayed
     assert {"10", "(50)", "100", "evo/A"} <= set(
         words(picture(page, "reaction-world.food.0.count-A.svg"))
     )
-    assert barriers(page) == []
+    assert find_violations(page) == []
 
 
 def test_where_there_are_none_a_sentence_says_how_they_are_made(page: Page) -> None:

@@ -18,7 +18,7 @@ from baldwinlab.lab.history import ancestor_line
 from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.simulation.simulate import simulate
-from tests.axe import barriers
+from tests.axe import find_violations
 from tests.lab.test_page_history import rows_of
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
@@ -290,7 +290,7 @@ def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
     expect(page.get_by_test_id("parent")).to_have_text([f"agent {parent}" for parent in parents])
     items = int(run.food_eaten[2, 4])
     expect(page.locator(".inspector header")).to_contain_text(f"{items} items eaten")
-    assert barriers(page) == []
+    assert find_violations(page) == []
 
 
 def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(
@@ -310,7 +310,7 @@ def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_li
     assert [
         [cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()
     ] == rows_of(line)
-    assert barriers(page) == []
+    assert find_violations(page) == []
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     page.get_by_test_id("ancestor").last.click()
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")

@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
 from tests.lab.client import LabServer
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 LIFE = "study=small&condition=evo/A&run=1&generation=1&step=10"
 
@@ -47,7 +47,9 @@ def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not
     page.goto(f"/#/world?{LIFE}")
     expect(page.get_by_role("button", name="agent 0, 0 items eaten")).to_be_visible()
     page.keyboard.press("End")
-    eaten = int(replay(small("evo/A"), seed=5, run=1, generation=1).eaten.isel(agent=0).sum())
+    eaten = int(
+        replay(shorten_preset("evo/A"), seed=5, run=1, generation=1).eaten.isel(agent=0).sum()
+    )
     expect(
         page.get_by_role("button", name=re.compile(f"^agent 0, {eaten} items? eaten$"))
     ).to_be_visible()

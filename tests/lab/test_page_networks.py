@@ -12,8 +12,8 @@ from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer
 from tests.lab.conftest import run_server
 from tests.models.miniworld.plain import compile_nothing
-from tests.small import small_study
-from tests.worlds import small
+from tests.small_studies import make_small_study
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:.*encountered in:RuntimeWarning"
@@ -64,9 +64,12 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
         pytest.MonkeyPatch.context() as patched
     ):  # in plain Python, as two combinations of parts take longer to compile
         compile_nothing(patched)
-        small_study(
+        make_small_study(
             root / "small",
-            [small("evo").replace(name=name, **changes) for name, changes in kinds.items()],
+            [
+                make_small_experiment("evo").replace(name=name, **changes)
+                for name, changes in kinds.items()
+            ],
             runs=1,
         )
         with run_server(root) as server:

@@ -12,12 +12,12 @@ from baldwinlab import papers
 from baldwinlab.papers.presets import factors, load
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore, create
-from tests.axe import barriers
+from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer
 from tests.lab.conftest import run_server
 from tests.lab.test_page_layout import MEASURE, window
 from tests.lab.test_page_results import CLAIM
-from tests.small import small_study
+from tests.small_studies import make_small_study
 
 NAME = "hinton-nowlan-1987"
 
@@ -31,7 +31,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     )
     changes = ["hinton_nowlan.loci=6"]
     create(root / "needle", [guessing], 5, factors=factors(), paper=NAME, changes=changes)
-    small_study(root / "needle", [guessing], runs=2)
+    make_small_study(root / "needle", [guessing], runs=2)
     verdicts = ("holds", "holds", "does not hold", "undecided")
     write_claims(
         StudyStore(root / "needle"), [CLAIM | {"verdict": verdict} for verdict in verdicts]
@@ -110,7 +110,7 @@ def test_axe_finds_no_barrier(browser: Browser, shelf: LabServer, scheme: str) -
         page = context.new_page()
         page.goto("/#/papers?guide=open")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
-        assert barriers(page) == []
+        assert find_violations(page) == []
 
 
 def test_a_link_that_is_no_web_address_is_not_shown(shown: Page) -> None:

@@ -18,7 +18,7 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import CLAIMS, write_claims
 from baldwinlab.studies.store import StudyStore, create
 from tests.lab.client import LabServer, get_json
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 CLAIM = {
     "id": "C1",
@@ -120,7 +120,7 @@ def many(lab_server: LabServer) -> Iterator[str]:
     named = {
         f"{learner}/{count}": Factors(learner, str(count)) for learner in learners for count in maps
     }
-    made = {name: small().replace(name=name, lifetime={"steps": 20}) for name in named}
+    made = {name: shorten_preset().replace(name=name, lifetime={"steps": 20}) for name in named}
     life = simulate(made["evo/5"], seed=5)
     study = create(lab_server.root / "many", list(made.values()), 5, factors=named)
     for number, (name, experiment) in enumerate(made.items()):

@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Page, expect
 
-from tests.axe import barriers
+from tests.axe import find_violations
 from tests.lab.client import LabServer
 
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
@@ -41,7 +41,7 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     page.reload()  # the address holds what is planned
     expect(values).to_have_value("0.01, 0.1")
     expect(start).to_be_enabled(timeout=60_000)
-    assert barriers(page) == []
+    assert find_violations(page) == []
     with page.expect_download() as saved:
         page.get_by_test_id("download-sweep.toml").click()
     assert tomllib.loads(saved.value.path().read_text())["fields"] == {"learning.rate": [0.01, 0.1]}
@@ -51,7 +51,7 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     expect(page.get_by_test_id("sweep-state")).to_have_text("Done", timeout=60_000)
     expect(page.get_by_test_id("sweep-count")).to_have_text("4 of 4 runs")
     expect(page).to_have_url(re.compile(r"sweep=swept/rates$"))
-    assert barriers(page) == []
+    assert find_violations(page) == []
     page.get_by_test_id("sweep-results").click()
     expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
     page.goto("/#/results?study=swept/rates")  # by whatever way one comes

@@ -9,7 +9,7 @@ from playwright.sync_api import Page, expect
 
 from baldwinlab.simulation.replay import replay
 from tests.lab.client import LabServer, get_json
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
 
@@ -33,7 +33,7 @@ def test_where_the_address_names_no_run_the_typical_one_plays_at_a_speed_that_sh
 def test_the_next_and_the_previous_meal_are_those_of_the_replay(
     page: Page, agent: int | None
 ) -> None:
-    eaten = replay(small(), seed=5, run=1, generation=2).eaten
+    eaten = replay(shorten_preset(), seed=5, run=1, generation=2).eaten
     one = eaten.sum("agent") if agent is None else eaten.isel(agent=agent)
     meals = [int(step) for step in (one.values > 0).nonzero()[0]]
     page.goto(f"/#/world?{LIFE}&step={meals[0]}" + ("" if agent is None else f"&agent={agent}"))
@@ -70,7 +70,7 @@ def test_the_pointer_is_told_which_agent_and_which_steps_lie_under_it(page: Page
     assert box is not None
     scale = min(box["width"], box["height"]) * 0.94
     left, top = (box["x"] + (box["width"] - scale) / 2, box["y"] + (box["height"] - scale) / 2)
-    first = replay(small(), seed=5, run=1, generation=2).isel(step=0)
+    first = replay(shorten_preset(), seed=5, run=1, generation=2).isel(step=0)
     trace = first.isel(agent=7)
     page.mouse.move(left + float(trace.x) / 640 * scale, top + float(trace.y) / 640 * scale)
     expect(page.locator(".stage .tip")).to_have_text("agent 7, 0 items eaten")

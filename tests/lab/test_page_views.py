@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import StudyStore
-from tests.axe import barriers
+from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer, get_arrays
 from tests.lab.test_page_layout import MEASURE, window
 
@@ -170,7 +170,7 @@ def test_axe_finds_no_barrier(browser: Browser, looks_server: LabServer, scheme:
             page.goto(f"/#/world?{asked}")
             expect(page.locator("[data-ready]")).to_have_count(1)
             expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
-            assert barriers(page) == []
+            assert find_violations(page) == []
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)

@@ -17,7 +17,7 @@ from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
 from tests.lab.client import LabServer
 from tests.lab.conftest import run_server
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 TAUGHT = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
 
@@ -88,7 +88,7 @@ def test_at_a_thousandfold_a_life_is_over_at_once_and_stops_at_its_last_step(pag
 
 
 def test_what_is_shown_as_eaten_is_what_the_replay_says(page: Page) -> None:
-    eaten = replay(small(), seed=5, run=1, generation=2).eaten.cumsum("step")
+    eaten = replay(shorten_preset(), seed=5, run=1, generation=2).eaten.cumsum("step")
     for step in (120, 299, 3):
         open_world(page, f"{TAUGHT}&step={step}")
         so_far = eaten.isel(step=step)
@@ -113,7 +113,7 @@ def test_an_agent_opens_with_its_networks_and_kin_and_a_parent_opens_its_own_lif
     page: Page,
 ) -> None:
     open_world(page)
-    trace = replay(small(), seed=5, run=1, generation=2)
+    trace = replay(shorten_preset(), seed=5, run=1, generation=2)
     box = part(page, "world-a").bounding_box()
     assert box is not None
     margin = min(28.0, 0.03 * min(box["width"], box["height"]))
@@ -133,7 +133,7 @@ def test_an_agent_opens_with_its_networks_and_kin_and_a_parent_opens_its_own_lif
 
 
 def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: Page) -> None:
-    noisy = small("evo/A").replace(motor={"noise": 0.5})
+    noisy = shorten_preset("evo/A").replace(motor={"noise": 0.5})
     trace = replay(noisy, seed=5, run=1, generation=2)
     done, largest = trace.action.values[:, 3], trace.output.values[:, 3].argmax(axis=1)
     moment, whole = GenerationKey(5, 1, 2), Span(0, 300)
@@ -160,7 +160,7 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
 def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_the_more(
     page: Page,
 ) -> None:
-    experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
+    experiment = shorten_preset("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
     moment, whole = GenerationKey(5, 1, 2), Span(0, 300)
     life = Life(
         experiment,
@@ -288,7 +288,7 @@ def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(
 def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(
     browser: Browser, tmp_path: Path
 ) -> None:
-    study = small_study(tmp_path / "small", runs=2)
+    study = make_small_study(tmp_path / "small", runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-9] + b"something")
     with run_server(tmp_path) as server, server.context(browser) as context:

@@ -17,7 +17,7 @@ from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore, create
 from tests.lab.client import LabServer, get_error, get_json, get_response
 from tests.lab.conftest import run_server
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 OWN = """
 name = "tiny"
@@ -33,15 +33,15 @@ description = "a paper of one's own"
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """A server over a study of the first paper, one of a user's, and one of none."""
     root = tmp_path_factory.mktemp("shelf")
-    create(root / "mine" / "first", [small("evo/B")], 1, paper="le-2019")
+    create(root / "mine" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
     verdicts = ("holds", "does not hold", "holds", "of an older report")
     write_claims(
         StudyStore(root / "mine" / "first"), [{"id": "C", "verdict": one} for one in verdicts]
     )
-    create(root / "tiny", [small("evo/B")], 1, paper="tiny")
+    create(root / "tiny", [shorten_preset("evo/B")], 1, paper="tiny")
     (root / "tiny" / "paper").mkdir()
     (root / "tiny" / "paper" / "paper.toml").write_text(OWN)
-    create(root / "other", [small("evo/B")], 1)
+    create(root / "other", [shorten_preset("evo/B")], 1)
     with run_server(root) as server:
         yield server
 
@@ -58,9 +58,13 @@ def test_every_paper_has_a_card_with_a_small_picture(shelf: LabServer) -> None:
 
 def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
     create(
-        tmp_path / "changed", [small("evo/B")], 1, paper="le-2019", changes=["lifetime.steps=60"]
+        tmp_path / "changed",
+        [shorten_preset("evo/B")],
+        1,
+        paper="le-2019",
+        changes=["lifetime.steps=60"],
     )
-    create(tmp_path / "plain", [small("evo/B")], 1, paper="le-2019")
+    create(tmp_path / "plain", [shorten_preset("evo/B")], 1, paper="le-2019")
     with run_server(tmp_path) as server:
         cards = {card["name"]: card for card in get_json(server.address, "papers")["papers"]}
     changes = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
@@ -120,8 +124,8 @@ def test_what_leads_out_of_the_folder_is_not_read_and_what_is_damaged_hides_no_c
     tmp_path: Path,
 ) -> None:
     study, elsewhere = tmp_path / "root" / "tiny", tmp_path / "elsewhere"
-    create(study, [small("evo/B")], 1, paper="tiny")
-    create(tmp_path / "root" / "first", [small("evo/B")], 1, paper="le-2019")
+    create(study, [shorten_preset("evo/B")], 1, paper="tiny")
+    create(tmp_path / "root" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
     (tmp_path / "root" / "first" / "claims.json").write_text("[1, {")
     elsewhere.mkdir()
     (elsewhere / "paper.toml").write_text(OWN)

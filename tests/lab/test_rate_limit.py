@@ -15,7 +15,7 @@ from baldwinlab.lab import rate_limit
 from baldwinlab.lab.query import MAX_BODY_SIZE
 from tests.lab.client import CLIENT, SMALL, LabServer, get_response
 from tests.lab.conftest import run_server
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 SOON = 0.3  # seconds
 
@@ -95,7 +95,7 @@ def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None
 
 def test_a_page_that_only_listens_is_not_cut_off(impatient: LabServer) -> None:
     order = {
-        "experiment": small().replace(evolution={"generations": 1000}).to_dict(),
+        "experiment": shorten_preset().replace(evolution={"generations": 1000}).to_dict(),
         "seconds": SOON,
     }
     id = CLIENT.post(f"{impatient.address}/api/live", json=order).json()["id"]

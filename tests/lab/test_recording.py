@@ -20,7 +20,7 @@ from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import SMALL, LabServer, get_arrays, get_error
 from tests.lab.conftest import run_server
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def trace_of(server: LabServer, condition: str, run: int, generation: int) -> xr.Dataset:
@@ -112,8 +112,8 @@ def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
 
 
 def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
-    sparse = small().replace(record={"genome_every": 100})
-    study = small_study(tmp_path / "small", [sparse], runs=1)
+    sparse = shorten_preset().replace(record={"genome_every": 100})
+    study = make_small_study(tmp_path / "small", [sparse], runs=1)
     with run_server(tmp_path) as server:
         _, found = get_arrays(
             server.address, "recording", study="small", condition=sparse.name, run=0, generation=1
@@ -122,7 +122,7 @@ def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
 
 
 def test_a_world_without_food_is_recorded() -> None:
-    life = life_of(small().replace(world={"food": []}))
+    life = life_of(shorten_preset().replace(world={"food": []}))
     header, found = binary_frames.unpack(recording.record_life(life, Span(0, 10), {}))
     assert header["items"] == 0
     assert found["move_step"].size == 0
@@ -130,7 +130,7 @@ def test_a_world_without_food_is_recorded() -> None:
 
 
 def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> None:
-    experiment = small("evo/A").replace(
+    experiment = shorten_preset("evo/A").replace(
         senses={"kinds": ["food", "nearest", "smell"]}, lifetime={"steps": 50}
     )
     header, found = binary_frames.unpack(
@@ -153,8 +153,10 @@ def life_of(experiment: Any) -> Life:
 def test_a_large_world_comes_in_parts_of_bounded_size(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert life_query.read_span({}, 5000, recording.bytes_per_step(small())) == Span(0, 5000)
-    large = recording.bytes_per_step(small().replace(population={"size": 1000}))
+    assert life_query.read_span({}, 5000, recording.bytes_per_step(shorten_preset())) == Span(
+        0, 5000
+    )
+    large = recording.bytes_per_step(shorten_preset().replace(population={"size": 1000}))
     parts = [life_query.read_span({}, 5000, large)]
     while parts[-1].last < 5000:
         parts.append(life_query.read_span({"first": str(parts[-1].last)}, 5000, large))
@@ -162,7 +164,7 @@ def test_a_large_world_comes_in_parts_of_bounded_size(
     assert len(parts) == 3
     assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_STEPS)
     assert life_query.read_span({}, 5000, 10**9) == Span(0, 1)
-    monkeypatch.setattr(life_query, "MAX_BYTES", 100 * recording.bytes_per_step(small()))
+    monkeypatch.setattr(life_query, "MAX_BYTES", 100 * recording.bytes_per_step(shorten_preset()))
     header, found = get_arrays(lab_server.address, "recording", **SMALL, first=7)
     assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
 
@@ -236,7 +238,7 @@ def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:
 
 
 def test_a_damaged_record_is_named(tmp_path: Path) -> None:
-    study = small_study(tmp_path / "small", [small()], runs=1)
+    study = make_small_study(tmp_path / "small", [shorten_preset()], runs=1)
     path = study.path("evo+self-taught/A", 0)
     raw = bytearray(path.read_bytes())
     raw[-5] ^= 1
@@ -250,7 +252,7 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("whom", ["best", "nearest"])
 def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> None:
-    experiment = small("evo/A").replace(
+    experiment = shorten_preset("evo/A").replace(
         learning={"rule": "imitation", "imitation": {"teacher": whom, "min_items": 1}}
     )
     moment = GenerationKey(1, 0, 0)

@@ -17,7 +17,7 @@ from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.assayed import of_study, reaction
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import run_server
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 ONE = {"study": "small", "condition": "evo+self-taught/A"}
 
@@ -56,7 +56,7 @@ def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_senten
 def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evolved_with(
     tmp_path: Path,
 ) -> None:
-    study = small_study(tmp_path / "it", [small("evo/A")], runs=6)
+    study = make_small_study(tmp_path / "it", [shorten_preset("evo/A")], runs=6)
     with run_server(tmp_path) as server:
         assert get_json(server.address, "results/reaction", study="it") == {
             "unit": "",

@@ -15,7 +15,7 @@ from websockets.typing import Origin
 from baldwinlab.lab import Lab, studies
 from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json, get_response
 from tests.lab.conftest import run_server
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 def raw(server: LabServer, lines: str) -> tuple[int, str]:
@@ -232,7 +232,9 @@ def test_what_nobody_foresaw_is_a_sentence_too_and_the_server_goes_on(
 
 def test_live_runs_end_with_the_server(lab_server: LabServer) -> None:
     with run_server(lab_server.root) as server:
-        experiment = {"experiment": small().replace(evolution={"generations": 10_000}).to_dict()}
+        experiment = {
+            "experiment": shorten_preset().replace(evolution={"generations": 10_000}).to_dict()
+        }
         started = CLIENT.post(f"{server.address}/api/live", json=experiment)
         name = f"live {started.json()['id']}"
         (thread,) = [thread for thread in threading.enumerate() if thread.name == name]

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.lab.client import get_json
 from tests.lab.conftest import run_server
-from tests.small import small_study
+from tests.small_studies import make_small_study
 
 
 def test_the_life_that_ships_is_the_one_that_the_engine_gives() -> None:
@@ -36,7 +36,7 @@ def test_the_lab_opens_without_waiting_for_what_only_reports_need() -> None:
 def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked_for(
     browser: Browser, tmp_path: Path, view: str
 ) -> None:
-    small_study(tmp_path / "small", runs=1)
+    make_small_study(tmp_path / "small", runs=1)
     compiled = Event()
     with run_server(tmp_path, compiled.is_set) as server:
         page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()

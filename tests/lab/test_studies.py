@@ -24,7 +24,7 @@ from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore, create
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import run_server
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
@@ -57,8 +57,8 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
 
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
-    create(tmp_path, [small()], 1)
-    create(tmp_path / "variants" / "deep", [small()], 2)
+    create(tmp_path, [shorten_preset()], 1)
+    create(tmp_path / "variants" / "deep", [shorten_preset()], 2)
     assert list(studies.study_names(tmp_path)) == [".", "variants/deep"]
     lab = Lab(tmp_path, Live())
     assert studies.find_study(lab, ".").seed == 1
@@ -70,12 +70,12 @@ def test_a_folder_that_is_not_there_yet_holds_no_studies(tmp_path: Path) -> None
 
 
 def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -> None:
-    create(tmp_path / "sound", [small()], 1)
+    create(tmp_path / "sound", [shorten_preset()], 1)
     (tmp_path / "torn").mkdir()
     (tmp_path / "torn" / "study.toml").write_text("format = 1\nseed")
     (tmp_path / "odd").mkdir()
     (tmp_path / "odd" / "study.toml").write_text("format = 1\nseed = 1\nconditions = 3")
-    create(tmp_path / "lacking", [small()], 1)
+    create(tmp_path / "lacking", [shorten_preset()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
     with run_server(tmp_path) as server:
         found = {
@@ -102,7 +102,7 @@ def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> N
         ("claims", "claims.json"),
         ("paper", "paper/paper.toml"),
     ):
-        study = small_study(tmp_path / name, [small()], runs=1)
+        study = make_small_study(tmp_path / name, [shorten_preset()], runs=1)
         (study.directory / file).unlink(missing_ok=True)
         (study.directory / file).parent.mkdir(exist_ok=True)
         os.mkfifo(study.directory / file)
@@ -125,7 +125,7 @@ def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> N
 def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(
     tmp_path: Path, file: str
 ) -> None:
-    create(tmp_path / "it", [small()], 1)
+    create(tmp_path / "it", [shorten_preset()], 1)
     (tmp_path / "it" / file).write_text("deep = " + "[" * 5000 + "]" * 5000)
     with run_server(tmp_path) as server:
         (found,) = get_json(server.address, "studies")["studies"]
@@ -134,16 +134,16 @@ def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(
 
 def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
     lab = Lab(tmp_path, Live())
-    create(tmp_path / "it", [small()], 1)
+    create(tmp_path / "it", [shorten_preset()], 1)
     assert studies.find_study(lab, "it").seed == 1
     shutil.rmtree(tmp_path / "it")
-    create(tmp_path / "it", [small()], 2)
+    create(tmp_path / "it", [shorten_preset()], 2)
     assert studies.find_study(lab, "it").seed == 2
 
 
 def test_the_experiment_of_a_condition_is_served_whole(lab_server: LabServer) -> None:
     found = get_json(lab_server.address, "experiment", study="small", condition="evo+self-taught/A")
-    assert Experiment.model_validate(found) == small("evo+self-taught/A")
+    assert Experiment.model_validate(found) == shorten_preset("evo+self-taught/A")
     assert "has no condition 'evo'" in get_error(
         lab_server.address, "experiment", 404, study="small", condition="evo"
     )
@@ -190,7 +190,7 @@ def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(
 def test_results_are_kept_beside_the_report_and_used_while_they_fit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = small_study(tmp_path / "it", runs=1)
+    study = make_small_study(tmp_path / "it", runs=1)
     read = studies.results_of(Lab(tmp_path, Live()), "it")
     lab_results.cache_results(study)
     with monkeypatch.context() as patch:
@@ -201,7 +201,7 @@ def test_results_are_kept_beside_the_report_and_used_while_they_fit(
         kept.write_bytes(other)
         assert studies.results_of(Lab(tmp_path, Live()), "it") == read
     lab_results.cache_results(study)
-    study.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
+    study.write("evo/A", 1, simulate(shorten_preset("evo/A"), seed=5, run=1))
     assert (
         len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"])
         == 2
@@ -233,9 +233,9 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
 def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(
     tmp_path: Path,
 ) -> None:
-    short = small("evo/A").replace(name="short", evolution={"generations": 2})
-    study = create(tmp_path / "it", [small("evo/A"), short, small()], 5)
-    for experiment in (small("evo/A"), short):
+    short = shorten_preset("evo/A").replace(name="short", evolution={"generations": 2})
+    study = create(tmp_path / "it", [shorten_preset("evo/A"), short, shorten_preset()], 5)
+    for experiment in (shorten_preset("evo/A"), short):
         study.write(experiment.name, 0, simulate(experiment, seed=5))
     with run_server(tmp_path) as server:
         found = get_json(server.address, "results", study="it")
@@ -247,7 +247,7 @@ def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out
 
 
 def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
-    create(tmp_path / "it", [small()], 1)
+    create(tmp_path / "it", [shorten_preset()], 1)
     with run_server(tmp_path) as server:
         found = get_json(server.address, "results", study="it")
         query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}

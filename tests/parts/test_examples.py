@@ -18,7 +18,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file, sources_of
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 
@@ -34,7 +34,7 @@ def _parts() -> Iterator[None]:
 
 
 def with_settings(condition: str, *assignments: str, **changes: Any) -> Any:
-    return assign(small(condition, **changes), assignments)
+    return assign(make_small_experiment(condition, **changes), assignments)
 
 
 def test_every_example_is_short() -> None:
@@ -43,7 +43,7 @@ def test_every_example_is_short() -> None:
 
 
 def test_the_paper_s_rule_written_again_gives_its_very_bits_in_a_whole_run() -> None:
-    one = simulate(small("evo+self-taught"), seed=5)
+    one = simulate(make_small_experiment("evo+self-taught"), seed=5)
     again = simulate(with_settings("evo+self-taught", "learning.rule=self-taught-again"), seed=5)
     assert one.food_eaten.sum() > 0
     for name in one.data_vars:
@@ -134,7 +134,7 @@ def test_a_wall_hides_what_is_behind_it(in_plain_python: None) -> None:
         "start": {"x": 30, "y": 50, "radius": 0},
         "food": [{"x": [50, 51], "y": [49, 51], "count": 3}],
     }
-    clear = replay(small("evo", world=world, lifetime={"steps": 1}), seed=1)
+    clear = replay(make_small_experiment("evo", world=world, lifetime={"steps": 1}), seed=1)
     walled = replay(
         with_settings(
             "evo", 'world.features=["obstacles"]', *wall, world=world, lifetime={"steps": 1}
@@ -164,7 +164,7 @@ def test_a_scheme_of_one_s_own_chooses_the_parents() -> None:
 
 
 def test_the_fields_of_a_part_are_there_only_while_it_is_chosen() -> None:
-    assert "social" not in small("evo").to_dict()["learning"]
+    assert "social" not in make_small_experiment("evo").to_dict()["learning"]
     chosen = with_settings("evo", "learning.rule=social", "learning.social.least=4")
     assert chosen.to_dict()["learning"]["social"] == {"least": 4}
     assert "social" not in chosen.replace(learning={"rule": "none"}).to_dict()["learning"]
@@ -202,7 +202,7 @@ def test_the_source_of_a_part_is_known_by_its_hash() -> None:
     assert (source.kind, source.name) == ("learning rule", "social")
     assert source.text == (EXAMPLES / "social.py").read_text("utf-8")
     assert len(source.sha256) == 64
-    assert sources_of([small("evo")]) == ()
+    assert sources_of([make_small_experiment("evo")]) == ()
 
 
 def test_a_part_s_file_may_have_any_name(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.simulation import compilation
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 class Process:
@@ -53,7 +53,10 @@ def test_each_is_compiled_by_one_process_or_here(
     monkeypatch.setattr(
         cpu, "is_compiled", lambda experiment: any(experiment in some for some in elsewhere)
     )
-    wanted = [small("evo").replace(name=f"number-{number}") for number in range(combinations)]
+    wanted = [
+        make_small_experiment("evo").replace(name=f"number-{number}")
+        for number in range(combinations)
+    ]
     compilation._compile_in_processes(wanted, told.append)
     assert [len(some) for some in elsewhere] == shares
     assert [one for some in elsewhere for one in some] + here == wanted

@@ -20,7 +20,7 @@ from baldwinlab.simulation import memory
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.open import open_runs
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 EXAMPLES = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 FEW_KEPT = ("evolution.generations=8", "record.genome_every=8")
@@ -37,13 +37,13 @@ from baldwinlab.core.resources import peak_memory
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import create
-from tests.small import ignore, silent
+from tests.small_studies import ignore_message, ignore_progress
 from baldwinlab.studies.run import find_missing_runs, run_study
 
 def of_runs(experiment):
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", [experiment], 0)
-        run_study(study, find_missing_runs(study, 4, ignore), 1, silent, ignore)
+        run_study(study, find_missing_runs(study, 4, ignore_message), 1, ignore_progress, ignore_message)
 
 def of_replay(experiment):
     replay(experiment).to_netcdf(engine="scipy")
@@ -137,7 +137,7 @@ def test_disk_is_estimated_within_a_tenth(
 ) -> None:
     short = () if name == "bit-strings" else ("lifetime.steps=1", "evolution.generations=7")
     experiment = changed(name, *short, *assignments)
-    study = small_study(tmp_path / "study", [experiment], runs=3)  # type: ignore[list-item]
+    study = make_small_study(tmp_path / "study", [experiment], runs=3)  # type: ignore[list-item]
     stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
     assert memory.estimate_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(
         stored, rel=0.1
@@ -155,17 +155,19 @@ def test_the_bytes_of_a_state_are_those_of_its_arrays(name: str, worlds: int) ->
 
 
 def test_a_life_that_is_written_down_is_estimated_to_the_byte_but_for_what_is_said_of_it() -> None:
-    assert memory.estimate_replay(small()).disk == pytest.approx(replay(small()).nbytes, rel=0.02)
+    assert memory.estimate_replay(shorten_preset()).disk == pytest.approx(
+        replay(shorten_preset()).nbytes, rel=0.02
+    )
 
 
 def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_variables(
     tmp_path: Path,
 ) -> None:
-    experiment = small().replace(record={"genome_every": 3})
+    experiment = shorten_preset().replace(record={"genome_every": 3})
     assert memory.dataset_bytes(experiment) == sum(
         each.nbytes for each in simulate(experiment).data_vars.values()
     )
-    tables = open_runs(small_study(tmp_path / "study", [experiment], runs=2).directory)
+    tables = open_runs(make_small_study(tmp_path / "study", [experiment], runs=2).directory)
     held = sum(each.nbytes for each in tables.drop_vars("experiment").data_vars.values())
     needed = memory.estimate_tables(
         [(experiment, 2)]
@@ -175,8 +177,8 @@ def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_vari
 
 def test_no_more_is_counted_than_lives_at_a_time() -> None:
     small_one, large = (
-        small().replace(population={"size": 20}),
-        small().replace(population={"size": 2000}),
+        shorten_preset().replace(population={"size": 20}),
+        shorten_preset().replace(population={"size": 2000}),
     )
     alone = memory.estimate_runs([(large, 1)], workers=4, worlds=4).memory
     assert (
@@ -190,13 +192,15 @@ def test_no_more_is_counted_than_lives_at_a_time() -> None:
 
 
 def test_what_no_file_can_hold_is_refused() -> None:
-    large = small().replace(population={"size": 1_000_000}, network={"hidden": [20]})
+    large = shorten_preset().replace(population={"size": 1_000_000}, network={"hidden": [20]})
     with pytest.raises(
         RefusedError,
         match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB",
     ):
         memory.require_storable(of_record(large), memory.dimension_sizes(large), "mine")
-    memory.require_storable(of_record(small()), memory.dimension_sizes(small()), "mine")
+    memory.require_storable(
+        of_record(shorten_preset()), memory.dimension_sizes(shorten_preset()), "mine"
+    )
 
 
 def test_neither_simulate_nor_replay_begins_what_is_too_large() -> None:

@@ -10,13 +10,13 @@ from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.simulation.recorder import FirstTime, ItemMoves, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.replay import replay
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 STEPS = 300
 
 
 def newborns(runs: int = 1) -> Batch:
-    experiment = small()
+    experiment = shorten_preset()
     return make_batch(
         experiment,
         1,
@@ -27,7 +27,7 @@ def newborns(runs: int = 1) -> Batch:
 
 
 def test_a_variable_is_noted_at_the_moments_and_of_the_agents_that_are_asked_for() -> None:
-    trace = replay(small(), seed=1)
+    trace = replay(shorten_preset(), seed=1)
     some, one = (
         Series("x", [0, 7, 299], slice(2, 5)),
         Series("eaten_in_life", range(1, STEPS + 1), 4, np.uint16),
@@ -51,7 +51,7 @@ def test_a_batch_that_has_lived_is_followed_from_there() -> None:
 
 
 def test_moves_lead_from_where_items_lay_to_where_they_lie() -> None:
-    trace, moves = replay(small(), seed=1), ItemMoves(range(40, STEPS))
+    trace, moves = replay(shorten_preset(), seed=1), ItemMoves(range(40, STEPS))
     record_batch(newborns(), [moves])
     found = moves.columns()
     places = moves.items.copy()
@@ -75,7 +75,7 @@ def test_what_came_about_first_is_found_down_to_the_step_and_the_life_goes_on_as
     )
     record_batch(batch, [fed, eaten])
     for run in range(2):
-        ate = replay(small(), seed=1, run=run).eaten.values > 0
+        ate = replay(shorten_preset(), seed=1, run=run).eaten.values > 0
         first = np.where(ate.any(axis=0), ate.argmax(axis=0) + 1, np.nan)
         assert np.array_equal(fed.values[run], first, equal_nan=True)
     undisturbed = newborns(runs=2)

@@ -9,7 +9,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate, stored_genome, stored_genomes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 COSTS = {"cost_per_step": 0.001, "cost_per_change": 0.1}
 
@@ -17,11 +17,13 @@ COSTS = {"cost_per_step": 0.001, "cost_per_change": 0.1}
 @pytest.mark.parametrize(
     "experiment",
     [
-        small("evo"),
-        small("evo+self-taught"),
-        small("evo+self-taught", lifetime={"update": "sequential"}),
-        small("evo+self-taught", learning={**COSTS, "evolved_rate": True, "rate": 0.5}),
-        small("self-taught", population={"size": 1}),
+        make_small_experiment("evo"),
+        make_small_experiment("evo+self-taught"),
+        make_small_experiment("evo+self-taught", lifetime={"update": "sequential"}),
+        make_small_experiment(
+            "evo+self-taught", learning={**COSTS, "evolved_rate": True, "rate": 0.5}
+        ),
+        make_small_experiment("self-taught", population={"size": 1}),
     ],
 )
 def test_a_generation_lived_again_ends_as_it_did(experiment: Experiment) -> None:
@@ -37,7 +39,7 @@ def test_a_generation_lived_again_ends_as_it_did(experiment: Experiment) -> None
 
 
 def test_agents_with_one_module_use_the_first() -> None:
-    learner = small("evo+self-taught")
+    learner = make_small_experiment("evo+self-taught")
     without = learner.replace(learning={"rule": "none"})
     genomes = simulate(learner, seed=1).genome.values[None, 2]
     lives = reevaluate(without, 1, [0], 2, genomes)
@@ -47,7 +49,9 @@ def test_agents_with_one_module_use_the_first() -> None:
 
 @pytest.mark.parametrize("inherited", [0.0, 0.5], ids=["as they were born", "as they had learned"])
 def test_genomes_that_were_not_kept_are_bred_again(inherited: float) -> None:
-    whole = small("evo+self-taught", evolution={"generations": 6, "lamarckian_share": inherited})
+    whole = make_small_experiment(
+        "evo+self-taught", evolution={"generations": 6, "lamarckian_share": inherited}
+    )
     every, some = (
         simulate(whole, seed=3, run=1),
         simulate(whole.replace(record={"genome_every": 4}), seed=3, run=1),

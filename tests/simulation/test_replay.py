@@ -11,12 +11,12 @@ import xarray as xr
 from baldwinlab.core.variables import TRACE
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 @pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A", "self-taught/A"])
 def test_a_trace_agrees_with_its_run_to_the_bit(condition: str) -> None:
-    experiment = small(condition)
+    experiment = shorten_preset(condition)
     run = simulate(experiment, seed=9, run=4)
     for generation in range(3):
         trace = replay(experiment, seed=9, run=4, generation=generation)
@@ -29,7 +29,7 @@ def test_a_trace_agrees_with_its_run_to_the_bit(condition: str) -> None:
 
 
 def test_a_trace_holds_the_declared_variables() -> None:
-    trace = replay(small(), seed=1)
+    trace = replay(shorten_preset(), seed=1)
     assert {*trace.data_vars, "action"} == set(TRACE)
     for name, variable in TRACE.items():
         assert trace[name].dims == variable.dims
@@ -39,18 +39,18 @@ def test_a_trace_holds_the_declared_variables() -> None:
 
 
 def test_a_trace_survives_netcdf(tmp_path: Path) -> None:
-    trace = replay(small(), seed=1)
+    trace = replay(shorten_preset(), seed=1)
     trace.to_netcdf(tmp_path / "trace.nc")
     with xr.open_dataset(tmp_path / "trace.nc") as again:
         xr.testing.assert_identical(again.load(), trace)
 
 
 def test_only_learning_changes_weights_and_only_those_of_the_action_module() -> None:
-    learner = replay(small(), seed=1)
+    learner = replay(shorten_preset(), seed=1)
     changed = (learner.weight_birth != learner.weight_death).any(("agent", "weight"))
     assert changed.sel(module="action")
     assert not changed.sel(module="reinforcement")
-    other = replay(small("evo/A"), seed=1)
+    other = replay(shorten_preset("evo/A"), seed=1)
     assert (other.weight_birth == other.weight_death).all()
 
 
@@ -59,4 +59,4 @@ def test_a_generation_that_is_not_there_is_refused(generation: int) -> None:
     with pytest.raises(
         ValueError, match=f"generation = {generation} must be at least 0 and less than 3"
     ):
-        replay(small(), seed=1, generation=generation)
+        replay(shorten_preset(), seed=1, generation=generation)

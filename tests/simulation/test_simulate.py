@@ -13,11 +13,11 @@ from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import simulate, simulate_batch, simulate_histories
 from baldwinlab.studies.records import encode
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 def test_a_run_holds_the_declared_variables_with_their_dimensions_types_and_units() -> None:
-    run = simulate(small(), seed=1)
+    run = simulate(shorten_preset(), seed=1)
     assert set(run.data_vars) == set(RUN)
     for name, variable in RUN.items():
         assert run[name].dims == variable.dims
@@ -28,7 +28,7 @@ def test_a_run_holds_the_declared_variables_with_their_dimensions_types_and_unit
 
 
 def test_a_run_carries_what_it_takes_to_make_it_again() -> None:
-    run = simulate(small(), seed=7, run=2)
+    run = simulate(shorten_preset(), seed=7, run=2)
     again = simulate(
         from_toml(run.attrs["experiment"], where="attribute"),
         seed=run.attrs["seed"],
@@ -39,7 +39,10 @@ def test_a_run_carries_what_it_takes_to_make_it_again() -> None:
 
 
 def test_another_seed_and_another_run_are_other_runs() -> None:
-    runs = [simulate(small(), seed=seed, run=run) for seed, run in ((1, 0), (2, 0), (1, 1), (0, 1))]
+    runs = [
+        simulate(shorten_preset(), seed=seed, run=run)
+        for seed, run in ((1, 0), (2, 0), (1, 1), (0, 1))
+    ]
     for i, one in enumerate(runs):
         for other in runs[:i]:
             assert not np.array_equal(one.genome, other.genome)
@@ -47,9 +50,9 @@ def test_another_seed_and_another_run_are_other_runs() -> None:
 
 
 def test_genomes_are_kept_at_the_stride_that_the_experiment_names_and_at_the_end() -> None:
-    every = simulate(small().replace(evolution={"generations": 6}), seed=1)
+    every = simulate(shorten_preset().replace(evolution={"generations": 6}), seed=1)
     some = simulate(
-        small().replace(evolution={"generations": 6}, record={"genome_every": 2}), seed=1
+        shorten_preset().replace(evolution={"generations": 6}, record={"genome_every": 2}), seed=1
     )
     kept = some.genome.notnull().all(("agent", "module", "weight"))
     assert kept.values.tolist() == [True, False, True, False, True, True]
@@ -60,7 +63,7 @@ def test_genomes_are_kept_at_the_stride_that_the_experiment_names_and_at_the_end
 def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_room_for_more() -> (
     None
 ):
-    experiment = small().replace(
+    experiment = shorten_preset().replace(
         evolution={"generations": 7}, record={"genome_every": 3}, lifetime={"steps": 5}
     )
     held = []
@@ -78,7 +81,7 @@ def test_energy_is_what_items_give_and_decides_who_breeds() -> None:
         {"x": [400, 560], "y": [80, 240], "count": 30, "energy": 2.5},
         {"x": [380, 560], "y": [60, 260], "count": 20, "energy": 0},
     ]
-    run = simulate(small("evo/A").replace(world={"food": food}), seed=3)
+    run = simulate(shorten_preset("evo/A").replace(world={"food": food}), seed=3)
     assert run.energy.sum() > 0
     assert (run.energy % 2.5 == 0).all()
     assert (run.energy <= 2.5 * run.food_eaten).all()
@@ -89,10 +92,10 @@ def test_energy_is_what_items_give_and_decides_who_breeds() -> None:
 
 
 def test_parents_are_named_from_the_second_generation_on() -> None:
-    run = simulate(small(), seed=1)
+    run = simulate(shorten_preset(), seed=1)
     assert (run.parents[0] == -1).all()
     assert ((run.parents[1:] >= 0) & (run.parents[1:] < 20)).all()
-    assert (simulate(small("self-taught/A"), seed=1).parents == -1).all()
+    assert (simulate(shorten_preset("self-taught/A"), seed=1).parents == -1).all()
 
 
 @pytest.mark.parametrize(
@@ -101,13 +104,13 @@ def test_parents_are_named_from_the_second_generation_on() -> None:
 )
 def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
     with pytest.raises(ValueError, match=f"{name} must be at least 0 and less than 2147483648"):
-        simulate(small(), seed=seed, run=run)
+        simulate(shorten_preset(), seed=seed, run=run)
 
 
 def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> (
     None
 ):
-    experiment = small().replace(evolution={"generations": 5}, record={"genome_every": 3})
+    experiment = shorten_preset().replace(evolution={"generations": 5}, record={"genome_every": 3})
     cut: dict[int, list[xr.Dataset]] = {}
 
     def keep(histories: Sequence[History]) -> None:

@@ -13,7 +13,7 @@ import pytest
 from baldwinlab.studies.claims_file import CLAIMS, read_claims, write_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 WRITTEN: list[dict[str, Any]] = [
     {"id": "C1", "verdict": "undecided", "effect": 1.5},
@@ -23,7 +23,7 @@ WRITTEN: list[dict[str, Any]] = [
 
 @pytest.fixture
 def study(tmp_path: Path) -> StudyStore:
-    return small_study(tmp_path / "study", [small("evo/A")], runs=2)
+    return make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2)
 
 
 def test_claims_come_back_as_they_were_written(study: StudyStore) -> None:
@@ -56,12 +56,12 @@ def test_a_change_by_hand_is_refused(study: StudyStore, change: str) -> None:
 
 def test_claims_of_other_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
     write_claims(study, WRITTEN)
-    grown = small_study(study.directory, [small("evo/A")], runs=3)
+    grown = make_small_study(study.directory, [shorten_preset("evo/A")], runs=3)
     with pytest.raises(
         StudyError, match="was decided by other runs than those that are stored now"
     ):
         read_claims(grown)
-    other = small_study(tmp_path / "other", [small("evo/A")], runs=3, seed=6)
+    other = make_small_study(tmp_path / "other", [shorten_preset("evo/A")], runs=3, seed=6)
     write_claims(other, WRITTEN)
     shutil.copy(other.directory / CLAIMS, grown.directory / CLAIMS)
     with pytest.raises(

@@ -15,7 +15,7 @@ from baldwinlab.studies import part_sources
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.study_file import add_checksum
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 ROUNDS = range(30)
 CONDITION = "evo+self-taught/A"
@@ -31,7 +31,7 @@ def create_studies(process: int, folder: Path, start: Barrier) -> None:
     """In a process of its own: create the studies at the same moments as the other process."""
     for name, wanted in STUDIES.items():
         seed, rate = wanted[process]
-        experiment = small(CONDITION).replace(learning={"rate": rate})
+        experiment = shorten_preset(CONDITION).replace(learning={"rate": rate})
         for number in ROUNDS:
             start.wait()
             try:
@@ -104,7 +104,7 @@ def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
 
 
 def test_a_name_that_stands_twice_in_a_study_is_refused(tmp_path: Path) -> None:
-    path = create(tmp_path, [small("evo/A")], seed=1).directory / "study.toml"
+    path = create(tmp_path, [shorten_preset("evo/A")], seed=1).directory / "study.toml"
     above = path.read_text().split("# SHA-256")[0]
     path.write_text(add_checksum(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
     with pytest.raises(StudyError, match="conditions: a name is listed twice"):

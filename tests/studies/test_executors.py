@@ -26,7 +26,13 @@ from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choos
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.store import StudyStore, create
-from tests.small import contents, ignore, silent, small, small_study
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    shorten_preset,
+)
 from tests.studies.assays.studies import conditions, measured
 
 distributed = pytest.importorskip("distributed")
@@ -48,14 +54,17 @@ def on_dask(local: Any) -> Executor:
 
 def longer(name: str) -> Experiment:
     """Of which a batch takes a fraction of a second."""
-    return small(name).replace(lifetime={"steps": 6000})
+    return shorten_preset(name).replace(lifetime={"steps": 6000})
 
 
 def amounts(
     executor: Executor, study: StudyStore, runs: int, workers: int = 2
 ) -> Generator[int, None, None]:
     return executor.run(
-        study, plan_tasks(study, find_missing_runs(study, runs, ignore), workers), workers, CPU
+        study,
+        plan_tasks(study, find_missing_runs(study, runs, ignore_message), workers),
+        workers,
+        CPU,
     )
 
 
@@ -67,11 +76,13 @@ def pids(local: Any) -> list[int]:
 def test_a_study_done_by_worker_processes_holds_the_bits_of_one_done_by_threads(
     tmp_path: Path, on_dask: Executor
 ) -> None:
-    study = create(tmp_path / "dask", [small("evo/A"), small("evo+self-taught/A")], seed=5)
+    study = create(
+        tmp_path / "dask", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
+    )
     assert on_dask.workers == 2
     assert sum(amounts(on_dask, study, runs=6)) == 2 * 6 * 3 * 300 * 20
-    assert contents(study.directory) == contents(
-        small_study(tmp_path / "threads", runs=6).directory
+    assert read_records(study.directory) == read_records(
+        make_small_study(tmp_path / "threads", runs=6).directory
     )
 
 
@@ -86,8 +97,8 @@ def test_a_worker_killed_in_the_middle_loses_nothing(
             os.kill(victims[0], signal.SIGKILL)
         done += amount
     assert done == 2 * 16 * 3 * 6000 * 20
-    assert contents(study.directory) == contents(
-        small_study(tmp_path / "whole", conditions, runs=16).directory
+    assert read_records(study.directory) == read_records(
+        make_small_study(tmp_path / "whole", conditions, runs=16).directory
     )
 
 
@@ -96,7 +107,9 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
 ) -> None:
     monkeypatch.setattr(local.scheduler, "allowed_failures", 0)
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
-    study = create(tmp_path, [small("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5)
+    study = create(
+        tmp_path, [shorten_preset("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5
+    )
     with (
         closing(amounts(on_dask, study, runs=2)) as steps,
         pytest.raises(ExecutorError, match="ended 1 workers"),
@@ -125,13 +138,13 @@ def test_what_is_stopped_in_one_place_is_carried_on_in_another(
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
     study = create(tmp_path / "moved", [longer("evo/A")], seed=5)
     with closing(amounts(first, study, runs=12)) as steps:
-        while not contents(study.directory):
+        while not read_records(study.directory):
             next(steps)
-    kept = contents(study.directory)
+    kept = read_records(study.directory)
     list(amounts(second, study, runs=12))
-    whole = contents(small_study(tmp_path / "whole", [longer("evo/A")], runs=12).directory)
+    whole = read_records(make_small_study(tmp_path / "whole", [longer("evo/A")], runs=12).directory)
     assert 0 < len(kept) < 12
-    assert contents(study.directory) == whole
+    assert read_records(study.directory) == whole
     assert kept.items() <= whole.items()
 
 
@@ -139,7 +152,9 @@ def test_workers_end_tasks_that_nobody_waits_for(
     tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
-    study = create(tmp_path, [small("evo/A").replace(evolution={"generations": 10_000})], seed=5)
+    study = create(
+        tmp_path, [shorten_preset("evo/A").replace(evolution={"generations": 10_000})], seed=5
+    )
     with closing(amounts(on_dask, study, runs=2)) as steps:
         next(steps)
     deadline = time.monotonic() + 20
@@ -147,11 +162,11 @@ def test_workers_end_tasks_that_nobody_waits_for(
         while any(client.run(lambda dask_worker: len(dask_worker.state.tasks)).values()):
             assert time.monotonic() < deadline
             time.sleep(0.05)
-    assert contents(tmp_path) == {}
+    assert read_records(tmp_path) == {}
 
 
 def test_workers_refuse_a_study_that_they_do_not_see(on_dask: Executor) -> None:
-    study = create(parse_location("memory://unseen"), [small("evo/A")], seed=5)
+    study = create(parse_location("memory://unseen"), [shorten_preset("evo/A")], seed=5)
     with pytest.raises(
         StudyError,
         match=r"cannot access memory://unseen: put the study where all workers can access it",
@@ -163,8 +178,10 @@ def test_assays_done_by_worker_processes_hold_the_bits_of_those_done_by_threads(
     tmp_path: Path, on_dask: Executor
 ) -> None:
     there, here = measured(tmp_path / "dask", executor=on_dask), measured(tmp_path / "threads")
-    assert contents(there.directory) == contents(here.directory)
-    assert {path.parts[0] for path in map(Path, contents(here.directory / "assays"))} == set(ASSAYS)
+    assert read_records(there.directory) == read_records(here.directory)
+    assert {path.parts[0] for path in map(Path, read_records(here.directory / "assays"))} == set(
+        ASSAYS
+    )
 
 
 @pytest.mark.parametrize("first_on_threads", [True, False])
@@ -172,7 +189,7 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(
     tmp_path: Path, on_dask: Executor, first_on_threads: bool
 ) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
-    study = small_study(tmp_path / "moved", conditions())
+    study = make_small_study(tmp_path / "moved", conditions())
 
     @contextmanager
     def until_some_are_stored(description: str, total: int) -> Iterator[Callable[[int], None]]:
@@ -184,49 +201,63 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(
 
     with pytest.raises(KeyboardInterrupt):
         run_assays(
-            study, find_missing_assays(study, ["innate"]), 1, until_some_are_stored, ignore, first
+            study,
+            find_missing_assays(study, ["innate"]),
+            1,
+            until_some_are_stored,
+            ignore_message,
+            first,
         )
-    kept = contents(study.directory / "assays")
-    run_assays(study, find_missing_assays(study, ["innate"]), 2, silent, ignore, second)
-    whole = contents(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
+    kept = read_records(study.directory / "assays")
+    run_assays(
+        study, find_missing_assays(study, ["innate"]), 2, ignore_progress, ignore_message, second
+    )
+    whole = read_records(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
     assert 0 < len(kept) < len(whole) == len(conditions())
-    assert contents(study.directory / "assays") == whole
+    assert read_records(study.directory / "assays") == whole
     assert kept.items() <= whole.items()
 
 
 def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: Executor) -> None:
-    study = small_study(tmp_path, [small("evo/A")], runs=2)
+    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-1])
     for executor in (THREADS, on_dask):
         with pytest.raises(
             DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"
         ):
-            run_assays(study, find_missing_assays(study, ["descent"]), 2, silent, ignore, executor)
+            run_assays(
+                study,
+                find_missing_assays(study, ["descent"]),
+                2,
+                ignore_progress,
+                ignore_message,
+                executor,
+            )
 
 
 def test_workers_refuse_to_mix_engines(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "ENGINE", "engine-of-yesterday")
-    study = create(tmp_path, [small("evo/A")], seed=5)
+    study = create(tmp_path, [shorten_preset("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
         list(amounts(on_dask, study, runs=2))
 
 
 def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None:
-    study = create(parse_location(f"local://{tmp_path}/far"), [small("evo/A")], seed=5)
+    study = create(parse_location(f"local://{tmp_path}/far"), [shorten_preset("evo/A")], seed=5)
     assert not isinstance(study.directory, Path)
     list(amounts(on_dask, study, runs=3))
-    assert contents(tmp_path / "far") == contents(
-        small_study(tmp_path / "near", [small("evo/A")], runs=3).directory
+    assert read_records(tmp_path / "far") == read_records(
+        make_small_study(tmp_path / "near", [shorten_preset("evo/A")], runs=3).directory
     )
 
 
 def test_a_scheduler_that_is_gone_is_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = create(tmp_path, [small("evo/A")], seed=5)
+    study = create(tmp_path, [shorten_preset("evo/A")], seed=5)
     with distributed.LocalCluster(
         n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as empty:
@@ -315,7 +346,7 @@ def test_the_same_command_runs_on_a_cluster(
     far = ["--executor", f"dask:{local.scheduler_address}", "--out", "dask"]
     assert command(monkeypatch, capsys, tmp_path, *words, *far)[0] == 0
     assert command(monkeypatch, capsys, tmp_path, *words, "--out", "threads")[0] == 0
-    assert contents(tmp_path / "dask") == contents(tmp_path / "threads") != {}
+    assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads") != {}
     (session,) = StudyStore(tmp_path / "dask").sessions()
     assert (session["executor"], session["workers"]) == ("dask", 2)
     assert (
@@ -328,7 +359,7 @@ def test_the_same_command_runs_on_a_cluster(
         command(monkeypatch, capsys, tmp_path, "assay", "threads", "--assays", "innate,descent")[0]
         == 0
     )
-    assert contents(tmp_path / "dask") == contents(tmp_path / "threads")
+    assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads")
 
 
 def test_a_study_and_its_report_may_lie_in_an_object_store(
@@ -376,7 +407,7 @@ def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(
     process = subprocess.Popen(
         slurm, cwd=tmp_path, env=os.environ | job, stdout=subprocess.PIPE, text=True
     )
-    while process.poll() is None and not contents(tmp_path):
+    while process.poll() is None and not read_records(tmp_path):
         time.sleep(0.05)
     jobs = subprocess.run(
         ["squeue", "--noheader", "--format=%i"], capture_output=True, text=True, check=True
@@ -385,7 +416,7 @@ def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(
     out, _ = process.communicate()
     assert process.returncode == 0, out
     subprocess.run([*words, "--out", "threads"], cwd=tmp_path, env=os.environ | job, check=True)
-    assert contents(tmp_path / "slurm") == contents(tmp_path / "threads")
+    assert read_records(tmp_path / "slurm") == read_records(tmp_path / "threads")
 
 
 def command(

@@ -12,7 +12,7 @@ from baldwinlab.core.files import SESSIONS_FILE, append_line, write_atomically
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore, create
 from tests.commands import Command
-from tests.small import contents, small, small_study
+from tests.small_studies import make_small_study, read_records, shorten_preset
 
 SESSION = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
 
@@ -61,7 +61,7 @@ def test_no_folder_that_is_a_link_is_written_to(
 
 @pytest.mark.parametrize("make", ["symbolic", "hard"])
 def test_sessions_elsewhere_are_not_changed(tmp_path: Path, elsewhere: Path, make: str) -> None:
-    study = create(tmp_path / "study", [small("evo/A")], seed=1)
+    study = create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     path = study.directory / "sessions.jsonl"
     if make == "symbolic":
         path.symlink_to(elsewhere / "sessions.jsonl")
@@ -75,7 +75,7 @@ def test_sessions_elsewhere_are_not_changed(tmp_path: Path, elsewhere: Path, mak
 
 
 def test_a_damaged_record_behind_a_link_is_not_moved(tmp_path: Path, elsewhere: Path) -> None:
-    study = create(tmp_path / "study", [small("evo/A")], seed=1)
+    study = create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     folder = study.path("evo/A", 0).parent
     (folder / "experiment.toml").unlink()
     folder.rmdir()
@@ -94,12 +94,12 @@ def test_no_study_is_created_through_a_link_inside_its_folder(
     (tmp_path / "study" / "runs").symlink_to(elsewhere)
     before = snapshot(elsewhere)
     with pytest.raises(RefusedError, match="runs is a link that leads out of the study"):
-        create(tmp_path / "study", [small("evo/A")], seed=1)
+        create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     assert snapshot(elsewhere) == before
 
 
 def test_a_link_that_leads_round_in_a_circle_is_refused(tmp_path: Path) -> None:
-    study = create(tmp_path, [small("evo/A")], seed=1)
+    study = create(tmp_path, [shorten_preset("evo/A")], seed=1)
     (tmp_path / "figures").symlink_to("figures")
     with pytest.raises(OSError, match="figures"):
         write_atomically(study.directory / "figures" / "fitness.svg", b"new")
@@ -108,7 +108,7 @@ def test_a_link_that_leads_round_in_a_circle_is_refused(tmp_path: Path) -> None:
 def test_links_that_stay_inside_and_paths_that_leave_a_study_openly_are_followed(
     tmp_path: Path,
 ) -> None:
-    study = create(tmp_path / "study", [small("evo/A")], seed=1).directory
+    study = create(tmp_path / "study", [shorten_preset("evo/A")], seed=1).directory
     (study / "pictures").mkdir()
     (study / "figures").symlink_to("pictures")
     write_atomically(study / "figures" / "fitness.svg", b"new")
@@ -120,20 +120,20 @@ def test_links_that_stay_inside_and_paths_that_leave_a_study_openly_are_followed
 def test_a_study_that_is_reached_through_a_link_is_written_to(tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
     (tmp_path / "results").symlink_to("disk")
-    study = small_study(tmp_path / "results" / "study", [small("evo/A")], runs=1)
-    assert len(contents(tmp_path / "disk" / "study")) == 1
+    study = make_small_study(tmp_path / "results" / "study", [shorten_preset("evo/A")], runs=1)
+    assert len(read_records(tmp_path / "disk" / "study")) == 1
     assert len(list(study.sessions())) == 1
     (tmp_path / "mine").symlink_to(tmp_path / "disk" / "study")
     again = StudyStore(tmp_path / "mine")
-    again.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
+    again.write("evo/A", 1, simulate(shorten_preset("evo/A"), seed=5, run=1))
     append_line(again.directory / "sessions.jsonl", "{}", SESSIONS_FILE)
-    assert len(contents(tmp_path / "disk" / "study")) == 2
+    assert len(read_records(tmp_path / "disk" / "study")) == 2
 
 
 def test_a_report_does_not_write_through_a_link(
     command: Command, tmp_path: Path, elsewhere: Path
 ) -> None:
-    small_study(tmp_path / "study", [small("evo/A")], runs=1)
+    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
     (tmp_path / "study" / "figures").symlink_to(elsewhere)
     before = snapshot(elsewhere)
     own = snapshot(tmp_path / "study")
@@ -148,11 +148,11 @@ def test_a_report_does_not_write_through_a_link(
 def test_a_link_is_refused_before_anything_is_computed(
     command: Command, tmp_path: Path, elsewhere: Path, link: str
 ) -> None:
-    small_study(tmp_path / "study", [small("evo/A")], runs=1)
+    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
     path = tmp_path / "study" / link
     path.unlink(missing_ok=True)
     path.symlink_to(elsewhere / link if link == "sessions.jsonl" else elsewhere)
-    before, own = snapshot(elsewhere), contents(tmp_path / "study")
+    before, own = snapshot(elsewhere), read_records(tmp_path / "study")
     settings = (
         "evolution.generations=3",
         "lifetime.steps=300",
@@ -164,4 +164,4 @@ def test_a_link_is_refused_before_anything_is_computed(
     assert done.code == 2
     assert f"{path.relative_to(tmp_path)}" in done.err and "is a link" in done.err
     assert snapshot(elsewhere) == before
-    assert contents(tmp_path / "study") == own
+    assert read_records(tmp_path / "study") == own

@@ -19,7 +19,7 @@ from baldwinlab.studies.multiverse import (
 )
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import create
-from tests.small import SMALL, small_study
+from tests.small_studies import SHORT_SETTINGS, make_small_study
 
 
 def without_name_and_record(experiment: Experiment) -> dict[str, object]:
@@ -106,10 +106,10 @@ def test_conditions_are_sorted_back_into_variants() -> None:
 
 def test_genomes_are_kept_of_the_first_generation_and_the_last_alone(tmp_path: Path) -> None:
     tiny = [
-        one.replace(**SMALL, record={"genome_every": 3})
+        one.replace(**SHORT_SETTINGS, record={"genome_every": 3})
         for one in experiments([Variant(("rank",))])[:1]
     ]
-    study = small_study(tmp_path, tiny, runs=1)
+    study = make_small_study(tmp_path, tiny, runs=1)
     kept = study.read("rank/evo/A", 0).genome.notnull().any(("agent", "module", "weight")).values
     assert kept.tolist() == [True, False, True]
     assert experiments([Variant(())])[0].record.genome_every == 100

@@ -16,7 +16,7 @@ from baldwinlab import cli
 from baldwinlab.experiment import registry
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.studies.store import StudyStore
-from tests.small import contents
+from tests.small_studies import read_records
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 SMALL = {
@@ -104,7 +104,7 @@ def test_another_part_of_that_name_is_refused(
         FILE.read_text().replace("guesses: int", f"{OTHER}: int = 1\n    guesses: int")
     )
     here, there = (sha256(path.read_bytes()).hexdigest()[:12] for path in (other, FILE))
-    before = contents(study)
+    before = read_records(study)
     commands: list[list[str | Path]] = [
         ["assay", study],
         ["run", "bit-strings", "--runs", "3", "--out", study],
@@ -113,7 +113,7 @@ def test_another_part_of_that_name_is_refused(
         assert refused(*words, "--part", other) == 2
         said = _words(capsys)
         assert f"(SHA-256 {there}...) differs from the loaded one ({here}...)" in said
-    assert contents(study) == before
+    assert read_records(study) == before
     assert (
         bl.open_runs(study).energy.notnull().all()
     )  # to read it, it does not matter which is here
@@ -125,7 +125,7 @@ def test_given_again_the_part_carries_a_study_on_to_the_same_bits(
     load_file(FILE)
     bl.run("bit-strings", runs=4, out=study, set=SMALL)
     bl.run("bit-strings", runs=4, out=tmp_path / "whole", set=SMALL, workers=1)
-    assert contents(study) == contents(tmp_path / "whole")
+    assert read_records(study) == read_records(tmp_path / "whole")
 
 
 def test_innate_and_learned_are_assayed_through_the_models_switches(
@@ -203,7 +203,7 @@ def test_dask_workers_are_sent_the_part(tmp_path: Path) -> None:
             "neutral", executor=there
         )
     bl.run("bit-strings", runs=2, out=tmp_path / "threads", set=SMALL).assay("neutral")
-    assert contents(tmp_path / "dask") == contents(tmp_path / "threads")
+    assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads")
 
 
 def test_the_command_line_runs_a_model_of_ones_own(tmp_path: Path) -> None:

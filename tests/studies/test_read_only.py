@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 AS_USER = """
 import os, sys
@@ -52,7 +52,7 @@ def folder() -> Iterator[Path]:
     """A folder with a read-only study, which another user can read."""
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
-        small_study(place / "study", [small("evo/A")], runs=1)
+        make_small_study(place / "study", [shorten_preset("evo/A")], runs=1)
         for path in [place, *place.rglob("*")]:
             path.chmod(0o555 if path.is_dir() else 0o444)
         yield place

@@ -22,18 +22,25 @@ from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError, encode, write_record
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
-from tests.small import as_older, contents, ignore, silent, small, small_study
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    rewrite_in_format_1,
+    shorten_preset,
+)
 
 
 def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
     for stride in (1, 2, 100):
-        run = simulate(small().replace(record={"genome_every": stride}), seed=2**31 - 1)
+        run = simulate(shorten_preset().replace(record={"genome_every": stride}), seed=2**31 - 1)
         xr.testing.assert_identical(all_of(from_bytes(encode(run))), run)
 
 
 def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
-    run = simulate(small(), seed=1)
+    run = simulate(shorten_preset(), seed=1)
     path.write_bytes(encode(run))
     with netcdf_file(path, mmap=False) as file:
         assert np.array_equal(file.variables["food_eaten"][:], run.food_eaten.values)
@@ -41,7 +48,7 @@ def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
 
 
 def test_what_a_record_says_of_itself_is_read_without_its_arrays(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     assert study.attributes("evo/A", 1) == study.read("evo/A", 1).attrs
     study.path("evo/A", 1).write_bytes(study.path("evo/A", 1).read_bytes()[:-1])
     with pytest.raises(
@@ -70,7 +77,7 @@ def _of_another_run(study: StudyStore) -> Path:
 
 def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replace:
     def put(study: StudyStore) -> Path:
-        experiment = small("evo/A").replace(
+        experiment = shorten_preset("evo/A").replace(
             evolution={"generations": generations, "mutation_rate": rate}
         )
         path = study.path("evo/A", 1)
@@ -103,8 +110,8 @@ def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Repl
 def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(
     tmp_path: Path, replace: Replace, why: str
 ) -> None:
-    study = small_study(tmp_path)
-    sound = contents(tmp_path)
+    study = make_small_study(tmp_path)
+    sound = read_records(tmp_path)
     path = replace(study)
     with pytest.raises(DamagedRecordError, match=f"{path} is damaged: {why}"):
         open_runs(tmp_path)
@@ -113,16 +120,16 @@ def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(
     with pytest.raises(DamagedRecordError, match=why):
         study.attributes("evo/A", 1)
     told: list[str] = []
-    run_study(study, find_missing_runs(study, 3, told.append), 1, silent, ignore)
+    run_study(study, find_missing_runs(study, 3, told.append), 1, ignore_progress, ignore_message)
     assert any(str(path) in sentence for sentence in told)
-    assert contents(tmp_path) == sound
+    assert read_records(tmp_path) == sound
 
 
 def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     path = study.path("evo/A", 1)
     path.write_bytes(
-        encode(simulate(small("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition")
+        encode(simulate(shorten_preset("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition")
     )
     with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged"):
         open_runs(tmp_path)
@@ -130,7 +137,7 @@ def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path)
 
 @pytest.mark.parametrize("name", ["1.nc", "00001.nc", "99999999999.nc", "mine.nc", "2147483648.nc"])
 def test_a_file_that_could_be_taken_for_a_record_is_named(tmp_path: Path, name: str) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     stranger = Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 0).with_name(name)))
     with pytest.raises(StudyError, match=f"{stranger} has no name of a record"):
         open_runs(tmp_path)
@@ -138,18 +145,18 @@ def test_a_file_that_could_be_taken_for_a_record_is_named(tmp_path: Path, name: 
 
 @pytest.mark.parametrize("kind", ["a folder", "a dangling link"])
 def test_what_is_no_file_is_named(tmp_path: Path, kind: str) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     path = study.path("evo/A", 7)
     if kind == "a folder":
         path.mkdir()
     else:
         path.symlink_to(tmp_path / "nowhere")
     with pytest.raises(StudyError, match=f"{path} has the name of a record but is not a file"):
-        find_missing_runs(study, 3, ignore)
+        find_missing_runs(study, 3, ignore_message)
 
 
 def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     path = tmp_path / "runs/evo/A/experiment.toml"
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
     with pytest.raises(
@@ -160,8 +167,8 @@ def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> 
 
 
 def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
-    path = as_older(tmp_path, list(study.experiments)) / "runs/evo/A/experiment.toml"
+    study = make_small_study(tmp_path)
+    path = rewrite_in_format_1(tmp_path, list(study.experiments)) / "runs/evo/A/experiment.toml"
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
     with pytest.raises(
         DamagedRecordError,
@@ -173,7 +180,7 @@ def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path:
 @pytest.mark.parametrize("way", ["study.toml deleted", "folder moved", "folder removed"])
 def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) -> None:
     directory = tmp_path / "study"
-    study = create(directory, [small("evo/A")], seed=5)
+    study = create(directory, [shorten_preset("evo/A")], seed=5)
     if way == "study.toml deleted":
         (directory / "study.toml").unlink()
     elif way == "folder moved":
@@ -182,17 +189,17 @@ def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) 
         shutil.rmtree(directory)
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
-        run_study(study, {"evo/A": [0, 1]}, 1, silent, ignore)
+        run_study(study, {"evo/A": [0, 1]}, 1, ignore_progress, ignore_message)
     assert [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".jsonl"] == before
     with pytest.raises(FileNotFoundError):
-        write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
+        write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     directory = tmp_path / "study"
-    create(directory, [small("evo/A")], seed=5)
+    create(directory, [shorten_preset("evo/A")], seed=5)
 
     def moved_meanwhile(path: Path, content: bytes) -> None:
         directory.rename(tmp_path / "elsewhere")
@@ -200,7 +207,7 @@ def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentenc
 
     monkeypatch.setattr(records, "write_atomically", moved_meanwhile)
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
-        write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
+        write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 @pytest.mark.parametrize(
@@ -209,7 +216,7 @@ def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentenc
 def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
     tmp_path: Path, foreign: str
 ) -> None:
-    study = small_study(tmp_path / "study", runs=1)
+    study = make_small_study(tmp_path / "study", runs=1)
     path = study.path("evo/A", 0)
     run = from_bytes(path.read_bytes())
     path.write_bytes(
@@ -226,7 +233,7 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
         DamagedRecordError, match=r"0000\.nc is damaged: it does not contain the variables of 3 gen"
     ):
         study.read("evo/A", 0)
-    assert find_missing_runs(study, 1, ignore)["evo/A"] == [0]
+    assert find_missing_runs(study, 1, ignore_message)["evo/A"] == [0]
 
 
 def resealed(raw: bytes) -> bytes:
@@ -241,7 +248,7 @@ def resealed(raw: bytes) -> bytes:
 def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(
     tmp_path: Path, field: str
 ) -> None:
-    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     path = study.path("evo/A", 0)
     raw = path.read_bytes()
     place = 4 if field == "numrecs" else raw.index(b"kept_generation") + 16
@@ -261,7 +268,9 @@ def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(
 def test_a_run_is_read_without_its_genomes_where_only_a_few_of_many_are_kept(
     tmp_path: Path,
 ) -> None:
-    study = small_study(tmp_path / "study", [small().replace(record={"genome_every": 3})], runs=1)
+    study = make_small_study(
+        tmp_path / "study", [shorten_preset().replace(record={"genome_every": 3})], runs=1
+    )
     whole = study.read("evo+self-taught/A", 0)
     assert whole.genome.shape[0] == 3
     xr.testing.assert_identical(

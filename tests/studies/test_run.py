@@ -23,13 +23,19 @@ from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
 from baldwinlab.studies.store import create
-from tests.small import contents, ignore, silent, small, small_study
+from tests.small_studies import (
+    ignore_message,
+    ignore_progress,
+    make_small_study,
+    read_records,
+    shorten_preset,
+)
 
 
 def test_a_study_holds_the_bits_of_its_runs_whatever_the_number_of_workers(tmp_path: Path) -> None:
-    one = small_study(tmp_path / "one", workers=1)
-    many = small_study(tmp_path / "many", workers=5)
-    assert contents(one.directory) == contents(many.directory)
+    one = make_small_study(tmp_path / "one", workers=1)
+    many = make_small_study(tmp_path / "many", workers=5)
+    assert read_records(one.directory) == read_records(many.directory)
     for condition in one.experiments:
         for run in range(3):
             xr.testing.assert_identical(
@@ -38,38 +44,46 @@ def test_a_study_holds_the_bits_of_its_runs_whatever_the_number_of_workers(tmp_p
 
 
 def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path: Path) -> None:
-    study = small_study(tmp_path / "grown", runs=1)
+    study = make_small_study(tmp_path / "grown", runs=1)
     before = study.path("evo/A", 0).stat().st_mtime_ns
-    assert find_missing_runs(study, 1, ignore) == {"evo/A": [], "evo+self-taught/A": []}
-    assert find_missing_runs(study, 3, ignore) == {"evo/A": [1, 2], "evo+self-taught/A": [1, 2]}
-    small_study(tmp_path / "grown", runs=3)
+    assert find_missing_runs(study, 1, ignore_message) == {"evo/A": [], "evo+self-taught/A": []}
+    assert find_missing_runs(study, 3, ignore_message) == {
+        "evo/A": [1, 2],
+        "evo+self-taught/A": [1, 2],
+    }
+    make_small_study(tmp_path / "grown", runs=3)
     assert study.path("evo/A", 0).stat().st_mtime_ns == before
-    assert contents(study.directory) == contents(small_study(tmp_path / "whole", runs=3).directory)
+    assert read_records(study.directory) == read_records(
+        make_small_study(tmp_path / "whole", runs=3).directory
+    )
 
 
 def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(
     tmp_path: Path,
 ) -> None:
-    study = create(tmp_path / "stopped", [small("evo/A"), small("evo+self-taught/A")], seed=5)
-    steps = THREADS.run(
-        study, plan_tasks(study, find_missing_runs(study, 6, ignore), workers=1), 1, CPU
+    study = create(
+        tmp_path / "stopped", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
-    while not contents(study.directory):
+    steps = THREADS.run(
+        study, plan_tasks(study, find_missing_runs(study, 6, ignore_message), workers=1), 1, CPU
+    )
+    while not read_records(study.directory):
         next(steps)
     steps.close()  # what ctrl-C comes to
-    kept = contents(study.directory)
+    kept = read_records(study.directory)
     assert 0 < len(kept) < 12
-    small_study(tmp_path / "stopped", runs=6)
-    whole = contents(small_study(tmp_path / "whole", runs=6).directory)
-    assert contents(study.directory) == whole
+    make_small_study(tmp_path / "stopped", runs=6)
+    whole = read_records(make_small_study(tmp_path / "whole", runs=6).directory)
+    assert read_records(study.directory) == whole
     assert kept.items() <= whole.items()
 
 
 LONG_STUDY = """
 import sys
 from pathlib import Path
-from tests.small import small, small_study
-small_study(Path(sys.argv[1]), [small("evo/A"), small("evo+self-taught/A")], runs=40)
+from tests.small_studies import make_small_study, shorten_preset
+conditions = [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")]
+make_small_study(Path(sys.argv[1]), conditions, runs=40)
 """
 
 
@@ -78,18 +92,22 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
     directory = tmp_path / "killed"
     for _ in range(3):
         process = subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)])
-        before = len(contents(directory)) if directory.exists() else 0
+        before = len(read_records(directory)) if directory.exists() else 0
         while process.poll() is None and (
-            not directory.exists() or len(contents(directory)) < before + 4
+            not directory.exists() or len(read_records(directory)) < before + 4
         ):
             time.sleep(0.005)
         process.send_signal(signal.SIGKILL)
         process.wait()
-    killed = create(directory, [small("evo/A"), small("evo+self-taught/A")], seed=5)
+    killed = create(
+        directory, [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
+    )
     missing = find_missing_runs(killed, 40, pytest.fail)  # no record is damaged
     assert 0 < sum(map(len, missing.values())) < 80
-    small_study(directory, runs=40)
-    assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
+    make_small_study(directory, runs=40)
+    assert read_records(directory) == read_records(
+        make_small_study(tmp_path / "whole", runs=40).directory
+    )
 
 
 @pytest.mark.nightly  # two studies of 80 runs
@@ -99,12 +117,14 @@ def test_two_processes_may_work_on_one_study(tmp_path: Path) -> None:
         subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)
     ]
     assert [process.wait() for process in processes] == [0, 0]
-    assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
+    assert read_records(directory) == read_records(
+        make_small_study(tmp_path / "whole", runs=40).directory
+    )
 
 
 def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
-    sound = contents(tmp_path)
+    study = make_small_study(tmp_path)
+    sound = read_records(tmp_path)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
@@ -115,14 +135,14 @@ def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) 
     assert len(told) == 1
     assert "0001.nc is damaged" in told[0]
     assert path.with_name("0001.nc.damaged").exists()
-    run_study(study, missing, 1, silent, ignore)
-    assert contents(tmp_path) == sound
+    run_study(study, missing, 1, ignore_progress, ignore_message)
+    assert read_records(tmp_path) == sound
 
 
 def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_aside(
     tmp_path: Path,
 ) -> None:
-    study = small_study(tmp_path, [small("evo/A")], runs=2)
+    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=2)
     foreign = study.path("evo/A", 7)
     shutil.copy(study.path("evo/A", 1), foreign)
     told: list[str] = []
@@ -140,20 +160,20 @@ def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_as
 def test_an_error_in_one_run_ends_the_study_and_is_raised(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = create(tmp_path, [small("evo/A")], seed=5)
+    study = create(tmp_path, [shorten_preset("evo/A")], seed=5)
 
     def no_space(handle: int) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", no_space)
     with pytest.raises(OSError, match="no space is left"):
-        run_study(study, {"evo/A": [0, 1, 2]}, 2, silent, ignore)
-    assert contents(tmp_path) == {}
+        run_study(study, {"evo/A": [0, 1, 2]}, 2, ignore_progress, ignore_message)
+    assert read_records(tmp_path) == {}
     assert not list(tmp_path.rglob("*.partial"))
 
 
 def test_a_study_opens_as_one_labelled_dataset(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     found = open_runs(tmp_path)
     assert dict(found.food_eaten.sizes) == {"condition": 2, "run": 3, "generation": 3, "agent": 20}
     assert found.food_eaten.dtype == np.int32
@@ -166,7 +186,7 @@ def test_a_study_opens_as_one_labelled_dataset(tmp_path: Path) -> None:
 
 
 def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
-    study = small_study(tmp_path)
+    study = make_small_study(tmp_path)
     study.path("evo/A", 1).unlink()
     found = open_runs(tmp_path)
     assert found.food_eaten.sel(condition="evo/A", run=1).isnull().all()
@@ -174,7 +194,7 @@ def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
 
 
 def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
-    create(tmp_path, [small("evo/A"), small("evo/B")], seed=1)
+    create(tmp_path, [shorten_preset("evo/A"), shorten_preset("evo/B")], seed=1)
     assert dict(open_runs(tmp_path).food_eaten.sizes) == {
         "condition": 2,
         "run": 0,
@@ -185,8 +205,8 @@ def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
 
 def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) -> None:
     pytest.importorskip("upath")
-    far = small_study(parse_location("memory://tests/study"), runs=2)
-    near = small_study(tmp_path, runs=2)
+    far = make_small_study(parse_location("memory://tests/study"), runs=2)
+    near = make_small_study(tmp_path, runs=2)
     xr.testing.assert_identical(open_runs("memory://tests/study"), open_runs(tmp_path))
     for condition in near.experiments:
         assert far.path(condition, 1).read_bytes() == near.path(condition, 1).read_bytes()
@@ -196,15 +216,15 @@ def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) ->
     assert find_missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
     assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
     assert path.with_name("0001.nc.damaged").exists()
-    small_study(parse_location("memory://tests/study"), runs=2)
+    make_small_study(parse_location("memory://tests/study"), runs=2)
     xr.testing.assert_identical(open_runs(far.directory), open_runs(tmp_path))
     assert len(list(far.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
-        create(parse_location("memory://tests/study"), [small("evo/A")], seed=5)
+        create(parse_location("memory://tests/study"), [shorten_preset("evo/A")], seed=5)
 
 
 def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
-    study = small_study(tmp_path, runs=2, workers=2)
+    study = make_small_study(tmp_path, runs=2, workers=2)
     (session,) = study.sessions()
     assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
     assert session["workers"] == 2
@@ -214,7 +234,7 @@ def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
 def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(
     tmp_path: Path,
 ) -> None:
-    data = open_runs(small_study(tmp_path / "study", runs=1).directory)
+    data = open_runs(make_small_study(tmp_path / "study", runs=1).directory)
     assert {name: data[name].attrs["units"] for name in ("food_eaten", "energy", "parents")} == {
         "food_eaten": "items",
         "energy": "energy",

@@ -21,7 +21,7 @@ from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.file import read as read_sweep
-from tests.small import ignore, small, small_study
+from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
 HUGE = 20 * 10**9
 KINDS = [value for value in vars(files).values() if isinstance(value, FileKind)]
@@ -64,7 +64,7 @@ for name in sys.argv[2:]:
 @pytest.mark.skipif(not hasattr(resource, "RLIMIT_DATA"), reason="memory is not limited so there")
 def test_a_huge_file_of_a_study_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
     """In a process with 2 GB of memory, in which the file cannot be read."""
-    small_study(tmp_path, [small("evo/A")], runs=1)
+    make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     names = ["study.toml", "runs/evo/A/experiment.toml", "runs/evo/A/0000.nc", "sessions.jsonl"]
     done = subprocess.run(
         [sys.executable, "-c", READ, str(tmp_path), *names],
@@ -80,11 +80,11 @@ def test_a_huge_file_of_a_study_is_named_with_its_size_and_the_limit(tmp_path: P
 
 
 def test_a_huge_record_is_set_aside_without_being_read(tmp_path: Path) -> None:
-    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     os.truncate(study.path("evo/A", 0), HUGE)
     with pytest.raises(DamagedRecordError, match="a record of evo/A may have at most"):
         study.read("evo/A", 0)
-    assert find_missing_runs(study, 1, ignore) == {"evo/A": [0]}
+    assert find_missing_runs(study, 1, ignore_message) == {"evo/A": [0]}
     assert (tmp_path / "runs" / "evo" / "A" / "0000.nc.damaged").stat().st_size == HUGE
 
 
@@ -128,7 +128,7 @@ def test_of_many_unknown_keys_ten_are_listed(tmp_path: Path) -> None:
 def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(
     tmp_path: Path, line: bytes
 ) -> None:
-    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     (session,) = study.sessions()
     path = tmp_path / "sessions.jsonl"
     path.write_bytes(line + b"\n" + path.read_bytes() + line)
@@ -136,7 +136,7 @@ def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(
 
 
 def test_sessions_that_are_no_file_are_named(tmp_path: Path) -> None:
-    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     (tmp_path / "sessions.jsonl").unlink()
     (tmp_path / "sessions.jsonl").mkdir()
     with pytest.raises(

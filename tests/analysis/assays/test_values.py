@@ -32,7 +32,7 @@ from tests.analysis.assays.assayed import (
     whole,
     within_life,
 )
-from tests.small import ignore, silent, small, small_study
+from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
 from tests.studies.assays.studies import measured
 
 A = "evo+self-taught/A"
@@ -202,8 +202,8 @@ CONDITION = "evo+self-taught/A"
 
 def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2) -> Path:
     """The file of the assay `innate` of a study of one condition."""
-    study = small_study(folder, [experiment], runs, seed)
-    run_assays(study, find_missing_assays(study, ["innate"]), 1, silent, ignore)
+    study = make_small_study(folder, [experiment], runs, seed)
+    run_assays(study, find_missing_assays(study, ["innate"]), 1, ignore_progress, ignore_message)
     return assay_path(folder, "innate", experiment.name)
 
 
@@ -222,10 +222,10 @@ def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2
 def test_an_assay_of_another_study_is_refused_and_measured_again(
     tmp_path: Path, other: dict[str, Any], why: str
 ) -> None:
-    path = innate_of(tmp_path / "own", small())
+    path = innate_of(tmp_path / "own", shorten_preset())
     own = path.read_bytes()
     numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
-    shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
+    shutil.copy(innate_of(tmp_path / "other", shorten_preset().replace(**other), **numbers), path)
     study = StudyStore(tmp_path / "own")
     again = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
     for refused in (
@@ -236,13 +236,13 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
             refused()
     missing = find_missing_assays(study, ["innate"])
     assert missing == {CONDITION: ["innate"]}
-    run_assays(study, missing, 1, silent, ignore)
+    run_assays(study, missing, 1, ignore_progress, ignore_message)
     assert path.read_bytes() == own
 
 
 def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
-    innate_of(tmp_path, small(), runs=1)
-    study = small_study(tmp_path, [small()], runs=2)
+    innate_of(tmp_path, shorten_preset(), runs=1)
+    study = make_small_study(tmp_path, [shorten_preset()], runs=2)
     assert read_assays(study)["innate"][CONDITION]["run"].values.tolist() == [0]
 
 
@@ -250,7 +250,7 @@ def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
 def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
     tmp_path: Path, lacking: str
 ) -> None:
-    path = innate_of(tmp_path, small())
+    path = innate_of(tmp_path, shorten_preset())
     data = from_bytes(path.read_bytes())
     if lacking == "run":
         data = data.drop_vars("run")
@@ -262,7 +262,7 @@ def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
 
 
 def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Path) -> None:
-    path = innate_of(tmp_path, small())
+    path = innate_of(tmp_path, shorten_preset())
     foreign = assay_path(tmp_path, "innate", "evo/C")
     foreign.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(path, foreign)

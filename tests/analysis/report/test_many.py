@@ -16,7 +16,7 @@ from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import RUNS, study
-from tests.axe import barriers
+from tests.axe import find_violations
 
 PAPER = papers.load("worlds-and-minds")
 LEARNERS = ("evo", "evo+self-taught", "evo+crbp", "evo+abcd")
@@ -87,4 +87,4 @@ def test_axe_finds_no_accessibility_error(browser: Browser, page: Path) -> None:
         opened = context.new_page()
         opened.goto(page.as_uri())
         opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
-        assert barriers(opened) == []
+        assert find_violations(opened) == []

@@ -35,7 +35,7 @@ from baldwinlab.papers.claims import Comparison
 from baldwinlab.papers.presets import factors, load
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
-from tests.axe import barriers
+from tests.axe import find_violations
 
 PAPER = papers.load()
 LOOKS = {"evo/A": describe_appearance(load("evo/A")).to_dict()}
@@ -174,7 +174,7 @@ def test_axe_finds_no_accessibility_error(
         opened = context.new_page()
         opened.goto(page.as_uri())
         opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
-        assert barriers(opened) == []
+        assert find_violations(opened) == []
 
 
 def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:

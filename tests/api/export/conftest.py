@@ -6,7 +6,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab import Study
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 @pytest.fixture(scope="session")
@@ -15,7 +15,7 @@ def mixed(tmp_path_factory: pytest.TempPathFactory) -> Study:
     guessing = bl.load("hinton-nowlan-1987:guessing").replace(
         population={"size": 8}, evolution={"generations": 4}
     )
-    experiments = [small("evo/A"), guessing]
+    experiments = [shorten_preset("evo/A"), guessing]
     study = bl.run(experiments, runs=2, seed=5, out=tmp_path_factory.mktemp("mixed") / "study")
     (study.directory / "runs" / "guessing" / "0000.nc").unlink()  # as if it were partly run
     return study

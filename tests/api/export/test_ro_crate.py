@@ -21,7 +21,7 @@ from baldwinlab.core.extras import missing_extra
 from baldwinlab.studies.store import create
 from tests.api.export.validators import validate
 from tests.commands import Command
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 UNKNOWN = {  # what the specifications recommend, and nobody has told
     "The `publisher` property of a `Root Data Entity` SHOULD be an `Organization`": {"./"},
@@ -91,7 +91,7 @@ def test_it_says_who_what_how_and_with_which_versions(copy: Study) -> None:
     }
     assert found["study.toml"]["encodingFormat"] == "application/toml"
     assert found["#variable-food_eaten"]["unitText"] == "items"
-    record = bl.simulate(small("evo/A"), seed=5)
+    record = bl.simulate(shorten_preset("evo/A"), seed=5)
     software = found[action["instrument"]["@id"]]
     assert (software["name"], software["softwareVersion"]) == (
         "baldwinlab",
@@ -157,8 +157,8 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(
 
 
 def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
-    stored = create(tmp_path / "study", [small("evo/A")], seed=5, paper="le-2019")
-    stored.write("evo/A", 0, bl.simulate(small("evo/A"), seed=5))
+    stored = create(tmp_path / "study", [shorten_preset("evo/A")], seed=5, paper="le-2019")
+    stored.write("evo/A", 0, bl.simulate(shorten_preset("evo/A"), seed=5))
     study = bl.open_study(stored.directory)
     study.to_ro_crate()
     cited = entities(study)[entities(study)["./"]["citation"]["@id"]]

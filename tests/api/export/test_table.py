@@ -21,7 +21,7 @@ from baldwinlab.api.export import files
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import installation_command
 from tests.commands import Command
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 KEY = ["condition", "run", "generation", "agent"]
 
@@ -191,7 +191,9 @@ WAYS: list[Callable[[Study, Path], object]] = [
 def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
     tmp_path: Path,
 ) -> None:
-    study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=2).directory)
+    study = bl.open_study(
+        make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2).directory
+    )
     out = tmp_path / "out"
     out.mkdir()
     record = study.directory / "runs" / "evo" / "A" / "0001.nc"

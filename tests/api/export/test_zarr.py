@@ -21,7 +21,7 @@ from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.studies import store as stored
 from tests.api.export.validators import validate
 from tests.commands import Command
-from tests.small import small, small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def test_a_zarr_store_opens_as_the_study_with_units_and_labels(
@@ -86,7 +86,9 @@ def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
     monkeypatch.setattr(stored.StudyStore, "read", noting)
     monkeypatch.setattr(zarr_export, "ROWS", 1)
     monkeypatch.setattr(files, "MIN_ROWS", 1)
-    study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
+    study = bl.open_study(
+        make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=9).directory
+    )
     getattr(study, way)(tmp_path / "given")
     assert len(held) >= 9 and most <= 3, "all of them, if all were read before the first is written"
 

@@ -17,9 +17,9 @@ import baldwinlab as bl
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.models.miniworld.external_actions import SteeredBatch
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
-EXPERIMENT = small("evo")
+EXPERIMENT = make_small_experiment("evo")
 
 
 def test_pettingzoo_finds_nothing_wrong() -> None:

@@ -13,10 +13,12 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.core.errors import ArgumentError, RefusedError
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 ROOT = Path(__file__).parents[3]
-EXPERIMENT = small("evo+self-taught", population={"size": 5}, record={"genome_every": 1})
+EXPERIMENT = make_small_experiment(
+    "evo+self-taught", population={"size": 5}, record={"genome_every": 1}
+)
 
 
 def test_genomes_of_a_run_have_the_fitness_that_they_had_in_it() -> None:
@@ -110,7 +112,7 @@ def test_graphs_that_grow_are_no_free_numbers() -> None:
 def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> (
     None
 ):
-    experiment = small("evo", network={"hidden": [10]})
+    experiment = make_small_experiment("evo", network={"hidden": [10]})
     life = bl.replay(experiment, seed=5)
     kinds = (neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)
     config = neat.Config(SameUnits, *kinds, ROOT / "examples" / "neat-python.ini").genome_config

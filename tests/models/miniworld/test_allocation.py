@@ -6,7 +6,7 @@ import pytest
 
 from baldwinlab.models.miniworld.allocation import array_dimensions
 from baldwinlab.models.miniworld.grid import ITEMS_PER_CELL
-from tests.small import small
+from tests.small_studies import shorten_preset
 
 
 @pytest.mark.parametrize("thin", [1e-9, 1e-3, 1, 1000, 1_000_000])
@@ -20,7 +20,7 @@ def test_a_strip_however_thin_has_no_more_cells_than_its_items_fill(
         {"visual_radius": 1e-4},
         {along: [0, 1_000_000], across: [0, thin], "count": count},
     )
-    experiment = small().replace(
+    experiment = shorten_preset().replace(
         world={"width": 1_000_000, "height": 1_000_000, "food": [food]}, senses=sight
     )
     assert 1 <= array_dimensions(experiment)["cells"] <= 2 * count / ITEMS_PER_CELL

@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 RUNS = [0, 1, 2, 3, 7, 1000]
 GROUPINGS = ([RUNS], [RUNS[::-1]], [RUNS[:1], RUNS[1:]], [[7, 0], [1000, 2, 3], [1]])
@@ -31,13 +31,13 @@ CONTROLS = {
 every_kind_of_life = pytest.mark.parametrize(
     "experiment",
     [
-        small(condition, lifetime={"update": update}, population={"size": size})
+        make_small_experiment(condition, lifetime={"update": update}, population={"size": size})
         for condition in ("evo", "evo+self-taught")
         for update in ("simultaneous", "sequential")
         for size in (1, 6, 17)
     ]
     + [
-        small("evo+self-taught", **CONTROLS, lifetime={"update": update})
+        make_small_experiment("evo+self-taught", **CONTROLS, lifetime={"update": update})
         for update in ("simultaneous", "sequential")
     ],
     ids=lambda experiment: (
@@ -65,7 +65,9 @@ def test_a_run_has_the_same_bits_in_any_company(experiment: Experiment) -> None:
 
 def test_threads_do_not_change_a_bit() -> None:
     experiments = [
-        small("evo+self-taught", network={"hidden": [width]}, lifetime={"steps": 300})
+        make_small_experiment(
+            "evo+self-taught", network={"hidden": [width]}, lifetime={"steps": 300}
+        )
         for width in (2, 4, 10, 5)
     ]
     alone = [simulate(experiment, seed=3, run=run) for experiment in experiments for run in RUNS]
@@ -85,7 +87,7 @@ def test_threads_do_not_change_a_bit() -> None:
 def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(
     condition: str, generation: int
 ) -> None:
-    experiment = small(condition, evolution={"mutation_rate": 0.5})
+    experiment = make_small_experiment(condition, evolution={"mutation_rate": 0.5})
     energy = simulate(experiment, seed=4, run=2)["energy"]
     assert energy.sum() > 0
     assert_same_bits(
@@ -95,8 +97,8 @@ def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(
 
 
 def test_a_longer_run_begins_as_a_shorter_one() -> None:
-    short = simulate(small("evo+self-taught", evolution={"generations": 2}), seed=8)
-    long = simulate(small("evo+self-taught", evolution={"generations": 4}), seed=8)
+    short = simulate(make_small_experiment("evo+self-taught", evolution={"generations": 2}), seed=8)
+    long = simulate(make_small_experiment("evo+self-taught", evolution={"generations": 4}), seed=8)
     for name in ("food_eaten", "energy", "parents", "genome"):
         np.testing.assert_array_equal(long[name][:2], short[name])
 
@@ -108,7 +110,7 @@ def test_for_one_agent_simultaneous_and_sequential_lives_are_the_same(
 ) -> None:
     traces = [
         replay(
-            small(
+            make_small_experiment(
                 condition,
                 population={"size": 1},
                 lifetime={"steps": 500, "update": update},

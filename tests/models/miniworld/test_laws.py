@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 CONDITIONS = ("evo", "evo+self-taught", "self-taught")
 
@@ -62,19 +62,22 @@ def test_an_agent_that_always_goes_forward_runs_along_a_horizontal_line() -> Non
 def test_without_food_nobody_eats_and_evolution_goes_on(condition: str) -> None:
     empty = [{"x": [20, 100], "y": [10, 90], "count": 0}]
     for food in ([], empty, empty * 3):
-        result = simulate(small(condition, world={"food": food}))
+        result = simulate(make_small_experiment(condition, world={"food": food}))
         assert (result["food_eaten"] == 0).all()
         assert (result["energy"] == 0).all()
         assert np.isfinite(result["genome"]).all()
-        trace = replay(small(condition, world={"food": food}), generation=2)
+        trace = replay(make_small_experiment(condition, world={"food": food}), generation=2)
         assert trace.sizes["item"] == 0
         assert (trace["sensor"] == 0).all()
 
 
 def test_a_region_without_items_changes_nothing_for_the_others() -> None:
     full = {"x": [20, 100], "y": [10, 90], "count": 12}
-    alone = simulate(small("evo+self-taught", world={"food": [full]}), seed=4)
-    beside = simulate(small("evo+self-taught", world={"food": [full, full | {"count": 0}]}), seed=4)
+    alone = simulate(make_small_experiment("evo+self-taught", world={"food": [full]}), seed=4)
+    beside = simulate(
+        make_small_experiment("evo+self-taught", world={"food": [full, full | {"count": 0}]}),
+        seed=4,
+    )
     assert alone["food_eaten"].sum() > 0
     np.testing.assert_array_equal(alone["food_eaten"], beside["food_eaten"])
     np.testing.assert_array_equal(alone["genome"], beside["genome"])
@@ -82,7 +85,9 @@ def test_a_region_without_items_changes_nothing_for_the_others() -> None:
 
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_one_agent_lives_and_breeds_alone(condition: str) -> None:
-    result = simulate(small(condition, population={"size": 1}, lifetime={"steps": 300}), seed=1)
+    result = simulate(
+        make_small_experiment(condition, population={"size": 1}, lifetime={"steps": 300}), seed=1
+    )
     assert result["food_eaten"].shape == (3, 1)
     assert result["food_eaten"].sum() > 0
     expected = -1 if condition == "self-taught" else 0
@@ -90,8 +95,11 @@ def test_one_agent_lives_and_breeds_alone(condition: str) -> None:
 
 
 def test_learning_at_the_rate_0_gives_the_life_of_agents_that_do_not_learn() -> None:
-    still = replay(small("evo+self-taught", learning={"rate": 0}, lifetime={"steps": 400}), seed=5)
-    evo = replay(small("evo", lifetime={"steps": 400}), seed=5)
+    still = replay(
+        make_small_experiment("evo+self-taught", learning={"rate": 0}, lifetime={"steps": 400}),
+        seed=5,
+    )
+    evo = replay(make_small_experiment("evo", lifetime={"steps": 400}), seed=5)
     assert evo["eaten"].sum() > 10
     for name in ("x", "y", "heading", "item_x", "item_y", "sensor", "output", "action", "eaten"):
         np.testing.assert_array_equal(still[name].values, evo[name].values, err_msg=name)
@@ -134,7 +142,7 @@ def test_the_conditions_of_a_map_share_newborns_food_and_action_modules(map_name
 
 
 def test_seeds_runs_and_generations_have_birthplaces_of_their_own() -> None:
-    brief = small("self-taught", lifetime={"steps": 1})
+    brief = make_small_experiment("self-taught", lifetime={"steps": 1})
     moments = [
         (seed, run, generation) for seed in (0, 1) for run in (0, 1) for generation in (0, 1, 2)
     ]
@@ -159,7 +167,9 @@ def test_seeds_runs_and_generations_have_birthplaces_of_their_own() -> None:
 def test_a_replayed_life_is_the_life_that_was_lived(
     condition: str, seed: int, generation: int, update: str, biases: bool
 ) -> None:
-    experiment = small(condition, lifetime={"update": update}, network={"biases": biases})
+    experiment = make_small_experiment(
+        condition, lifetime={"update": update}, network={"biases": biases}
+    )
     lived, trace = (
         simulate(experiment, seed=seed),
         replay(experiment, seed=seed, generation=generation),

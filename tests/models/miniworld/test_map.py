@@ -11,7 +11,12 @@ from scipy.stats import chisquare, kstest
 
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import exact, life_that_begins_with, point, small
+from tests.worlds import (
+    make_point_region,
+    make_single_agent_experiment,
+    make_small_experiment,
+    replay_with_first_action,
+)
 
 LEFT, FORWARD, RIGHT = 0, 1, 2
 
@@ -20,7 +25,9 @@ LEFT, FORWARD, RIGHT = 0, 1, 2
     ("action", "turn", "speed"), [(LEFT, -9, 1), (FORWARD, 0, 2), (RIGHT, 9, 1)]
 )
 def test_a_turn_is_9_degrees_and_comes_before_the_move(action: int, turn: int, speed: int) -> None:
-    trace = life_that_begins_with(action, exact((100, 80), [], lifetime={"steps": 2}))
+    trace = replay_with_first_action(
+        action, make_single_agent_experiment((100, 80), [], lifetime={"steps": 2})
+    )
     angle = math.radians(turn)
     assert trace["heading"].values[1, 0] == turn % 360
     assert trace["x"].values[1, 0] == pytest.approx(100 + speed * math.cos(angle), abs=1e-5)
@@ -29,7 +36,9 @@ def test_a_turn_is_9_degrees_and_comes_before_the_move(action: int, turn: int, s
 
 @pytest.mark.parametrize(("x", "after"), [(198, 0), (199, 1), (197.5, 199.5)])
 def test_positions_wrap_at_the_edge_of_the_map(x: float, after: float) -> None:
-    trace = life_that_begins_with(FORWARD, exact((x, 80), [], lifetime={"steps": 2}))
+    trace = replay_with_first_action(
+        FORWARD, make_single_agent_experiment((x, 80), [], lifetime={"steps": 2})
+    )
     assert trace["x"].values[1, 0] == after
 
 
@@ -42,8 +51,9 @@ def test_an_item_is_touched_nearer_than_the_reach_and_not_at_it(reach: float) ->
         (102 - reach, 0),
         (102 - reach + 2**-14, 1),
     ):
-        trace = life_that_begins_with(
-            FORWARD, exact((100, 80), [(place, 80)], contact={"reach": reach})
+        trace = replay_with_first_action(
+            FORWARD,
+            make_single_agent_experiment((100, 80), [(place, 80)], contact={"reach": reach}),
         )
         assert trace["eaten"].values[0, 0] == eaten
 
@@ -56,15 +66,19 @@ def test_the_corners_of_squares_touch_where_circles_do_not(shape: str, eaten: in
         (111.5, 70.5),
         (92.5, 70.5),
     ):  # 9.5 away along either axis, 13.4 in all
-        trace = life_that_begins_with(FORWARD, exact((100, 80), [(x, y)], contact={"shape": shape}))
+        trace = replay_with_first_action(
+            FORWARD, make_single_agent_experiment((100, 80), [(x, y)], contact={"shape": shape})
+        )
         assert trace["eaten"].values[0, 0] == eaten
     for x, y in ((112, 80), (102, 90)):
-        trace = life_that_begins_with(FORWARD, exact((100, 80), [(x, y)], contact={"shape": shape}))
+        trace = replay_with_first_action(
+            FORWARD, make_single_agent_experiment((100, 80), [(x, y)], contact={"shape": shape})
+        )
         assert trace["eaten"].values[0, 0] == 0
 
 
 def test_bodies_touch_over_the_edges_of_the_map() -> None:
-    trace = life_that_begins_with(FORWARD, exact((195, 1), [(3, 158)]))
+    trace = replay_with_first_action(FORWARD, make_single_agent_experiment((195, 1), [(3, 158)]))
     assert trace["eaten"].values[0, 0] == 1
 
 
@@ -72,7 +86,7 @@ def test_bodies_touch_over_the_edges_of_the_map() -> None:
 def test_an_item_is_eaten_by_the_first_agent_in_the_order_of_the_step(update: str) -> None:
     lives = {"steps": 9, "update": update}
     # All agents touch both items all the time, and what is eaten reappears where it was.
-    crowd = exact(
+    crowd = make_single_agent_experiment(
         (100, 80),
         [(100, 80), (101, 81)],
         population={"size": 4},
@@ -88,12 +102,14 @@ def test_an_item_is_eaten_by_the_first_agent_in_the_order_of_the_step(update: st
 def test_an_item_gives_the_energy_of_its_region() -> None:
     world = {
         "food": [
-            point(100, 80, count=2, energy=2.5),
-            point(20, 20, energy=100),
-            point(101, 80, count=3, energy=0),
+            make_point_region(100, 80, count=2, energy=2.5),
+            make_point_region(20, 20, energy=100),
+            make_point_region(101, 80, count=3, energy=0),
         ]
     }
-    crowd = exact((100, 80), [], world=world, population={"size": 3}, lifetime={"steps": 2})
+    crowd = make_single_agent_experiment(
+        (100, 80), [], world=world, population={"size": 3}, lifetime={"steps": 2}
+    )
     result = simulate(crowd)
     assert result["food_eaten"].values.tolist() == [[5, 5, 0]]
     assert result["energy"].values.tolist() == [[5, 5, 0]]
@@ -102,7 +118,7 @@ def test_an_item_gives_the_energy_of_its_region() -> None:
 def places(seed_count: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Where agents were born and where items lay and reappeared, each [2, n]."""
     food = [{"x": [120, 180], "y": [20, 50], "count": 40}]
-    crowd = exact(
+    crowd = make_single_agent_experiment(
         (20, 60),
         [],
         world={"food": food, "start": {"x": 150, "y": 35, "radius": 30}},
@@ -126,7 +142,9 @@ def test_agents_are_born_uniformly_in_the_disc_and_look_along_x() -> None:
     assert distance.max() <= 30
     assert kstest((distance / 30) ** 2, "uniform").pvalue > 0.001
     assert kstest(angle / (2 * np.pi) + 0.5, "uniform").pvalue > 0.001
-    assert (replay(exact((100, 80), [], population={"size": 50}))["heading"] == 0).all()
+    assert (
+        replay(make_single_agent_experiment((100, 80), [], population={"size": 50}))["heading"] == 0
+    ).all()
 
 
 def test_items_lie_and_reappear_uniformly_in_their_region() -> None:
@@ -140,7 +158,9 @@ def test_items_lie_and_reappear_uniformly_in_their_region() -> None:
 def test_without_motor_noise_the_chosen_action_is_done_and_with_it_now_and_then_another() -> None:
     for noise in (0.0, 0.3, 1.0):
         trace = replay(
-            small("evo", motor={"noise": noise}, population={"size": 20}, lifetime={"steps": 500}),
+            make_small_experiment(
+                "evo", motor={"noise": noise}, population={"size": 20}, lifetime={"steps": 500}
+            ),
             seed=5,
         )
         done = trace["action"].values.astype(int)
@@ -153,7 +173,7 @@ def test_without_motor_noise_the_chosen_action_is_done_and_with_it_now_and_then_
 
 
 def test_random_headings_are_uniform_over_the_forty_there_are() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo",
         world={"start": {"headings": "random"}},
         population={"size": 4000},

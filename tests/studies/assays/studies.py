@@ -9,8 +9,8 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.studies.assays.run import ASSAYS, find_missing_assays, run_assays
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.store import StudyStore
-from tests.small import ignore, silent, small_study
-from tests.worlds import small
+from tests.small_studies import ignore_message, ignore_progress, make_small_study
+from tests.worlds import make_small_experiment
 
 ELSEWHERE = {
     "food": [
@@ -27,7 +27,8 @@ def conditions() -> list[Experiment]:
         "learning": {"rate": 0.5},
     }  # so that they learn in a short life
     kinds = [
-        small(condition).replace(**fast) for condition in ("evo", "evo+self-taught", "self-taught")
+        make_small_experiment(condition).replace(**fast)
+        for condition in ("evo", "evo+self-taught", "self-taught")
     ]
     return [*kinds, kinds[1].replace(name="evo+self-taught/B", world=ELSEWHERE)]
 
@@ -41,6 +42,8 @@ def measured(
     executor: Executor = THREADS,
 ) -> StudyStore:
     """A study with its assays, which an executor does."""
-    study = small_study(directory, experiments or conditions(), runs)
-    run_assays(study, find_missing_assays(study, names), workers, silent, ignore, executor)
+    study = make_small_study(directory, experiments or conditions(), runs)
+    run_assays(
+        study, find_missing_assays(study, names), workers, ignore_progress, ignore_message, executor
+    )
     return study

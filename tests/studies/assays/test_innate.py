@@ -18,9 +18,9 @@ from baldwinlab.studies.assays.innate import (
 from baldwinlab.studies.assays.run import find_missing_assays, open_assay, run_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small import ignore, silent, small_study
+from tests.small_studies import ignore_message, ignore_progress, make_small_study
 from tests.studies.assays.studies import measured
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 def test_life_with_learning_on_is_the_life_that_was_lived(study: StudyStore) -> None:
@@ -51,7 +51,9 @@ def test_what_learning_made_of_the_weights_is_how_the_frozen_live(study: StudySt
 def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(
     tmp_path: Path,
 ) -> None:
-    experiment = small("evo+self-taught", evolution={"generations": 12}, learning={"rate": 0.5})
+    experiment = make_small_experiment(
+        "evo+self-taught", evolution={"generations": 12}, learning={"rate": 0.5}
+    )
     study = measured(tmp_path, [experiment], ["innate"], runs=1)
     found = open_assay(tmp_path, "innate", experiment.name).energy.sel(run=0)
     lived = found.sel(life="drift").notnull().all("agent")
@@ -75,7 +77,7 @@ def test_agents_that_do_not_learn_have_one_kind_of_life(study: StudyStore) -> No
 
 
 def test_learning_at_rate_0_makes_no_difference_and_moves_nothing(tmp_path: Path) -> None:
-    measured(tmp_path, [small("evo+self-taught", learning={"rate": 0})], ["innate"])
+    measured(tmp_path, [make_small_experiment("evo+self-taught", learning={"rate": 0})], ["innate"])
     found = open_assay(tmp_path, "innate", "evo+self-taught/A")
     for life in ("off", "frozen", "drift"):
         assert np.array_equal(found.energy.sel(life=life), found.energy.sel(life="on"))
@@ -96,18 +98,20 @@ def test_on_map_b_nothing_is_innate(tmp_path: Path) -> None:
 
 
 def test_a_record_that_other_code_made_is_refused(tmp_path: Path) -> None:
-    study = small_study(tmp_path, [small("evo+self-taught")], runs=2)
+    study = make_small_study(tmp_path, [make_small_experiment("evo+self-taught")], runs=2)
     record = study.read("evo+self-taught/A", 1)
     record.energy[1, 4] += 1
     study.write("evo+self-taught/A", 1, record)
     with pytest.raises(
         StudyError, match=r"0001.nc: generation 1, simulated again, does not eat what is stored"
     ):
-        run_assays(study, find_missing_assays(study, ["innate"]), 1, silent, ignore)
+        run_assays(
+            study, find_missing_assays(study, ["innate"]), 1, ignore_progress, ignore_message
+        )
 
 
 def test_distances_are_those_of_each_layer() -> None:
-    experiment = small("evo+self-taught", network={"hidden": [2], "biases": True})
+    experiment = make_small_experiment("evo+self-taught", network={"hidden": [2], "biases": True})
     birth = np.zeros((5, 17), np.float32)
     death = birth.copy()
     death[:, [0, 7]] = 3, 4  # a weight and a bias of the first layer
@@ -124,19 +128,21 @@ def test_distances_are_those_of_each_layer() -> None:
     ],
 )
 def test_layers_are_named_by_what_they_connect(hidden: list[int], names: list[str]) -> None:
-    assert layer_names(small("evo", network={"hidden": hidden})) == names
+    assert layer_names(make_small_experiment("evo", network={"hidden": hidden})) == names
 
 
 @pytest.mark.parametrize("count", [1, 2, 50, 51, 100, 1000, 12345])
 def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int) -> None:
-    found = assayed_generations(small("evo", evolution={"generations": count}))
+    found = assayed_generations(make_small_experiment("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(found)
     assert found == sorted(set(found))
     assert min(count, 51) <= len(found) <= 101
-    alike = assayed_generations(small("self-taught", evolution={"generations": count}))
+    alike = assayed_generations(
+        make_small_experiment("self-taught", evolution={"generations": count})
+    )
     assert {0, count - 1} <= set(alike)
     assert len(alike) <= 11
-    control = drift_generations(small("evo", evolution={"generations": count}))
+    control = drift_generations(make_small_experiment("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(control) <= set(found)
     assert min(count, 6) <= len(control) <= 11
 
@@ -148,4 +154,4 @@ def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int
 def test_drift_is_lived_where_it_goes_as_far_as_what_it_stands_in_for(
     rule: str, fits: bool
 ) -> None:
-    assert bool(drift_generations(small("evo", learning={"rule": rule}))) == fits
+    assert bool(drift_generations(make_small_experiment("evo", learning={"rule": rule}))) == fits

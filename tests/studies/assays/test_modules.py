@@ -11,7 +11,7 @@ from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import measured
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 def test_both_evolved_modules_live_as_they_did(study: StudyStore) -> None:
@@ -21,7 +21,9 @@ def test_both_evolved_modules_live_as_they_did(study: StudyStore) -> None:
 
 
 def test_what_is_not_learned_from_does_not_matter(tmp_path: Path) -> None:
-    measured(tmp_path, [small("evo+self-taught", learning={"rate": 0})], ["modules"])
+    measured(
+        tmp_path, [make_small_experiment("evo+self-taught", learning={"rate": 0})], ["modules"]
+    )
     energy = open_assay(tmp_path, "modules", "evo+self-taught/A").energy
     evolved, random = energy.sel(modules="both evolved"), energy.sel(modules="both random")
     assert np.array_equal(energy.sel(modules="random reinforcement, evolved action"), evolved)

@@ -22,9 +22,9 @@ from baldwinlab.studies.assays.run import (
 )
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small import ignore, silent, small_study
+from tests.small_studies import ignore_message, ignore_progress, make_small_study
 from tests.studies.assays.studies import measured
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 LEARNER = "evo+self-taught/A"
 
@@ -56,7 +56,7 @@ def test_agents_that_do_not_learn_have_a_twin_that_does_not(study: StudyStore) -
 
 
 def test_the_twin_has_the_parents_of_a_run_with_neutral_selection_whatever_that_gains() -> None:
-    twin = small("evo", evolution={"generations": 6}).neutral_control()
+    twin = make_small_experiment("evo", evolution={"generations": 6}).neutral_control()
     run = bl.simulate(twin, seed=3, run=2)
     for generation in range(1, 6):
         before, nothing = run.genome.values[generation - 1], np.zeros(twin.population.size)
@@ -66,7 +66,7 @@ def test_the_twin_has_the_parents_of_a_run_with_neutral_selection_whatever_that_
 
 def test_however_parents_were_selected_the_twin_is_the_same(tmp_path: Path) -> None:
     schemes = [
-        small("evo", name=name, evolution={"selection": name, "generations": 5})
+        make_small_experiment("evo", name=name, evolution={"selection": name, "generations": 5})
         for name in ("rank", "truncation")
     ]
     study = measured(tmp_path, schemes, ["neutral"])
@@ -80,7 +80,7 @@ def test_however_parents_were_selected_the_twin_is_the_same(tmp_path: Path) -> N
 
 
 def test_one_agent_alone_is_its_own_twin_generation_by_generation(tmp_path: Path) -> None:
-    alone = small(
+    alone = make_small_experiment(
         "evo+self-taught",
         population={"size": 1},
         evolution={"generations": 14, "mutation_rate": 1.0},
@@ -92,7 +92,7 @@ def test_one_agent_alone_is_its_own_twin_generation_by_generation(tmp_path: Path
 
 
 def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path) -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught",
         learning={"rate": 0.5},
         evolution={"generations": 12, "lamarckian_share": 1.0},
@@ -122,7 +122,9 @@ def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path
     "changes", [{}, {"evolution": {"generations": 12, "lamarckian_share": 0.5}}]
 )
 def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]) -> None:
-    study = small_study(tmp_path, [small("evo+self-taught", **changes)], runs=2)
+    study = make_small_study(
+        tmp_path, [make_small_experiment("evo+self-taught", **changes)], runs=2
+    )
     amounts: list[int] = []
 
     @contextmanager
@@ -130,24 +132,24 @@ def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]
         amounts.append(-total)
         yield amounts.append
 
-    run_assays(study, find_missing_assays(study, ["neutral"]), 1, noted, ignore)
+    run_assays(study, find_missing_assays(study, ["neutral"]), 1, noted, ignore_message)
     assert amounts[0] < 0 == sum(amounts)
 
 
 @pytest.mark.parametrize(
     ("experiment", "why"),
     [
-        (small("self-taught"), "which needs inherited genomes"),
-        (small("evo").neutral_control(), "parents are chosen at random"),
+        (make_small_experiment("self-taught"), "which needs inherited genomes"),
+        (make_small_experiment("evo").neutral_control(), "parents are chosen at random"),
     ],
 )
 def test_where_selection_builds_nothing_there_is_no_such_assay(
     tmp_path: Path, experiment: Experiment, why: str
 ) -> None:
     assert why in why_not_applicable("neutral", experiment)
-    study = small_study(tmp_path, [experiment], runs=1)
+    study = make_small_study(tmp_path, [experiment], runs=1)
     assert find_missing_assays(study, ["neutral"]) == {experiment.name: []}
-    run_assays(study, find_missing_assays(study, ["neutral"]), 1, silent, ignore)
+    run_assays(study, find_missing_assays(study, ["neutral"]), 1, ignore_progress, ignore_message)
     with pytest.raises(StudyError, match=why):
         open_assay(tmp_path, "neutral", experiment.name)
     with pytest.raises(StudyError, match=why):

@@ -12,7 +12,7 @@ from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.reaction_norms import list_settings
 from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.store import StudyStore
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 def energy_in(study: StudyStore, condition: str, field: str, value: str) -> Any:
@@ -69,7 +69,7 @@ def values(experiment: Experiment) -> list[tuple[str, str]]:
 
 
 def test_what_the_experiment_refuses_is_left_out() -> None:
-    assert values(small("evo")) == [
+    assert values(make_small_experiment("evo")) == [
         ("as evolved", ""),
         *(("world.food.0.count", count) for count in ("3", "6", "24", "48")),
         *(
@@ -81,7 +81,7 @@ def test_what_the_experiment_refuses_is_left_out() -> None:
 @pytest.mark.parametrize(("count", "others"), [(0, []), (1, ["0", "2", "4"])])
 def test_what_makes_no_difference_is_left_out(count: int, others: list[str]) -> None:
     food = [{"x": [20, 100], "y": [10, 90], "count": count}]
-    learner = small("evo+self-taught", world={"food": food}, learning={"rate": 5})
+    learner = make_small_experiment("evo+self-taught", world={"food": food}, learning={"rate": 5})
     found = values(learner)
     assert [value for field, value in found if field == "world.food.0.count"] == others
     assert [value for field, value in found if field == "learning.rate"] == [

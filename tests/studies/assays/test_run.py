@@ -23,15 +23,15 @@ from baldwinlab.studies.assays.run import (
 )
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, create
-from tests.small import contents, ignore, silent, small_study
+from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
 from tests.studies.assays.studies import conditions, measured
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 NOTHING: dict[str, list[str]] = {experiment.name: [] for experiment in conditions()}
 
 
 def stored(study: StudyStore) -> dict[str, bytes]:
-    return contents(study.directory / "assays")
+    return read_records(study.directory / "assays")
 
 
 def test_assays_hold_what_is_declared(study: StudyStore) -> None:
@@ -52,7 +52,7 @@ def test_the_number_of_workers_makes_no_difference(study: StudyStore, tmp_path: 
 
 
 def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
-    study = small_study(tmp_path, conditions())
+    study = make_small_study(tmp_path, conditions())
     done: list[int] = []
 
     @contextmanager
@@ -60,7 +60,7 @@ def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
         done.append(-total)
         yield done.append
 
-    run_assays(study, find_missing_assays(study, list(ASSAYS)), 2, noted, ignore)
+    run_assays(study, find_missing_assays(study, list(ASSAYS)), 2, noted, ignore_message)
     assert done[0] < 0
     assert sum(done) == 0
 
@@ -92,7 +92,7 @@ def test_what_is_stored_is_not_measured_again(study: StudyStore) -> None:
 def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
     study = measured(tmp_path, names=["modules", "descent"])
     whole = stored(study)
-    small_study(tmp_path, conditions(), runs=4)
+    make_small_study(tmp_path, conditions(), runs=4)
     study.path("evo/A", 3).unlink()
     torn = tmp_path / "assays/descent/evo/A.nc"
     torn.write_bytes(torn.read_bytes()[:-200])
@@ -105,7 +105,7 @@ def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
         "self-taught/A": both,
         "evo+self-taught/B": both,
     }
-    run_assays(study, missing, 2, silent, ignore)
+    run_assays(study, missing, 2, ignore_progress, ignore_message)
     assert open_assay(tmp_path, "modules", "self-taught/A").sizes["run"] == 4
     assert stored(study)["descent/evo/A.nc"] == whole["descent/evo/A.nc"]
 
@@ -121,7 +121,13 @@ def test_an_error_ends_the_work_and_keeps_what_is_stored(
 
     monkeypatch.setattr(os, "fsync", no_space)
     with pytest.raises(OSError, match="no space is left"):
-        run_assays(study, find_missing_assays(study, ["modules", "innate"]), 2, silent, ignore)
+        run_assays(
+            study,
+            find_missing_assays(study, ["modules", "innate"]),
+            2,
+            ignore_progress,
+            ignore_message,
+        )
     assert stored(study) == before
 
 
@@ -160,7 +166,9 @@ def test_genomes_that_were_not_kept_give_the_same_results(
 def test_the_smallest_and_the_strangest_studies_can_be_measured(
     tmp_path: Path, changes: dict[str, object]
 ) -> None:
-    study = measured(tmp_path, [small("evo+self-taught").replace(**changes)], runs=1)
+    study = measured(
+        tmp_path, [make_small_experiment("evo+self-taught").replace(**changes)], runs=1
+    )
     assert find_missing_assays(study, list(ASSAYS)) == {"evo+self-taught/A": []}
     innate = open_assay(tmp_path, "innate", "evo+self-taught/A")
     assert np.array_equal(
@@ -171,7 +179,7 @@ def test_the_smallest_and_the_strangest_studies_can_be_measured(
 def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
     study: StudyStore, tmp_path: Path
 ) -> None:
-    empty = create(tmp_path, [small("evo")], seed=1)
+    empty = create(tmp_path, [make_small_experiment("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):
         find_missing_assays(empty, ["innate"])
     there = "there is no assay 'instinct'; there are innate, neutral, within-life, modules, reaction, descent"
@@ -191,9 +199,9 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
 
 def test_where_the_study_is_gone_no_assay_is_written(tmp_path: Path) -> None:
     directory = tmp_path / "study"
-    study = small_study(directory, conditions()[:1], runs=1)
+    study = make_small_study(directory, conditions()[:1], runs=1)
     missing = find_missing_assays(study, ["innate"])
     (directory / "study.toml").unlink()
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
-        run_assays(study, missing, 1, silent, ignore)
+        run_assays(study, missing, 1, ignore_progress, ignore_message)
     assert not (directory / "assays").exists()

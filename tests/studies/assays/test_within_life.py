@@ -14,7 +14,7 @@ from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.assays.run import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import measured
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 def first_meals(trace: xr.Dataset) -> Any:
@@ -24,7 +24,7 @@ def first_meals(trace: xr.Dataset) -> Any:
 
 def test_meals_and_windows_are_those_of_the_trace(tmp_path: Path) -> None:
     rare = {"food": [{"x": [20, 30], "y": [10, 90], "count": 1}]}
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught", world=rare, lifetime={"steps": 600}, learning={"rate": 0.5}
     )
     study = measured(tmp_path, [experiment], ["within-life"])

@@ -18,7 +18,7 @@ from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.sweeps.design import FILE, expand_sweep
 from baldwinlab.studies.sweeps.file import Sweep, read
-from tests.small import ignore, silent, small, small_study
+from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
 
 HEAD = """
 experiment = "evo/A"
@@ -58,7 +58,9 @@ def made(text: str, folder: Path, runs: int) -> StudyStore:
         folder / "made", expand_sweep(plan, folder / "sweep-file.toml"), plan.seed, SWEEP
     )
     (study.directory / FILE).write_text(text)
-    run_study(study, find_missing_runs(study, runs, ignore), 1, silent, ignore)
+    run_study(
+        study, find_missing_runs(study, runs, ignore_message), 1, ignore_progress, ignore_message
+    )
     return study
 
 
@@ -165,9 +167,9 @@ def test_sobol_points_are_even_in_every_field(tmp_path: Path) -> None:
 
 
 def test_an_experiment_may_be_a_file_beside_the_sweep(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(to_toml(small().replace(name="mine")))
+    (tmp_path / "mine.toml").write_text(to_toml(shorten_preset().replace(name="mine")))
     (point,) = points_of('experiment = "mine.toml"\n[fields]\n"learning.rate" = [0.25]\n', tmp_path)
-    assert point == small().replace(name="point-0000", learning={"rate": 0.25})
+    assert point == shorten_preset().replace(name="point-0000", learning={"rate": 0.25})
 
 
 @pytest.mark.parametrize(
@@ -251,6 +253,6 @@ def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
 
 
 def test_a_study_that_is_no_sweep_is_not_opened_as_one(tmp_path: Path) -> None:
-    study = small_study(tmp_path / "study", runs=1, workers=1)
+    study = make_small_study(tmp_path / "study", runs=1, workers=1)
     with pytest.raises(StudyError, match=r"is no sweep: it has no sweep\.toml"):
         open_sweep(study.directory)

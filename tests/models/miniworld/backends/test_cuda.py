@@ -26,7 +26,7 @@ from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
@@ -62,7 +62,7 @@ class Wind(WorldFeature, name="wind"):
 def experiments() -> list[Experiment]:
     changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
     found = [
-        small(
+        make_small_experiment(
             condition,
             **changes | {"lifetime": {"steps": STEPS, "update": update}},
             world={"food": FEW},
@@ -70,16 +70,25 @@ def experiments() -> list[Experiment]:
         for condition in ("evo", "evo+self-taught")
         for update in ("simultaneous", "sequential")
     ]
-    in_cells = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
+    in_cells = make_small_experiment(
+        "evo", **changes, world={"food": MANY}, senses={"visual_radius": 5}
+    )
     assert make_model(in_cells, 1).grid.prod(axis=1).max() > 10
     found.append(in_cells)
-    found.append(small("evo+self-taught", **changes, world={"food": []}))
+    found.append(make_small_experiment("evo+self-taught", **changes, world={"food": []}))
     wild = {"food": FEW, "start": {"headings": "random"}}
     drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
     found.append(
-        small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting)
+        make_small_experiment(
+            "evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting
+        )
     )
-    return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
+    return [
+        *found,
+        make_small_experiment(
+            "evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True}
+        ),
+    ]
 
 
 def foreign() -> list[Experiment]:
@@ -97,19 +106,25 @@ def foreign() -> list[Experiment]:
     numbers = ["neighbours", "nearest", "smell", "rays", "energy"]
     in_turn = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
     return [
-        small(
+        make_small_experiment(
             "evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}
         ),
-        small("evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}),
-        small("evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}),
-        small("evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}),
-        small(
+        make_small_experiment(
+            "evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}
+        ),
+        make_small_experiment(
+            "evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}
+        ),
+        make_small_experiment(
+            "evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}
+        ),
+        make_small_experiment(
             "evo+self-taught",
             **changes,
             world={"food": FEW},
             learning={"rule": "self-taught-again"},
         ),
-        small(
+        make_small_experiment(
             "evo+self-taught",
             **changes,
             world={"food": FEW},
@@ -206,7 +221,7 @@ def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number
 
 def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
     load_file(PARTS / "elman.py")
-    experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
+    experiment = make_small_experiment("evo", network={"kind": "elman"}, population={"size": 4})
     genomes = (
         np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
     )
@@ -255,7 +270,11 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("which", ["sequential", "simultaneous", 0, 1, 3, 5])
 def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
     own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
-    experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]
+    experiment = (
+        make_small_experiment("evo+self-taught", **own)
+        if isinstance(which, str)
+        else foreign()[which]
+    )
     code = machine_code(experiment)
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
     arithmetic = {
@@ -299,7 +318,7 @@ def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(ValueError, match=re.escape(extra)):
         choose_backend("cuda")
     with pytest.raises(ValueError, match=re.escape(extra)):
-        cuda.Batch(small("evo"), 0, [0])
+        cuda.Batch(make_small_experiment("evo"), 0, [0])
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
     monkeypatch.setattr("numba.cuda.is_available", lambda: False)
     assert cuda.unavailable_reason() == "backend cuda needs an NVIDIA GPU, and none was found"
@@ -316,7 +335,7 @@ def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
         choose_backend("gpu")
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
-        cuda.Batch(small("evo", population={"size": 1025}), 0, [0])
+        cuda.Batch(make_small_experiment("evo", population={"size": 1025}), 0, [0])
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import xarray as xr
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from tests.models.miniworld.plain import traced
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -24,7 +24,7 @@ def who_is(body: str, noise: float = 0.5, **fields: Any) -> Experiment:
         "world": {"start": {"headings": "random"}},
     }
     table = {body: fields} if fields else {}
-    return small("evo", motor={"body": body, "noise": noise, **table}, **short)
+    return make_small_experiment("evo", motor={"body": body, "noise": noise, **table}, **short)
 
 
 def moves(trace: xr.Dataset) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:

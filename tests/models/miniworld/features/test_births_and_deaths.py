@@ -22,7 +22,7 @@ from baldwinlab.parts.agent_parts import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 SEED, AGENTS = 5, 6
 FIELDS = {"initial_energy": 1.5, "cost_per_step": 0.1, "max_age": 40}
@@ -34,7 +34,7 @@ def turning_over(
 ) -> Experiment:
     """The small world, in which somebody dies every few steps."""
     world = {"features": ["births-and-deaths"], "births_and_deaths": fields or FIELDS}
-    return small(
+    return make_small_experiment(
         condition, **{"world": world, "evolution": {"elite": AGENTS, "generations": 3}} | changes
     )
 
@@ -120,7 +120,7 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
 def test_who_cannot_starve_or_grow_old_lives_as_where_nobody_is_born_in_mid_life() -> None:
     eternal = {"initial_energy": 1000.0, "cost_per_step": 0.0, "max_age": 100_000_000}
     with_births = turning_over(fields=eternal, evolution={"elite": 0, "generations": 2})
-    plain = small("evo", evolution={"generations": 2})
+    plain = make_small_experiment("evo", evolution={"generations": 2})
     one, other = simulate(with_births, seed=2), simulate(plain, seed=2)
     assert one["born"].sum() == 0 and other["food_eaten"].sum() > 0
     for name in ("food_eaten", "energy", "parents", "genome"):

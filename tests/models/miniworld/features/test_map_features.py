@@ -19,7 +19,7 @@ from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import ItemMoves, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from tests.models.miniworld.plain import simulated, traced
-from tests.worlds import exact, small
+from tests.worlds import make_single_agent_experiment, make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -33,7 +33,7 @@ def world_of(
     """The small world with some features, each with its fields."""
     tables = {name.replace("-", "_"): fields for name, fields in features.items() if fields}
     short = {"lifetime": {"steps": 40}, "population": {"size": 4}, "evolution": {"generations": 1}}
-    return small(
+    return make_small_experiment(
         "evo", world={"features": [*features], **tables, **(world or {})}, **short | changes
     )
 
@@ -234,7 +234,7 @@ def test_what_is_eaten_is_away_for_as_many_steps_as_it_takes_to_grow_and_nothing
 
 def test_what_is_slow_to_grow_comes_back_to_feed_who_waits_for_it() -> None:
     features = {"features": ["slow-regrowth"], "slow_regrowth": {"delay": 4}}
-    boxed = exact((100, 80), [(104, 80)], lifetime={"steps": 20})
+    boxed = make_single_agent_experiment((100, 80), [(104, 80)], lifetime={"steps": 20})
     alone = boxed.replace(
         world=features, contact={"reach": 60}
     )  # wherever it goes, it touches the only item

@@ -10,7 +10,7 @@ import pytest
 
 from baldwinlab.experiment import Experiment, assign
 from tests.models.miniworld.plain import founders, lived
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -24,9 +24,9 @@ CLOSED, OPEN = (
 
 def living(rule: str, *changes: str, **tables: Any) -> Experiment:
     """Six agents among food, with biases."""
-    made = small("evo", lifetime={"steps": STEPS}, network={"hidden": [4], "biases": True}).replace(
-        **tables
-    )
+    made = make_small_experiment(
+        "evo", lifetime={"steps": STEPS}, network={"hidden": [4], "biases": True}
+    ).replace(**tables)
     experiment: Experiment = assign(made, [f"learning.rule={rule}", "learning.rate=0.25", *changes])
     return experiment
 

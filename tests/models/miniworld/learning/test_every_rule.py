@@ -11,7 +11,7 @@ import baldwinlab as bl
 from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from tests.models.miniworld.plain import founders, lived, simulated
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -40,7 +40,7 @@ every_rule = pytest.mark.parametrize("rule", RULES)
 
 
 def learning(rule: str, *changes: str) -> Experiment:
-    short = small("evo", lifetime={"steps": STEPS}, evolution={"generations": 2})
+    short = make_small_experiment("evo", lifetime={"steps": STEPS}, evolution={"generations": 2})
     experiment: Experiment = assign(short, [f"learning.rule={rule}", "learning.rate=0.5", *changes])
     return experiment
 

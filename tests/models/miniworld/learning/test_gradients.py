@@ -16,7 +16,7 @@ from baldwinlab.api.checks.reference import Agent, Module, Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.parts.agent_parts import compiled_values
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 RATE, TINY = 0.3, 1e-5
 NOW, THEN, DONE = (
@@ -30,7 +30,7 @@ Goal = Callable[[Naive, Agent, Agent], Sequence[float]]
 
 def of(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
     changes = [f"learning.rule={rule}", f"network.hidden={list(hidden)}", "network.biases=true"]
-    experiment: Experiment = assign(small("evo"), changes)
+    experiment: Experiment = assign(make_small_experiment("evo"), changes)
     return experiment
 
 

@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.learning.hebbian import (
 )
 from baldwinlab.simulation.simulate import simulate
 from tests.models.miniworld.plain import founders, lived
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 SHARES = st.floats(0, 1)
 
@@ -82,7 +82,7 @@ def born_and_grown(experiment: Experiment) -> Iterator[tuple[float, float]]:
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_signs_stay_as_they_were_born_and_no_strength_is_above_1() -> None:
-    experiment = small("evo", lifetime={"steps": 60}).replace(
+    experiment = make_small_experiment("evo", lifetime={"steps": 60}).replace(
         learning={"rule": "hebb", "rate": 0.9}
     )
     pairs = list(born_and_grown(experiment))
@@ -93,7 +93,7 @@ def test_signs_stay_as_they_were_born_and_no_strength_is_above_1() -> None:
 @pytest.mark.usefixtures("in_plain_python")
 def test_a_weight_that_always_gains_the_same_rises_by_the_rate_in_every_step_up_to_10() -> None:
     changes = ["learning.rule=abcd", "learning.rate=0.25", "learning.abcd.a=0", "learning.abcd.d=1"]
-    experiment = assign(small("evo", lifetime={"steps": 24}), changes)
+    experiment = assign(make_small_experiment("evo", lifetime={"steps": 24}), changes)
     for born, grown in born_and_grown(experiment):
         assert grown == pytest.approx(min(born + 24 * 0.25, 10.0), abs=1e-5)
 
@@ -103,13 +103,13 @@ def test_what_would_lead_out_of_the_range_is_refused_in_a_sentence() -> None:
         ExperimentError,
         match=r"keeps strengths in \[0, 1\]: learning.rate is 2 and must be at most 1",
     ):
-        small("evo").replace(learning={"rule": "hebb", "rate": 2.0})
+        make_small_experiment("evo").replace(learning={"rule": "hebb", "rate": 2.0})
 
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_what_was_learned_is_not_inherited() -> None:
     run = simulate(
-        small("evo", lifetime={"steps": 20}).replace(
+        make_small_experiment("evo", lifetime={"steps": 20}).replace(
             learning={"rule": "hebb"}, evolution={"generations": 2}
         ),
         seed=1,
@@ -122,7 +122,7 @@ def test_what_was_learned_is_not_inherited() -> None:
 def test_strengths_of_a_whole_life_rest_there_too(rule: str) -> None:
     """Without food inputs are 0 and hidden units at 1/2; each strength is held against what its own two units are in the end."""
     experiment = assign(
-        small("evo", lifetime={"steps": 400}, world={"food": []}),
+        make_small_experiment("evo", lifetime={"steps": 400}, world={"food": []}),
         [f"learning.rule={rule}", "learning.rate=1"],
     )
     genome = founders(experiment)

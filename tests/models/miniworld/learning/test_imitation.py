@@ -9,7 +9,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.models.miniworld.learning.test_reward import grown
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 @pytest.mark.parametrize("whom", ["best", "nearest"])
@@ -21,9 +21,11 @@ def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(
         "learning.rate=0.5",
         f"learning.imitation.teacher={whom}",
     ]
-    without_food = assign(small("evo", lifetime={"steps": 30}, world={"food": []}), imitation)
+    without_food = assign(
+        make_small_experiment("evo", lifetime={"steps": 30}, world={"food": []}), imitation
+    )
     alone = assign(
-        small("evo", lifetime={"steps": 30}, population={"size": 1}),
+        make_small_experiment("evo", lifetime={"steps": 30}, population={"size": 1}),
         [*imitation, "learning.imitation.min_items=0"],
     )
     for experiment in (without_food, alone):
@@ -34,7 +36,9 @@ def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(
 def test_who_sees_nothing_comes_to_answer_as_the_others_do_who_see_nothing(
     in_plain_python: None,
 ) -> None:
-    near_sighted = small("evo", lifetime={"steps": 400}, senses={"visual_radius": 0.5})
+    near_sighted = make_small_experiment(
+        "evo", lifetime={"steps": 400}, senses={"visual_radius": 0.5}
+    )
     experiment = assign(near_sighted, ["learning.rule=imitation", "learning.rate=5"])
     strangers = assign(experiment, ["learning.imitation.min_items=1000000"])
     apart = []

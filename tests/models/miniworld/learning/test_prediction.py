@@ -7,7 +7,7 @@ import pytest
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from tests.models.miniworld.plain import founders, lived
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -17,7 +17,7 @@ TO_HIDDEN, TO_PREDICTIONS = INPUTS * HIDDEN, HIDDEN * INPUTS  # weights, without
 
 def predicting(*changes: str) -> Experiment:
     experiment: Experiment = assign(
-        small("evo", lifetime={"steps": 60}),
+        make_small_experiment("evo", lifetime={"steps": 60}),
         ["learning.rule=prediction", "learning.rate=0.5", *changes],
     )
     return experiment

@@ -11,7 +11,7 @@ import pytest
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.models.miniworld.backends.cpu import Batch
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 Weights = npt.NDArray[np.float32]
@@ -27,7 +27,7 @@ def grown(experiment: Experiment, steps: int) -> tuple[Weights, Weights, Any]:
 
 
 def test_who_finds_no_food_learns_nothing_from_reward_and_who_does_learns() -> None:
-    experiment = small("evo", population={"size": 40}).replace(
+    experiment = make_small_experiment("evo", population={"size": 40}).replace(
         learning={"rule": "reward", "rate": 0.5}
     )
     born, now, state = grown(experiment, 10)
@@ -39,7 +39,7 @@ def test_who_finds_no_food_learns_nothing_from_reward_and_who_does_learns() -> N
 
 
 def test_food_makes_what_was_done_before_it_likelier() -> None:
-    experiment = small("evo", lifetime={"steps": 200}).replace(
+    experiment = make_small_experiment("evo", lifetime={"steps": 200}).replace(
         learning={"rule": "reward", "rate": 0.2}
     )
     batch, agents = Batch(experiment, 5, [0]), experiment.population.size
@@ -76,7 +76,7 @@ def _network(experiment: Experiment) -> Any:
 @pytest.mark.nightly  # half a minute of lives
 def test_who_is_never_punished_learns_from_a_rise_of_its_evaluation_alone() -> None:
     experiment = assign(
-        small("evo", lifetime={"steps": 60}),
+        make_small_experiment("evo", lifetime={"steps": 60}),
         ["learning.rule=crbp", "learning.rate=0.5", "learning.crbp.punishment=0"],
     )
     punished = assign(experiment, ["learning.crbp.punishment=1"])
@@ -87,7 +87,7 @@ def test_who_is_never_punished_learns_from_a_rise_of_its_evaluation_alone() -> N
 
 @pytest.mark.parametrize("rule", ["reward", "crbp"])
 def test_where_nothing_is_ever_sensed_or_eaten_nothing_is_learned(rule: str) -> None:
-    experiment = small("evo", lifetime={"steps": 30}, world={"food": []}).replace(
+    experiment = make_small_experiment("evo", lifetime={"steps": 30}, world={"food": []}).replace(
         learning={"rule": rule, "rate": 0.5}
     )
     born, now, _ = grown(experiment, 30)

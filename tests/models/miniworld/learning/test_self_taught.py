@@ -12,7 +12,7 @@ from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests import naive
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 
 def moved(trace: xr.Dataset) -> npt.NDArray[np.float32]:
@@ -41,7 +41,9 @@ DRIFT = {"rule": "drift", "rate": 0.1}
 
 @pytest.mark.parametrize("network", [{"hidden": [4]}, {"hidden": [3, 2], "biases": True}])
 def test_drift_moves_every_weight_as_far_as_self_teaching_would(network: dict[str, object]) -> None:
-    experiment = small("evo+self-taught", learning=DRIFT, network=network, lifetime={"steps": 300})
+    experiment = make_small_experiment(
+        "evo+self-taught", learning=DRIFT, network=network, lifetime={"steps": 300}
+    )
     trace = replay(experiment, seed=4)
     assert trace["eaten"].sum() > 0
     drifted, learned = moved(trace), learned_from(trace, experiment)
@@ -52,7 +54,7 @@ def test_drift_moves_every_weight_as_far_as_self_teaching_would(network: dict[st
 
 
 def test_drift_goes_with_learning_in_half_of_the_weights_and_against_it_in_the_other_half() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught",
         learning=DRIFT,
         network={"hidden": [40]},
@@ -68,8 +70,12 @@ def test_drift_goes_with_learning_in_half_of_the_weights_and_against_it_in_the_o
 
 
 def test_what_drifting_agents_do_follows_from_their_drifted_weights() -> None:
-    trace = replay(small("evo+self-taught", learning=DRIFT, lifetime={"steps": 1}), seed=4)
-    longer = replay(small("evo+self-taught", learning=DRIFT, lifetime={"steps": 2}), seed=4)
+    trace = replay(
+        make_small_experiment("evo+self-taught", learning=DRIFT, lifetime={"steps": 1}), seed=4
+    )
+    longer = replay(
+        make_small_experiment("evo+self-taught", learning=DRIFT, lifetime={"steps": 2}), seed=4
+    )
     for number, weights in enumerate(trace["weight_death"].values[:, 0].tolist()):
         module = naive.layers_of(weights, (3, 4, 3), biases=False)
         outputs = naive.think(module, longer["sensor"].values[1, number].tolist(), biases=False)[-1]
@@ -77,17 +83,22 @@ def test_what_drifting_agents_do_follows_from_their_drifted_weights() -> None:
 
 
 def test_learning_that_ends_leaves_the_weights_as_they_are_then() -> None:
-    short = replay(small("evo+self-taught", lifetime={"steps": 30}), seed=2)
-    ended = replay(small("evo+self-taught", lifetime={"steps": 80}, learning={"steps": 30}), seed=2)
+    short = replay(make_small_experiment("evo+self-taught", lifetime={"steps": 30}), seed=2)
+    ended = replay(
+        make_small_experiment("evo+self-taught", lifetime={"steps": 80}, learning={"steps": 30}),
+        seed=2,
+    )
     assert (moved(short) != 0).any()
     np.testing.assert_array_equal(moved(ended), moved(short))
 
 
 @pytest.mark.parametrize("rule", ["self-taught", "drift"])
 def test_who_learns_for_no_step_lives_as_one_who_cannot_learn(rule: str) -> None:
-    without = simulate(small("evo", evolution={"generations": 1}), seed=2)
+    without = simulate(make_small_experiment("evo", evolution={"generations": 1}), seed=2)
     unused = simulate(
-        small("evo+self-taught", evolution={"generations": 1}, learning={"rule": rule, "steps": 0}),
+        make_small_experiment(
+            "evo+self-taught", evolution={"generations": 1}, learning={"rule": rule, "steps": 0}
+        ),
         seed=2,
     )
     assert without["food_eaten"].sum() > 0
@@ -95,7 +106,9 @@ def test_who_learns_for_no_step_lives_as_one_who_cannot_learn(rule: str) -> None
 
 
 def test_an_evolved_rate_is_the_standard_one_times_ten_to_the_gene() -> None:
-    experiment = small("evo+self-taught", learning={"evolved_rate": True, "rate": 0.02})
+    experiment = make_small_experiment(
+        "evo+self-taught", learning={"evolved_rate": True, "rate": 0.02}
+    )
     genomes = np.zeros((4, 2, experiment.genome_length), np.float32)
     genomes[:, 0, -1] = [0, 1, -2, 5]
     genomes[:, 1, -1] = 3  # of the reinforcement module, which does not learn
@@ -105,7 +118,7 @@ def test_an_evolved_rate_is_the_standard_one_times_ten_to_the_gene() -> None:
 
 
 def test_every_agent_learns_at_its_own_evolved_rate() -> None:
-    experiment = small(
+    experiment = make_small_experiment(
         "evo+self-taught", learning={"evolved_rate": True}, evolution={"generations": 2}
     )
     trace = replay(experiment, seed=4, generation=1)

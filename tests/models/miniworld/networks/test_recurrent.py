@@ -23,7 +23,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.agent_parts import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 INPUTS, ACTIONS = 3, 3
 NAMES = ["simple-recurrent", "continuous-time"]
@@ -277,7 +277,7 @@ def test_each_needs_the_hidden_units_that_it_hears() -> None:
 def test_in_a_life_that_senses_nothing_the_compiled_network_does_what_it_does_in_plain_python() -> (
     None
 ):
-    experiment = small(
+    experiment = make_small_experiment(
         "evo", network={"kind": "continuous-time"}, world={"food": []}, lifetime={"steps": 12}
     )
     trace = replay(experiment, seed=1)
@@ -302,7 +302,7 @@ def test_under_drift_a_newborn_of_any_generation_remembers_nothing(
     kind: str, in_plain_python: None
 ) -> None:
     """The shadow of a newborn has no memory, although the memory of the machine holds that of an earlier generation."""
-    drifting = small(
+    drifting = make_small_experiment(
         "evo+self-taught",
         learning={"rule": "drift", "rate": 0.5},
         network={"kind": kind},

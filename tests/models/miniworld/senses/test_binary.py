@@ -15,7 +15,7 @@ from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.parts import Body
 from tests.models.miniworld.plain import traced
-from tests.worlds import small
+from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -26,7 +26,7 @@ def who_senses(*kinds: str, steps: int = 40, **changes: Any) -> Experiment:
         "population": {"size": 4},
         "evolution": {"generations": 2},
     }
-    return small(
+    return make_small_experiment(
         "evo", senses={"kinds": ["food", *kinds]}, **{"motor": {"noise": 0.4}} | short | changes
     )
 

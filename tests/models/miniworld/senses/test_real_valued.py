@@ -21,7 +21,7 @@ from baldwinlab.models.miniworld.lookup import (
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Sense
 from tests.models.miniworld.plain import traced
-from tests.worlds import exact, small
+from tests.worlds import make_single_agent_experiment, make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -34,7 +34,7 @@ def told(
     kind: str, *items: tuple[float, float], agent: tuple[float, float] = AGENT, **changes: Any
 ) -> list[float]:
     """What a newborn, heading right, is told of food that lies so far to the right of it, and below it."""
-    experiment = exact(
+    experiment = make_single_agent_experiment(
         agent, [((agent[0] + x) % 200, (agent[1] + y) % 160) for x, y in items]
     ).replace(senses={"kinds": [kind]})
     values: list[float] = traced(experiment.replace(**changes)).sensor.values[0, 0].tolist()
@@ -43,7 +43,9 @@ def told(
 
 def who_senses(*kinds: str, condition: str = "evo", **changes: Any) -> Experiment:
     short = {"lifetime": {"steps": 60}, "population": {"size": 4}, "motor": {"noise": 0.4}}
-    return small(condition, senses={"kinds": list(kinds)}, **short).replace(**changes)
+    return make_small_experiment(condition, senses={"kinds": list(kinds)}, **short).replace(
+        **changes
+    )
 
 
 def sensed(trace: xr.Dataset, *names: str) -> npt.NDArray[np.float32]:
@@ -80,7 +82,7 @@ def test_the_nearest_food_may_lie_across_the_edge_of_the_map() -> None:
 
 
 def test_the_angle_is_taken_from_where_the_agent_heads() -> None:
-    food = exact(AGENT, [(AGENT[0], AGENT[1] + 20)])  # at 90 degrees
+    food = make_single_agent_experiment(AGENT, [(AGENT[0], AGENT[1] + 20)])  # at 90 degrees
     world = {"start": {"headings": "random"}}
     headings = set()
     for seed in range(8):

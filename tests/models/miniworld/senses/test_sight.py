@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.simulation.replay import replay
-from tests.worlds import exact
+from tests.worlds import make_single_agent_experiment
 
 LEFT, FRONT, RIGHT, NOTHING = [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]
 
@@ -18,7 +18,9 @@ def seen_at_birth(
     agent: tuple[float, float], *items: tuple[float, float], **changes: Any
 ) -> list[int]:
     sensors: list[int] = (
-        replay(exact(agent, list(items), **changes))["sensor"].values[0, 0].tolist()
+        replay(make_single_agent_experiment(agent, list(items), **changes))["sensor"]
+        .values[0, 0]
+        .tolist()
     )
     return sensors
 
