@@ -13,9 +13,10 @@ from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.section import write_sweep_report
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.files import write_atomically
+from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import open_sweep
+from baldwinlab.studies.sweeps.design import label_points
 
 
 def publish_sweep(
@@ -49,7 +50,8 @@ def publish_sweep(
         A file cannot be written.
     """
     study.require_runs()
-    measured = analysis.compute_finals(open_sweep(study.directory), last)
+    data = label_points(study, open_conditions(study, list(study.experiments)))
+    measured = analysis.compute_finals(data, last)
     analysis.write_responses(measured, study.directory)
     contrasts = _compare(study, measured, last, baseline)
     rows = [contrast.row() for contrast in contrasts.rows]
