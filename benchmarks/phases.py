@@ -32,7 +32,8 @@ from baldwinlab.models.miniworld.senses.sight import (
     perceive,
 )
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import choose_action, learn
+from baldwinlab.parts.bodies import choose_action
+from baldwinlab.parts.learning_rules import learn
 
 ROUNDS = 2000
 REPETITIONS = 9

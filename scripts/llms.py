@@ -16,7 +16,7 @@ from baldwinlab.cli import COMMANDS
 from baldwinlab.cli.options import app
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.parts.agent_parts import hook_names
+from baldwinlab.parts.part import hook_names
 from scripts import glossary, part_reference
 from scripts.described import fields_of, parse_docstring, signature, value_type
 

@@ -16,7 +16,7 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.models.miniworld import state
-from baldwinlab.parts.agent_parts import Part, hook_names
+from baldwinlab.parts.part import Part, hook_names
 from scripts.described import (
     capitalized,
     described_attributes,

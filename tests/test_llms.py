@@ -5,7 +5,7 @@ from __future__ import annotations
 import baldwinlab
 from baldwinlab.cli import COMMANDS
 from baldwinlab.experiment import Experiment
-from baldwinlab.parts.agent_parts import hook_names
+from baldwinlab.parts.part import hook_names
 from scripts import part_reference
 from scripts.described import fields_of
 from scripts.llms import first_sentence, llms_text, page_title

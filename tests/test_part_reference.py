@@ -16,7 +16,7 @@ from baldwinlab import parts
 from baldwinlab.api.checks import reference as naive
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
-from baldwinlab.parts.agent_parts import hook_names
+from baldwinlab.parts.part import hook_names
 from scripts import part_reference
 from scripts.described import described_attributes, entries, parse_docstring
 from scripts.hook_calls import CALLS, STAGES
@@ -34,7 +34,7 @@ import json
 from functools import wraps
 import baldwinlab as bl
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.parts.agent_parts import hook_names
+from baldwinlab.parts.part import hook_names
 from scripts import part_reference
 
 calls = []

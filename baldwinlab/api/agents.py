@@ -13,7 +13,7 @@ from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN, TRACE
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.agent_parts import forward
+from baldwinlab.parts.networks import forward
 from baldwinlab.simulation.reevaluation import make_batch, stored_genome
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

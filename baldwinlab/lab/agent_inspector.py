@@ -30,7 +30,7 @@ from baldwinlab.models.miniworld.lookup import (
     TeacherTable,
     choose_lookup,
 )
-from baldwinlab.parts.agent_parts import forward, links
+from baldwinlab.parts.networks import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 

@@ -23,7 +23,8 @@ from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experimen
 from baldwinlab.models.miniworld.description import about
 from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.papers import presets
-from baldwinlab.parts.agent_parts import Network, numeric_fields
+from baldwinlab.parts.networks import Network
+from baldwinlab.parts.part import numeric_fields
 from baldwinlab.simulation.simulate import check_seed
 
 # The module that the page starts with.

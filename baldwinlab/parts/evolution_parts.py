@@ -20,7 +20,7 @@ import numpy.typing as npt
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
-from baldwinlab.parts.agent_parts import Part, compiled_values
+from baldwinlab.parts.part import Part, compiled_values
 
 Numbers = npt.NDArray[np.float64]
 # Value of the second parent that marks a survivor: the child is its first parent, unchanged.

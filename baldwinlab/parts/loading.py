@@ -90,7 +90,7 @@ def load_text(text: str, place: Path) -> ModuleType:
 
 def parts_in(module: ModuleType) -> list[Any]:
     """Return the parts that a module defines."""
-    from baldwinlab.parts.agent_parts import Part
+    from baldwinlab.parts.part import Part
 
     return [
         each

@@ -15,7 +15,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core.variables import Variable
-from baldwinlab.parts.agent_parts import Part
+from baldwinlab.parts.part import Part
 from baldwinlab.parts.views import View
 
 

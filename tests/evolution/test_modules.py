@@ -11,8 +11,8 @@ import pytest
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import registry
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import overridden_hooks
 from baldwinlab.parts.evolution_parts import breeding_part
+from baldwinlab.parts.part import overridden_hooks
 
 ONE_MODEL_ALONE = {"one-point-of-units": "cue-learners"}  # which has a single module
 VARIATIONS = [

@@ -11,7 +11,7 @@ from baldwinlab.lab import binary_frames
 from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.life_query import Life, ParentGeneration, Span
 from baldwinlab.models.miniworld.allocation import make_state
-from baldwinlab.parts.agent_parts import links
+from baldwinlab.parts.networks import links
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore

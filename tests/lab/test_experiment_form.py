@@ -12,7 +12,7 @@ from pydantic import Field
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab.experiment_form import form_of
 from baldwinlab.lab.schema import schema_of
-from baldwinlab.parts.agent_parts import LearningRule
+from baldwinlab.parts.learning_rules import LearningRule
 from tests.lab.client import CLIENT, LabServer
 from tests.small_studies import shorten_preset
 

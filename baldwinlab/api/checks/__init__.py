@@ -18,8 +18,8 @@ from baldwinlab.api.checks.fixture import SEED, Subject, label, subjects
 from baldwinlab.api.checks.processes import Process, ProcessEndError
 from baldwinlab.api.checks.requirements import COMPILED, DECLARED, findings_of
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
-from baldwinlab.parts.agent_parts import Part
 from baldwinlab.parts.loading import load_file, parts_in
+from baldwinlab.parts.part import Part
 from baldwinlab.simulation.simulate import check_seed
 
 Given = str | Path | type[Part] | Sequence[type[Part]]

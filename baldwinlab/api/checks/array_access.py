@@ -20,7 +20,7 @@ import numpy.typing as npt
 from baldwinlab.api.checks.fixture import label
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
-from baldwinlab.parts.agent_parts import Part, overridden_hooks
+from baldwinlab.parts.part import Part, overridden_hooks
 
 AXES: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
 OUTPUTS: Final = {  # arrays that a hook fills, by the hook; see `_outputs` for the others

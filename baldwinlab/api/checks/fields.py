@@ -11,7 +11,7 @@ from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import PATHS, Subject
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import key_of
-from baldwinlab.parts.agent_parts import Part
+from baldwinlab.parts.part import Part
 
 
 def check_declarations(subject: Subject) -> str:

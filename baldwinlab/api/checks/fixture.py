@@ -13,9 +13,9 @@ from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.models.miniworld.allocation import make_state
-from baldwinlab.parts.agent_parts import Part
 from baldwinlab.parts.evolution_parts import breeding_part
 from baldwinlab.parts.model_part import Model
+from baldwinlab.parts.part import Part
 
 PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {"model": "model"}
 MANY: Final = ("sense", "world feature")  # kinds of which an experiment has several parts

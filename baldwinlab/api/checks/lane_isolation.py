@@ -14,8 +14,8 @@ from baldwinlab.api.checks.fixture import Subject, is_of_miniworld, values_of
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.parts.agent_parts import overridden_hooks
 from baldwinlab.parts.lane_check import PER_AGENT
+from baldwinlab.parts.part import overridden_hooks
 
 AGENT: Final = 2
 STEPS: Final = 12  # after which it is tried

@@ -21,7 +21,7 @@ from baldwinlab.engine.numba_internals.dispatchers import (
     NumbaError,
 )
 from baldwinlab.models.miniworld.allocation import make_model, make_state
-from baldwinlab.parts.agent_parts import Part, overridden_hooks
+from baldwinlab.parts.part import Part, overridden_hooks
 
 DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 DOUBLE: Final = re.compile(

@@ -21,7 +21,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.allocation import item_kinds, item_regions
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.parts.agent_parts import overridden_hooks
+from baldwinlab.parts.part import overridden_hooks
 
 CLOSE: Final = 1e-5  # float32 against float64, of weights and outputs of about 1
 NEAR: Final = 1e-3  # and of places, units of length

@@ -20,8 +20,8 @@ from typing import Any, Final
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.parts.agent_parts import Part
 from baldwinlab.parts.loading import PREFIX, load_text
+from baldwinlab.parts.part import Part
 
 LAST: Final = "end"  # follows the answers of a process that did not end before
 PLAIN: Final = {"NUMBA_DISABLE_JIT": "1"}

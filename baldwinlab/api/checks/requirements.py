@@ -26,7 +26,7 @@ from baldwinlab.api.checks.signatures import require_oracle_signature, unverifie
 from baldwinlab.api.checks.speed import measure_speed
 from baldwinlab.api.checks.views import check_views
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.parts.agent_parts import Part, overridden_hooks
+from baldwinlab.parts.part import Part, overridden_hooks
 
 Requirement = tuple[str, Callable[[Subject], str]]
 DECLARED: Final[Mapping[str, Requirement]] = {

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import Subject, label
-from baldwinlab.parts.agent_parts import Part, overridden_hooks
+from baldwinlab.parts.part import Part, overridden_hooks
 
 PACKAGE: Final = "baldwinlab."
 

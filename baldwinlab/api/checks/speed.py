@@ -11,7 +11,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import Part
+from baldwinlab.parts.part import Part
 from baldwinlab.simulation.simulate import simulate_batch
 
 BASELINES: Final = {"learning rule": "self-taught"}

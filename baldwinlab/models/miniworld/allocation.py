@@ -29,7 +29,8 @@ from baldwinlab.models.miniworld.state import (
     Model,
     State,
 )
-from baldwinlab.parts.agent_parts import ItemRegion, Part, compiled_values
+from baldwinlab.parts.part import Part, compiled_values
+from baldwinlab.parts.world_features import ItemRegion
 
 # Name of a color in `baldwinlab.analysis.palette`.
 FOOD_COLOR: Final = "green"

@@ -12,7 +12,8 @@ from baldwinlab.models.miniworld.learning.self_taught import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import init_agent, init_world, load_genes
+from baldwinlab.parts.learning_rules import init_agent, load_genes
+from baldwinlab.parts.world_features import init_world
 
 init_features = for_each_part(init_world)
 

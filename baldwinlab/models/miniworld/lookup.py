@@ -17,7 +17,7 @@ import numpy as np
 from baldwinlab.engine.phases import Array, hook, per_agent, per_lane
 from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import forward
+from baldwinlab.parts.networks import forward
 
 # At most 64 entries in a table.
 MAX_TABLE_INPUTS: Final = 6

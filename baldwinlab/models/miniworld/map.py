@@ -15,7 +15,8 @@ from baldwinlab.engine.phases import for_each, select_by_type
 from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
 from baldwinlab.engine.simd import Lane, Mask, Value, choose, get, put
 from baldwinlab.models.miniworld.state import HEADING_COUNT, Model, State
-from baldwinlab.parts.agent_parts import blocks_movement, blocks_placement, move
+from baldwinlab.parts.bodies import move
+from baldwinlab.parts.world_features import blocks_movement, blocks_placement
 
 ZERO = np.float32(0)
 ONE = np.float32(1)

@@ -27,13 +27,10 @@ from baldwinlab.models.miniworld.senses.sight import (
     perceive,
 )
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import (
-    choose_action,
-    end_step,
-    learn,
-    observe_others,
-    prepare_senses,
-)
+from baldwinlab.parts.bodies import choose_action
+from baldwinlab.parts.learning_rules import learn, observe_others
+from baldwinlab.parts.senses import prepare_senses
+from baldwinlab.parts.world_features import end_step
 
 end_step_of_features = for_each_part(end_step)
 prepare_all_senses = for_each_part(prepare_senses)

@@ -17,7 +17,8 @@ from baldwinlab.models.miniworld.appearance import (
     describe_appearance,
 )
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import ItemRegion, Sense, WorldFeature
+from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.world_features import ItemRegion, WorldFeature
 
 
 @pytest.fixture

@@ -38,8 +38,9 @@ from baldwinlab.models.miniworld.allocation import (
 from baldwinlab.models.miniworld.backends import browser
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.parts.agent_parts import Network, numeric_fields
 from baldwinlab.parts.evolution_parts import breeding_part
+from baldwinlab.parts.networks import Network
+from baldwinlab.parts.part import numeric_fields
 
 # A value of the plan, see above.
 Value = Any

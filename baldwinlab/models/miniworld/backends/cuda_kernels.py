@@ -41,13 +41,9 @@ from baldwinlab.models.miniworld.step import (
     prepare_senses_per_world,
     take_step,
 )
-from baldwinlab.parts.agent_parts import (
-    end_step,
-    init_agent,
-    load_genes,
-    observe_others,
-    prepare_senses,
-)
+from baldwinlab.parts.learning_rules import init_agent, load_genes, observe_others
+from baldwinlab.parts.senses import prepare_senses
+from baldwinlab.parts.world_features import end_step
 
 
 @device

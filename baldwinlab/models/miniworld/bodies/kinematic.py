@@ -23,7 +23,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Lane, Value, choose, get, lookup, put
 from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
-from baldwinlab.parts.agent_parts import Body
+from baldwinlab.parts.bodies import Body
 
 MAX_SPEED = np.float32(STRIDE)
 QUARTER = np.float32(HEADING_COUNT // 4)

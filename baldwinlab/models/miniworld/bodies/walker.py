@@ -12,7 +12,7 @@ import numpy as np
 from baldwinlab.engine.simd import Lane, choose, get, lookup, put
 from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
-from baldwinlab.parts.agent_parts import Body
+from baldwinlab.parts.bodies import Body
 
 HEADINGS = np.float32(HEADING_COUNT)
 LAST_HEADING = np.float32(HEADING_COUNT - 1)

@@ -41,7 +41,7 @@ from baldwinlab.engine.simd import Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.learning.hebbian import LAYERS
 from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import LearningRule
+from baldwinlab.parts.learning_rules import LearningRule
 
 ZERO = np.float32(0)
 ONE = np.float32(1)

@@ -31,7 +31,7 @@ from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import LearningRule
+from baldwinlab.parts.learning_rules import LearningRule
 
 ZERO = np.float32(0)
 ONE = np.float32(1)

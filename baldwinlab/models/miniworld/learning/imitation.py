@@ -28,7 +28,8 @@ from baldwinlab.engine.rng import LIFE, philox, unit
 from baldwinlab.engine.simd import Lane, choose, get, put
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import LearningRule, backward, forward
+from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.networks import backward, forward
 
 ZERO = np.float32(0)
 HALF = np.float32(0.5)

@@ -36,7 +36,8 @@ from baldwinlab.engine.rng import LIFE, philox
 from baldwinlab.engine.simd import Lane, get, put
 from baldwinlab.models.miniworld.networks.feed_forward import backpropagate
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import LearningRule, forward
+from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.networks import forward
 
 ZERO = np.float32(0)
 ONE = np.float32(1)

@@ -26,7 +26,8 @@ from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.allocation import item_regions
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.parts.agent_parts import LearningRule, backward, forward
+from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.networks import backward, forward
 
 ZERO = np.float32(0)
 ONE = np.float32(1)

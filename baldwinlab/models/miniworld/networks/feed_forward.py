@@ -19,7 +19,7 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Lane, Value, any_of, get, put
-from baldwinlab.parts.agent_parts import Network
+from baldwinlab.parts.networks import Network
 
 ZERO = np.float32(0.0)
 HALF = np.float32(0.5)

@@ -45,7 +45,7 @@ from baldwinlab.models.miniworld.items import (
 )
 from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, Model, State
-from baldwinlab.parts.agent_parts import Sense
+from baldwinlab.parts.senses import Sense
 
 ZERO = np.float32(0)
 HALF = np.float32(0.5)

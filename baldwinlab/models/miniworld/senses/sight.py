@@ -40,7 +40,8 @@ from baldwinlab.models.miniworld.items import (
 from baldwinlab.models.miniworld.lookup import look_up_outputs
 from baldwinlab.models.miniworld.map import combine_masks, shortest_difference
 from baldwinlab.models.miniworld.state import FOOD, Model, State
-from baldwinlab.parts.agent_parts import Sense, blocks_sight, measure, sense
+from baldwinlab.parts.senses import Sense, measure, sense
+from baldwinlab.parts.world_features import blocks_sight
 
 ZERO = np.float32(0)
 HALF = np.float32(0.5)

@@ -18,7 +18,7 @@ from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
 from baldwinlab.models.miniworld.senses.sight import perceive
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import compiled_values
+from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable

@@ -15,7 +15,7 @@ from baldwinlab.api.checks.oracles import naive_of
 from baldwinlab.api.checks.reference import Agent, Module, Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.parts.agent_parts import compiled_values
+from baldwinlab.parts.part import compiled_values
 from tests.worlds import make_small_experiment
 
 RATE, TINY = 0.3, 1e-5

@@ -24,7 +24,7 @@ from baldwinlab.evolution.neat.genome import (
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import compiled_values
+from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
 
 EVERY_CODE = [[float(code >> k & 1) for k in range(3)] for code in range(8)]

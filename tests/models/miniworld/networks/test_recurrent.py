@@ -20,7 +20,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import Batch
 from baldwinlab.models.miniworld.networks.feed_forward import Rows
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.agent_parts import compiled_values
+from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment

@@ -1,0 +1,86 @@
+"""The kind of part that performs the actions of an agent, and its hooks."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.phases import hook
+from baldwinlab.engine.simd import Lane, choose, get, put
+from baldwinlab.parts.part import Part
+
+
+@hook
+def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
+    """Write the chosen action to `state.action` [1, lane].
+
+    Per agent, once per step, after the network. By default the action is the index of the largest
+    output. The first of equal outputs is chosen.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
+    rows, actions = state.activations.shape[0], state.targets.shape[0]
+    best, action = get(state.activations, rows - actions, lane), np.float32(0)
+    put(state.action, 0, lane, action)
+    for number in range(1, actions):
+        output = get(state.activations, rows - actions + number, lane)
+        put(
+            state.action,
+            0,
+            lane,
+            choose(output > best, np.float32(number), get(state.action, 0, lane)),
+        )
+        best = choose(output > best, output, best)
+
+
+@hook
+def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
+    """Turn and move the agent by its action.
+
+    Per agent, once per step, after `choose_action`. It reads `state.action`, and writes
+    `state.heading` and
+    `state.positions`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : Model
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
+
+
+class Body(Part):
+    """Body of an agent: its actions and its movement.
+
+    Attributes
+    ----------
+    actions : tuple of str
+        Names of the actions. Each is an output of the network.
+    stride : float
+        Maximum distance of a step, in units of length.
+    chooses : bool
+        True if an agent performs one action per step. False if it uses all outputs.
+    """
+
+    kind: ClassVar[str] = "body"
+    actions: ClassVar[tuple[str, ...]] = ()
+    stride: ClassVar[float] = 2.0
+    chooses: ClassVar[bool] = True
+
+    choose_action: ClassVar[Any] = staticmethod(choose_action.default)
+    move: ClassVar[Any] = staticmethod(move.default)

@@ -1,0 +1,177 @@
+"""The base class of all kinds of part, and the functions that read the hooks of a part.
+
+A part is a class that derives from a kind of part and has a name:
+`class Social(LearningRule, name="social")`.
+
+- Annotations are settings of the experiment.
+- `arrays` declares the arrays of the part.
+- Static methods are hooks, compiled by Numba. A part inherits every hook that it does not define.
+
+A hook has the arguments of its kind, with the same names. The first is the part: a NamedTuple of
+its numeric settings, its `derived` values and its arrays.
+
+The kinds that belong to an agent or to its world have two types of hook. A *per-agent* hook is
+called for one lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such
+columns. It must not read other agents, and reaches its lane only by `get` and `put`. A *per-world*
+hook may read and write the arrays of all agents of its world: `prepare_senses`, `observe_others`,
+`init_world`, `end_step`.
+
+The fields of `model` and `state` are described in `Model` and `State` of
+`baldwinlab/models/miniworld/state.py`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.phases import Array
+from baldwinlab.experiment import registry
+from baldwinlab.experiment.fields import Fields
+from baldwinlab.parts.lane_check import require_own_column
+from baldwinlab.parts.renamed import refuse_old_names
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
+else:
+    FieldsMeta = type(Fields)
+
+
+class PartMeta(FieldsMeta):
+    """Check the names in a part's class before pydantic does."""
+
+    def __new__(mcs, class_name: str, bases: Any, namespace: Any, /, **options: Any) -> Any:
+        refuse_old_names(class_name, bases, namespace)
+        return super().__new__(mcs, class_name, bases, namespace, **options)
+
+
+class Part(Fields, metaclass=PartMeta):
+    """Base class of all kinds of part.
+
+    The annotations of a part are settings of the experiment: pydantic fields with a description, a
+    unit
+    and limits. The name of the part chooses it.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of part, such as "sense". Set by the kind.
+    name : str
+        Name of the part. Set by `class X(Kind, name="x")`.
+    arrays : Mapping[str, Array]
+        Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A
+        dimension is a
+        number, or "weights", "units", "inputs" or "actions".
+    derived : Mapping[str, Callable]
+        Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
+        `part.NAME`.
+    required_settings : Mapping[str, Any]
+        Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses
+        them.
+    Compiled : type
+        NamedTuple class of the first argument of the hooks.
+    """
+
+    kind: ClassVar[str] = ""
+    name: ClassVar[str] = ""
+    arrays: ClassVar[Mapping[str, Array]] = {}
+    derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
+    required_settings: ClassVar[Mapping[str, Any]] = {}
+    Compiled: ClassVar[type]
+
+    def __init_subclass__(cls, name: str = "", **options: Any) -> None:
+        super().__init_subclass__(**options)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
+        super().__pydantic_init_subclass__(**options)
+        if not name:
+            # A kind, or a base class of parts.
+            return
+        built_in = registry.is_built_in(cls.kind, name, cls.__module__)
+        _require_signatures(cls)
+        cls.name = name
+        fields = [*numeric_fields(cls), *cls.derived, *cls.arrays]
+        made: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
+        # Numba's cache finds the class by these names.
+        made.__module__ = cls.__module__
+        made.__qualname__ = f"{cls.__qualname__}.Compiled"
+        # mypy knows the attributes of a NamedTuple, so an assignment would be an error.
+        setattr(made, "part", cls)  # noqa: B010
+        cls.Compiled = made
+        if not built_in:
+            require_own_column(
+                {each: getattr(cls, each) for each in overridden_hooks(cls)}, cls.arrays
+            )
+            registry.add(cls.kind, name, cls)
+
+    @classmethod
+    def hooks(cls) -> tuple[Callable[..., Any], ...]:
+        """Return the functions of all hooks of the part."""
+        return tuple(getattr(cls, each) for each in hook_names(cls))
+
+    def check(self, experiment: Any) -> None:
+        """Check that the part fits an experiment.
+
+        Raises
+        ------
+        ValueError
+            If the part cannot be used with these settings. The message is shown to the user.
+        """
+
+
+def hook_names(kind: type[Part]) -> list[str]:
+    """Return the names of the hooks of a kind."""
+    base = next(each for each in kind.__mro__ if Part in each.__bases__)
+    return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
+
+
+def overridden_hooks(part: type[Part]) -> list[str]:
+    """Return the names of the hooks that a part defines itself."""
+    return [name for name in hook_names(part) if getattr(part, name) is not _of_kind(part, name)]
+
+
+def numeric_fields(part: type[Part]) -> list[str]:
+    """Return the names of the settings that compiled code can read: int, float and bool."""
+    return [
+        name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)
+    ]
+
+
+def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
+    """Return the first argument of the hooks of a part: its settings, derived values and arrays."""
+    own: dict[str, Any] = {}
+    for name in numeric_fields(type(part)):
+        value = getattr(part, name)
+        own[name] = (
+            np.float32(value) if type(part).model_fields[name].annotation is float else value
+        )
+    derived = {name: make(part, experiment) for name, make in type(part).derived.items()}
+    return part.Compiled(
+        **own, **derived, **{name: allocate(array) for name, array in type(part).arrays.items()}
+    )
+
+
+def _require_signatures(part: type[Part]) -> None:
+    for name in hook_names(part):
+        wanted = [*inspect.signature(_of_kind(part, name)).parameters]
+        given = vars(part).get(name)
+        if given is not None and not isinstance(given, staticmethod):
+            raise TypeError(
+                f"{part.__name__}.{name} must be a static method: "
+                f"@staticmethod def {name}({', '.join(wanted)})"
+            )
+        if [*inspect.signature(getattr(part, name)).parameters] != wanted:
+            raise TypeError(
+                f"{part.__name__}.{name} must have the arguments of its kind: "
+                f"{name}({', '.join(wanted)})"
+            )
+
+
+def _of_kind(part: type[Part], name: str) -> Callable[..., Any]:
+    base = next(each for each in part.__mro__ if Part in each.__bases__)
+    return getattr(base, name)  # type: ignore[no-any-return]
