@@ -133,8 +133,8 @@ class Samples:
 def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
     """Drop runs, generations and agents without data. Nothing is copied if none is missing."""
     for dim in ("run", "generation", "agent"):
-        others = [name for name in runs["energy"].dims if name != dim]
-        has_data = runs["energy"].notnull().any(others)
+        other_dims = [name for name in runs["energy"].dims if name != dim]
+        has_data = runs["energy"].notnull().any(other_dims)
         if not bool(has_data.all()):
             runs = runs.isel({dim: has_data.values})
     return runs

@@ -79,7 +79,7 @@ def multiverse(
     A variant changes one choice that the paper leaves open. With 8 runs of each condition, a
     difference that every pair of runs shows stays significant when all tests of a variant are
     corrected together (p = 0.003). With fewer than 6 runs, no difference can be significant. If the
-    directory lies in a study of the paper, as the default does, the report of that study is written
+    directory is in a study of the paper, as the default is, the report of that study is written
     again, with the variants.
 
     For example:

@@ -305,20 +305,20 @@ def write_exclusively(path: Path, content: bytes) -> None:
         with atomic_path(path, exclusive=True) as partial, partial.open("xb") as file:
             file.write(content)
         return
-    taken = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+    conflict = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("xb") as file:
             file.write(content)
     except FileExistsError:
-        raise taken from None
+        raise conflict from None
     except (ValueError, NotImplementedError):
         # The storage has no exclusive creation.
         if path.exists():
-            raise taken from None
+            raise conflict from None
         write_atomically(path, content)
         if path.read_bytes() != content:
-            raise taken from None
+            raise conflict from None
 
 
 def append_line(path: Path, line: str, kind: FileKind) -> None:

@@ -304,7 +304,7 @@ def _any_of(count: int, uniform: float) -> Any:
 def _spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
     """Draw `parents` with probability proportional to `shares`; uniform if all are 0.
 
-    Afterwards `shares` hold cumulative sums.
+    The function replaces `shares` by their cumulative sums.
     """
     is_uniform = True
     for agent in range(shares.size):

@@ -1,7 +1,7 @@
 """Social heredity: parents teach their children.
 
 Generations do not overlap, so a child carries its teacher: its reinforcement module at birth is the
-action module of its parents at death. A rule that learns towards the reinforcement module, for
+action module of its parents at death. A rule that learns toward the reinforcement module, for
 example `self-taught`, then imitates the parents on the inputs of the child. The action module is
 inherited as in `darwinian`.
 

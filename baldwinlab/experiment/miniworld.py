@@ -88,15 +88,14 @@ class World(Fields):
         faults: list[tuple[str, object, str]] = []
         for axis, side in (("x", "width"), ("y", "height")):
             size = getattr(self, side)
-            place = getattr(self.start, axis)
-            if place >= size:
-                faults.append(
-                    (f"start.{axis}", place, f"must be less than world.{side} = {size:g}")
-                )
+            position = getattr(self.start, axis)
+            if position >= size:
+                rule = f"must be less than world.{side} = {size:g}"
+                faults.append((f"start.{axis}", position, rule))
             for number, region in enumerate(self.food):
                 edges = getattr(region, axis)
                 if edges[1] > size:
-                    rule = f"must lie on the map, from 0 to world.{side} = {size:g}"
+                    rule = f"must be on the map, from 0 to world.{side} = {size:g}"
                     faults.append((f"food.{number}.{axis}", edges, rule))
         half = min(self.width, self.height) / 2
         if self.start.radius > half:

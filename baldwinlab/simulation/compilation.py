@@ -101,10 +101,10 @@ def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], No
     This process compiles the evolution operators and the last experiment. Errors of a process are
     ignored, because the simulation meets and reports the same error.
     """
-    others = experiments[:-1]
+    in_processes = experiments[:-1]
     processes = list[subprocess.Popen[bytes]]()
-    size = min(MAX_COMBINATIONS, math.ceil(len(others) / available_cores()))
-    waiting = [others[first : first + size] for first in range(0, len(others), size)]
+    size = min(MAX_COMBINATIONS, math.ceil(len(in_processes) / available_cores()))
+    waiting = [in_processes[first : first + size] for first in range(0, len(in_processes), size)]
     takes_long = size > QUIET_COMBINATIONS
     if takes_long:
         log(

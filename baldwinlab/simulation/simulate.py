@@ -1,4 +1,4 @@
-"""Simulate runs: from an experiment and a seed to labelled arrays."""
+"""Simulate runs: from an experiment and a seed to labeled arrays."""
 
 from __future__ import annotations
 

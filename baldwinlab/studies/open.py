@@ -90,7 +90,7 @@ def concat_conditions(
 def _common_attributes(name: Hashable, datasets: Sequence[xr.Dataset]) -> dict[Hashable, Any]:
     """Return the attributes of a variable, empty if its unit or meaning differs between models."""
     attributes = [data[name].attrs for data in datasets if name in data and data[name].attrs]
-    if not attributes or any(other != attributes[0] for other in attributes):
+    if not attributes or any(entry != attributes[0] for entry in attributes):
         return {}
     return attributes[0]
 

@@ -106,7 +106,7 @@ def find_missing_runs(
                 consequence = f"run {run} is not done again, as --runs is {runs}"
                 if run < runs:
                     consequence = "the run is done again"
-                log(f"{error}; it is kept as {damaged.name} and {consequence}")
+                log(f"{error}; it is renamed to {damaged.name}, and {consequence}")
                 stored.discard(run)
         missing[condition] = [run for run in range(runs) if run not in stored]
     return missing

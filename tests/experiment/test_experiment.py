@@ -63,7 +63,7 @@ from baldwinlab.papers.presets import load
             {"world": {"food": [{"x": [1, 700], "y": [1, 2]}]}},
             "world.food.0.x",
             "[1, 700]",
-            "must lie on the map, from 0 to world.width = 640",
+            "must be on the map, from 0 to world.width = 640",
         ),
         (
             {"world": {"food": [{"x": [1, 2], "y": [1, 2], "count": -1}]}},
@@ -90,9 +90,9 @@ def test_a_smaller_map_names_every_field_that_does_not_fit() -> None:
     with pytest.raises(ExperimentError) as refusal:
         load("evo/A").replace(world={"width": 320, "height": 100})
     assert str(refusal.value).splitlines() == [
-        "world.food.0.x = [400, 560]: must lie on the map, from 0 to world.width = 320",
+        "world.food.0.x = [400, 560]: must be on the map, from 0 to world.width = 320",
         "world.start.y = 160: must be less than world.height = 100",
-        "world.food.0.y = [80, 240]: must lie on the map, from 0 to world.height = 100",
+        "world.food.0.y = [80, 240]: must be on the map, from 0 to world.height = 100",
     ]
 
 

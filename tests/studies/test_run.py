@@ -150,7 +150,7 @@ def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_as
     (sentence,) = told
     assert sentence.startswith(f"{foreign} is damaged: it is run 1 of evo/A")
     assert sentence.endswith(
-        "it is kept as 0007.nc.damaged and run 7 is not done again, as --runs is 2"
+        "it is renamed to 0007.nc.damaged, and run 7 is not done again, as --runs is 2"
     )
     assert not foreign.exists()
     assert foreign.with_name("0007.nc.damaged").exists()

@@ -92,8 +92,8 @@ class ConditionResult:
         answers = {answer.criterion.id: answer for answer in self.answers}
         if criterion in answers:
             return answers[criterion]
-        known = {entry.id: entry for entry in load_criteria()}
-        return Answer(known[criterion], None, 0, nan, NOT_MEASURED)
+        criteria = {entry.id: entry for entry in load_criteria()}
+        return Answer(criteria[criterion], None, 0, nan, NOT_MEASURED)
 
     def answers_of_phase(self, phase: int | None) -> list[Answer]:
         """Return the answers to the criteria of a phase of the Baldwin effect."""
@@ -137,10 +137,10 @@ class Analysis:
         return describe_too_few([_design(answer.numbers.n) for answer in answers if answer.numbers])
 
     @property
-    def asked_criteria(self) -> list[Criterion]:
+    def applicable_criteria(self) -> list[Criterion]:
         """The criteria that apply to a condition."""
-        asked = {answer.criterion for result in self.results for answer in result.answers}
-        return [criterion for criterion in load_criteria() if criterion in asked]
+        applicable = {answer.criterion for result in self.results for answer in result.answers}
+        return [criterion for criterion in load_criteria() if criterion in applicable]
 
     def find_number(self, condition: str, measure: str, when: str) -> Number | None:
         """Return the number of a quantity of a condition, or None if it does not exist."""

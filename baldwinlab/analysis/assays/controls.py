@@ -26,37 +26,37 @@ def find_control(name: str, experiments: Mapping[str, Experiment]) -> str:
     """Return the condition that differs only in having no learning, or ""."""
     experiment = experiments[name]
     is_control = _is_without_rule if isinstance(experiment, Experiment) else _is_without_learning
-    for candidate, other in experiments.items():
-        if candidate != name and is_control(experiment, other):
+    for candidate, control in experiments.items():
+        if candidate != name and is_control(experiment, control):
             return candidate
     return ""
 
 
-def _is_without_rule(experiment: Experiment, other: Experiment) -> bool:
-    """Return whether a MiniWorld condition is `experiment` with another, inactive rule."""
-    if other.learns:
+def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
+    """Return whether `candidate` is a MiniWorld experiment with an inactive learning rule."""
+    if candidate.learns:
         return False
     tree = experiment.to_dict()
     shared = {"name": experiment.name, "learning": tree["learning"]}
-    return bool(other.to_dict() | shared == tree)
+    return bool(candidate.to_dict() | shared == tree)
 
 
-def _is_without_learning(experiment: BaseExperiment, other: BaseExperiment) -> bool:
-    """Return whether `other` is `experiment` without learning, for any other model."""
+def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) -> bool:
+    """Return whether `candidate` is `experiment` without learning, for models other than MiniWorld."""
     try:
         return bool(
-            experiment.without_learning().to_dict() | {"name": other.name} == other.to_dict()
+            experiment.without_learning().to_dict() | {"name": candidate.name} == candidate.to_dict()
         )
     # The model is not loaded.
     except ExperimentError:
         key = key_of(experiment.model)
         tree = experiment.to_dict()
-        other_tree = other.to_dict()
+        candidate_tree = candidate.to_dict()
         shared = {"name": experiment.name, key: tree[key]}
-        return other_tree | shared == tree and _switches_learning_off(other_tree[key], tree[key])
+        return candidate_tree | shared == tree and _switches_learning_off(candidate_tree[key], tree[key])
 
 
-def _switches_learning_off(other: Mapping[str, object], settings: Mapping[str, object]) -> bool:
-    """Return whether a single setting of a model differs, and it is off in `other`."""
-    differing = [name for name in settings if other.get(name) != settings[name]]
-    return len(differing) == 1 and other.get(differing[0]) is False
+def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:
+    """Return whether a single setting of a model differs, and it is off in `control`."""
+    differing = [name for name in settings if control.get(name) != settings[name]]
+    return len(differing) == 1 and control.get(differing[0]) is False

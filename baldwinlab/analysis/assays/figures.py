@@ -118,13 +118,13 @@ def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> F
         bool(values.notnull().any()) for layers in moved.values() for values in layers.values()
     )
     figure, grid = _grid(assays["innate"], names, rows=1 + has_weights, height=2.2)
-    for (top, *others), name in zip(grid, names, strict=True):
+    for (top, *weight_axes), name in zip(grid, names, strict=True):
         food = mean_food(assays["innate"][name])
         _draw_curve(top, food.sel(life="on") - food.sel(life="off"), LIFE_STYLES["on"], "")
         top.axhline(0, color=GRAY, lw=0.8)
-        for bottom in others:
+        for bottom in weight_axes:
             _draw_distances(bottom, moved[name])
-        _label_generations([top, *others][-1])
+        _label_generations([top, *weight_axes][-1])
     labels = [f"gain from learning,\n{unit}", "distance, birth to death"]
     _label_rows(grid, *labels[: 1 + has_weights])
     if has_weights:

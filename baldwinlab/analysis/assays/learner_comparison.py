@@ -330,8 +330,8 @@ def _list_learners(learners: Maps, named_maps: Sequence[str] = ()) -> str:
 
 
 def _list_maps(maps: Sequence[str]) -> str:
-    *others, last = maps
-    return f"maps {', '.join(others)} and {last}" if others else f"map {last}"
+    *preceding, last = maps
+    return f"maps {', '.join(preceding)} and {last}" if preceding else f"map {last}"
 
 
 class Row(NamedTuple):

@@ -117,5 +117,5 @@ def _align(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.Data
     columns = [
         norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in present
     ]
-    places = np.array([values.index(value) for value in present])
-    return xr.concat(columns, "place").assign_coords(place=places)
+    indices = np.array([values.index(value) for value in present])
+    return xr.concat(columns, "place").assign_coords(place=indices)

@@ -221,10 +221,10 @@ def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
 def _shown_criteria(analysis: Analysis) -> list[Criterion]:
     """Return the criteria of the table. An overview omits those that were not measured."""
     if not overview.is_large(analysis):
-        return analysis.asked_criteria
+        return analysis.applicable_criteria
     return [
         criterion
-        for criterion in analysis.asked_criteria
+        for criterion in analysis.applicable_criteria
         if any(result.answer(criterion.id).numbers for result in analysis.results)
     ]
 

@@ -219,8 +219,8 @@ def variants_with_figures(multiverse: Multiverse) -> list[VariantResult]:
 
 def variants_with_most_claims(multiverse: Multiverse) -> list[VariantResult]:
     """Return the variants under which the most claims hold."""
-    most = max((variant.held for variant in multiverse.variants), default=0)
-    return [variant for variant in multiverse.variants if variant.held == most]
+    maximum = max((variant.held for variant in multiverse.variants), default=0)
+    return [variant for variant in multiverse.variants if variant.held == maximum]
 
 
 class Share(NamedTuple):
@@ -240,7 +240,7 @@ class Share(NamedTuple):
 
 
 def compute_shares(multiverse: Multiverse) -> list[Share]:
-    """Return under how many combinations each claim holds, by choice and alternative.
+    """Count the combinations under which each claim holds, by choice and alternative.
 
     Parameters
     ----------

@@ -109,8 +109,8 @@ def read_multiverse(path: Path) -> Multiverse:
         record = _upgrade_names(json.loads(raw))
         multiverse = Multiverse.model_validate(record)
     except ValidationError as error:
-        place = ".".join(str(key) for key in error.errors()[0]["loc"]) or "it is not an object"
-        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {place}") from None
+        key = ".".join(str(part) for part in error.errors()[0]["loc"]) or "it is not an object"
+        raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: {key}") from None
     except (ValueError, RecursionError):
         raise ValueError(f"{path} is not a file of `baldwinlab multiverse`: not JSON") from None
     if not _is_unchanged(multiverse, record):
@@ -121,7 +121,7 @@ def read_multiverse(path: Path) -> Multiverse:
 
 
 def _upgrade_names(record: Any) -> Any:
-    """Rename the variants of a file that was written when they were called readings."""
+    """Rename the variants of a file of version 0.1, which calls them `readings`."""
     if isinstance(record, dict) and "readings" in record and "variants" not in record:
         return {**record, "variants": record["readings"]}
     return record

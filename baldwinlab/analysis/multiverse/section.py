@@ -16,7 +16,7 @@ from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UN
 from baldwinlab.papers import load
 
 PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
-# Up to so many variants are named. More are counted.
+# Largest numbers of variants of which the report lists the names instead of their number.
 MAX_NAMED: Final = 8
 MAX_NAMED_WITH_STANDARD: Final = 2
 
@@ -270,12 +270,12 @@ def _describe_verdicts(multiverse: Multiverse, claim: str) -> str:
 
 def _name_all(variants: Sequence[VariantResult]) -> str:
     """Return the names of a few variants, or the number of many."""
-    others = [variant for variant in variants if variant.choices]
-    has_standard = len(others) < len(variants)
-    if len(others) <= (MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED):
+    nonstandard = [variant for variant in variants if variant.choices]
+    has_standard = len(nonstandard) < len(variants)
+    if len(nonstandard) <= (MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED):
         return _join([_name(variant) for variant in variants])
     if has_standard:
-        return f"the standard variant and {len(others)} others"
+        return f"the standard variant and {len(nonstandard)} others"
     return f"{len(variants)} variants"
 
 

@@ -24,7 +24,7 @@ class ReportFigure(NamedTuple):
     name: str
     title: str
     caption: str
-    # Text for readers who cannot see the figure.
+    # Text that a screen reader speaks instead of the figure.
     alternative: str
     figure: Drawing
     # Rows of its CSV file.

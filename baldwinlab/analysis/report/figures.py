@@ -346,14 +346,14 @@ def _draw_senses(report: ReportData) -> ReportFigure | None:
     without_sector = [
         sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
     ]
-    others = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
+    more_inputs = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
     last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
     item = f" The item is in the sector of {last_inputs}." if sectors else ""
     return ReportFigure(
         "senses",
         "The agents' senses",
         f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
-        f"right of the page, and its right hand is below.{item}{others}",
+        f"right of the page, and its right hand is below.{item}{more_inputs}",
         f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
         figures.draw_agent_senses(look),
     )
@@ -375,7 +375,7 @@ DRAW: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
 
 
 def describe_final_medians(data: xr.Dataset, last: int) -> str:
-    """Return the median over runs of the final mean fitness, for readers who see no figure."""
+    """Return the median over runs of the final mean fitness, as alternative text of a figure."""
     medians = fitness.final(data, "mean", last).median("run")
     values = [
         f"{name} {format_number(float(medians.sel(condition=name)))}"

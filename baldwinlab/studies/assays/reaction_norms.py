@@ -75,10 +75,10 @@ def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
     experiment = study.experiments[condition]
     factors = study.factors[condition]
     maps: list[OnMap] = []
-    for other_name, other in study.factors.items():
-        if factors.map and other.map and other.learner == factors.learner:
-            world = study.experiments[other_name].world
-            on_map = (other.map, experiment.replace(world=world))
+    for candidate_name, candidate in study.factors.items():
+        if factors.map and candidate.map and candidate.learner == factors.learner:
+            world = study.experiments[candidate_name].world
+            on_map = (candidate.map, experiment.replace(world=world))
             if on_map[1] != experiment and on_map not in maps:
                 maps.append(on_map)
     return tuple(maps)

@@ -103,7 +103,7 @@ class Sample:
                 gain = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
                     f"{path}: generation {generation}, simulated again, does not {gain} "
-                    "what is stored; another version of baldwinlab made this study"
+                    "the stored amount; another version of baldwinlab made this study"
                 )
         return lives
 

@@ -52,9 +52,9 @@ def _of_newborns(
     steps = sample.experiment.lifetime.steps
     runs, agents = genomes.shape[:2]
     batch = make_batch(sample.experiment, sample.seed, sample.runs, generation, genomes)
-    moments = [*range(0, steps, WINDOW), steps]
-    eaten = Series("eaten_in_life", moments, slice(runs * agents))
-    fed = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments)
+    recorded_steps = [*range(0, steps, WINDOW), steps]
+    eaten = Series("eaten_in_life", recorded_steps, slice(runs * agents))
+    fed = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), recorded_steps)
     record_batch(batch, [eaten, fed])
     sample.count_generation()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)

@@ -103,7 +103,7 @@ def test_a_record_that_other_code_made_is_refused(tmp_path: Path) -> None:
     record.energy[1, 4] += 1
     study.write("evo+self-taught/A", 1, record)
     with pytest.raises(
-        StudyError, match=r"0001.nc: generation 1, simulated again, does not eat what is stored"
+        StudyError, match=r"0001.nc: generation 1, simulated again, does not eat the stored amount"
     ):
         run_assays(
             study, find_missing_assays(study, ["innate"]), 1, ignore_progress, ignore_message
