@@ -12,7 +12,7 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.survival import Survival
 from baldwinlab.papers import load
-from baldwinlab.papers.claims import OF_ALL, Claim, Comparison
+from baldwinlab.papers.claims import OF_ALL, Claim, ClaimComparison
 
 
 class ClaimSource(Protocol):
@@ -79,7 +79,7 @@ class Samples:
             and any(self.source.measures(name) is None for name in comparison.conditions)
         }
 
-    def meaning(self, comparison: Comparison) -> str:
+    def meaning(self, comparison: ClaimComparison) -> str:
         """Return the meaning of a measure that a model defines, or ""."""
         if comparison.measure in OF_ALL:
             return ""

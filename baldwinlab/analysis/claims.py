@@ -39,7 +39,7 @@ from baldwinlab.analysis.statistics.sample_sizes import (
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.files import write_atomically
-from baldwinlab.papers.claims import FIRST, Claim, Comparison
+from baldwinlab.papers.claims import FIRST, Claim, ClaimComparison
 
 STATISTICS_COLUMNS = ("claim", *COLUMNS)
 
@@ -48,7 +48,7 @@ STATISTICS_COLUMNS = ("claim", *COLUMNS)
 class Finding:
     """A comparison with its verdict. Numbers that do not exist are NaN."""
 
-    comparison: Comparison
+    comparison: ClaimComparison
     numbers: statistics.Comparison
     p_holm: float
     verdict: Verdict
@@ -215,7 +215,7 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
     ]
 
 
-def _decide(claims: Sequence[Claim], samples: Samples) -> dict[Comparison, Finding]:
+def _decide(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, Finding]:
     """Return the findings of all comparisons. Their tests are one family."""
     comparisons = dict.fromkeys(comparison for claim in claims for comparison in claim.comparisons)
     numbers = {comparison: _measure(comparison, samples) for comparison in comparisons}
@@ -242,7 +242,7 @@ def _decide(claims: Sequence[Claim], samples: Samples) -> dict[Comparison, Findi
     return findings
 
 
-def _design(comparison: Comparison, n_a: int, n_b: int) -> Design:
+def _design(comparison: ClaimComparison, n_a: int, n_b: int) -> Design:
     """Return the test of a comparison of two samples."""
     if comparison.rule == "survives_longer":
         return Design(n_a, n_b, "log-rank")
@@ -285,7 +285,7 @@ def planned_claim_designs(
     return [_design(comparison, runs, runs) for comparison in tested]
 
 
-def _measure(comparison: Comparison, samples: Samples) -> statistics.Comparison:
+def _measure(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     if comparison.b:
         return _compare(comparison, samples)
     values = samples.get(comparison.a, comparison.measure)
@@ -300,7 +300,7 @@ def _measure(comparison: Comparison, samples: Samples) -> statistics.Comparison:
     return statistics.Comparison(values.size, 0, median, nan, median, low, high, nan, nan, nan)
 
 
-def _compare(comparison: Comparison, samples: Samples) -> statistics.Comparison:
+def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     """Compare two conditions, or the last generations of a condition with its first ones."""
     is_first = comparison.b == FIRST
     condition_b = comparison.a if is_first else comparison.b

@@ -330,4 +330,4 @@ def _need_after_runs(
     need = plan.need(runs, workers or available_cores(), paper.about.assays)
     tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
     shown = by_name.get(paper.about.emergence, experiments[0])
-    return need.then(tables).then(replay_memory(shown))
+    return need.add_later(tables).add_later(replay_memory(shown))

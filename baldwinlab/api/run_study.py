@@ -196,7 +196,7 @@ def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool
         for experiment in request.experiments
     ]
     need = memory.estimate_runs(missing, machinery.tasks, machinery.backend.worlds)
-    need = _need_on_this_machine(need, machinery.executor).then(request.later_need)
+    need = _need_on_this_machine(need, machinery.executor).add_later(request.later_need)
     require(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:
         memory.require_storable(

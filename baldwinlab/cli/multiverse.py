@@ -31,9 +31,9 @@ from baldwinlab.experiment.factors import MULTIVERSE
 from baldwinlab.papers import DEFAULT, Paper, PaperError, load
 from baldwinlab.studies.multiverse import (
     Variant,
+    combine_all_choices,
     experiments,
     factors,
-    vary_all,
     vary_one_at_a_time,
 )
 from baldwinlab.studies.store import StudyStore
@@ -109,7 +109,7 @@ def multiverse(
 
 def _list_variants(paper: Paper | None, all_combinations: bool) -> list[Variant]:
     """Return the variants to simulate. Raise PaperError for a paper without claims or variants."""
-    variants = vary_all(paper) if all_combinations else vary_one_at_a_time(paper)
+    variants = combine_all_choices(paper) if all_combinations else vary_one_at_a_time(paper)
     if paper and not (paper.claims and len(variants) > 1):
         raise PaperError(
             f"{paper.folder}: a multiverse needs claims.toml and at least one variant besides "

@@ -22,7 +22,7 @@ class Need(NamedTuple):
     memory: int = 0
     disk: int = 0
 
-    def then(self, later: Need) -> Need:
+    def add_later(self, later: Need) -> Need:
         """Return the need of both, one after the other: memory is reused, and disk is not."""
         return Need(max(self.memory, later.memory), self.disk + later.disk)
 

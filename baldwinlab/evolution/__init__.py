@@ -7,10 +7,10 @@ from baldwinlab.evolution.breeding import breed, make_generation
 from baldwinlab.evolution.fitness import compute_learning_cost, fitness, sum_energy
 from baldwinlab.evolution.founders import draw_genomes
 from baldwinlab.evolution.inheritance import (
+    apply_inheritance,
     apply_teacher_control,
     find_teachers,
     has_parent_teachers,
-    inherit_genomes,
     needs_simulation,
     remap_parents,
 )
@@ -23,6 +23,7 @@ __all__ = [
     "Genome",
     "Parents",
     "Uniforms",
+    "apply_inheritance",
     "apply_teacher_control",
     "breed",
     "compute_learning_cost",
@@ -30,7 +31,6 @@ __all__ = [
     "find_teachers",
     "fitness",
     "has_parent_teachers",
-    "inherit_genomes",
     "make_generation",
     "needs_simulation",
     "remap_parents",

@@ -57,7 +57,7 @@ class NoInheritance(Inheritance, name="none"):
         return False
 
 
-def inherit_genomes(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
+def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
     """Return the genomes that are inherited, from those at birth and `learned` [agent, weight]."""
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):

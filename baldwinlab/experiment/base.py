@@ -31,7 +31,7 @@ from baldwinlab.experiment.fields import (
     sentences,
 )
 from baldwinlab.experiment.html import html
-from baldwinlab.experiment.registry import Choice, key_of
+from baldwinlab.experiment.registry import PartChoice, key_of
 from baldwinlab.experiment.renamed import upgrade
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
@@ -43,7 +43,7 @@ Name = Annotated[
         description="Name of the condition, in results and figures.",
     ),
 ]
-ModelName = Annotated[str, Choice("model")]
+ModelName = Annotated[str, PartChoice("model")]
 
 
 class Population(Fields):
@@ -52,7 +52,7 @@ class Population(Fields):
 
 class Evolution(Fields):
     generations: int = Field(100, ge=1, le=1_000_000, description="Number of generations per run.")
-    inheritance: Annotated[str, Choice("inheritance")] = Field(
+    inheritance: Annotated[str, PartChoice("inheritance")] = Field(
         "darwinian",
         description=(
             "Inheritance. darwinian: the genome at birth is inherited; none: all "
@@ -67,7 +67,7 @@ class Evolution(Fields):
             "Share of the learned weight change that is inherited. 0: Darwinian; 1: Lamarckian."
         ),
     )
-    selection: Annotated[str, Choice("selection")] = Field(
+    selection: Annotated[str, PartChoice("selection")] = Field(
         "roulette",
         description=(
             "Selection of parents: roulette, tournament of 2, truncation to the "
@@ -80,13 +80,13 @@ class Evolution(Fields):
         le=1_000_000,
         description=("Number of the fittest agents that survive and replace as many children."),
     )
-    variation: Annotated[str, Choice("variation")] = Field(
+    variation: Annotated[str, PartChoice("variation")] = Field(
         "crossover",
         description=(
             "Variation operator. crossover: each weight from either parent, then mutation."
         ),
     )
-    fitness: Annotated[str, Choice("fitness")] = Field(
+    fitness: Annotated[str, PartChoice("fitness")] = Field(
         "energy",
         description="Fitness. energy: energy of the eaten items, or payoff of the model, "
         "minus the cost of learning, and at least 0.",

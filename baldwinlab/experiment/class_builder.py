@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field, create_model
 
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.fields import Fields, plain
-from baldwinlab.experiment.registry import Choice, key_of
+from baldwinlab.experiment.registry import PartChoice, key_of
 
 Chosen = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of the table of a part, and its class; None for a part that is not loaded."""
@@ -29,7 +29,9 @@ def kind_of(section: type[BaseModel], field: str) -> str | None:
         for argument in get_args(info.annotation)
         for part in getattr(argument, "__metadata__", ())
     ]
-    return next((mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, Choice)), None)
+    return next(
+        (mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, PartChoice)), None
+    )
 
 
 @cache

@@ -16,14 +16,14 @@ from pydantic import Field, field_validator, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
 from baldwinlab.experiment.fields import Fields, refuse_fields
-from baldwinlab.experiment.registry import Choice
+from baldwinlab.experiment.registry import PartChoice
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
-SenseName = Annotated[str, Choice("sense")]
-BodyName = Annotated[str, Choice("body")]
-NetworkName = Annotated[str, Choice("network")]
-RuleName = Annotated[str, Choice("learning rule")]
-FeatureName = Annotated[str, Choice("world feature")]
+SenseName = Annotated[str, PartChoice("sense")]
+BodyName = Annotated[str, PartChoice("body")]
+NetworkName = Annotated[str, PartChoice("network")]
+RuleName = Annotated[str, PartChoice("learning rule")]
+FeatureName = Annotated[str, PartChoice("world feature")]
 LONGEST_LIFE: Final = 100_000_000
 """Maximum number of steps of a lifetime."""
 

@@ -65,7 +65,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "sense": {
         "compass": f"{_MINIWORLD}.senses.binary:Compass",
-        "energy": f"{_MINIWORLD}.senses.real_valued:Energy",
+        "energy": f"{_MINIWORLD}.senses.real_valued:EnergySense",
         "last-action": f"{_MINIWORLD}.senses.binary:LastAction",
         "nearest": f"{_MINIWORLD}.senses.real_valued:Nearest",
         "neighbours": f"{_MINIWORLD}.senses.binary:Neighbours",
@@ -135,8 +135,8 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
 _CUSTOM: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 
 
-class Choice(NamedTuple):
-    """Mark of a setting that chooses parts of a kind: `Annotated[str, Choice("selection")]`."""
+class PartChoice(NamedTuple):
+    """Mark of a setting that chooses parts of a kind: `Annotated[str, PartChoice("selection")]`."""
 
     kind: str
 

@@ -45,7 +45,7 @@ _BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
 _BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
 
 
-class Comparison(Declared):
+class ClaimComparison(Declared):
     """A comparison of the condition `a` with the condition `b`, or with `bound` if there is no `b`."""
 
     a: str = Field(min_length=1)
@@ -149,7 +149,7 @@ class Claim(Declared):
     figure: float | None = None
     # Choices that could cause a difference, the most likely first.
     choices: tuple[Choice, ...] = ()
-    comparisons: tuple[Comparison, ...] = Field(min_length=1)
+    comparisons: tuple[ClaimComparison, ...] = Field(min_length=1)
 
     @field_validator("choices", mode="before")
     @classmethod

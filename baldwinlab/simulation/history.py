@@ -15,9 +15,9 @@ from baldwinlab.core import variables
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
+    apply_inheritance,
     draw_genomes,
     fitness,
-    inherit_genomes,
     make_generation,
     remap_parents,
 )
@@ -79,7 +79,7 @@ class History:
             final = results.final_population
             learned = None if results.learned is None else results.learned[index]
             genome = self.genome if final is None else final.genome[index]
-            inherited = inherit_genomes(self.experiment, genome, learned)
+            inherited = apply_inheritance(self.experiment, genome, learned)
             key = GenerationKey(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = make_generation(
                 self.experiment, key, inherited, self._energy[generation]

@@ -107,7 +107,7 @@ def _need(experiment: Experiment, earlier_generations: int) -> Need:
     if not earlier_generations:
         return need
     earlier = experiment.replace(evolution={"generations": earlier_generations})
-    return need.then(estimate_simulation(earlier))
+    return need.add_later(estimate_simulation(earlier))
 
 
 def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:

@@ -107,7 +107,7 @@ def vary_one_at_a_time(paper: Paper | None = None) -> list[Variant]:
     ]
 
 
-def vary_all(paper: Paper | None = None) -> list[Variant]:
+def combine_all_choices(paper: Paper | None = None) -> list[Variant]:
     """Return all combinations of the choices, the standard first.
 
     Le (2019) has 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2 = 2048 combinations.

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from baldwinlab.analysis.figures.style import series
+from baldwinlab.analysis.figures.style import choose_style
 from baldwinlab.api.study import Study, open_study
 from tests.small_studies import make_small_study, shorten_preset
 
@@ -33,7 +33,7 @@ def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study)
     assert "evo+self-taught/A: 2 runs" in page
     (drawing,) = drawings(page)
     styles = " ".join(element.get("style", "") for element in drawing.iter())
-    assert [f"stroke: {series(number).color.lower()}" in styles for number in range(3)] == [
+    assert [f"stroke: {choose_style(number).color.lower()}" in styles for number in range(3)] == [
         True,
         True,
         False,

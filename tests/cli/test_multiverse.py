@@ -34,7 +34,7 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command_multiverse, "vary_one_at_a_time", lambda paper: READINGS)
     monkeypatch.setattr(
         command_multiverse,
-        "vary_all",
+        "combine_all_choices",
         lambda paper: [*READINGS, Variant(("contact-5", "rank"))],
     )
 

@@ -58,7 +58,7 @@ def apply_teacher_control(experiment: Experiment, genome: Genome, key: Generatio
     return genome
 
 
-def inherit_genomes(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
+def apply_inheritance(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
     """The genomes that are inherited: as they were born, or nearer to what the action module [agent, weight] was at death.
 
     Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).

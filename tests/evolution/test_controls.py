@@ -9,10 +9,10 @@ from scipy.stats import kstest
 from baldwinlab import papers
 from baldwinlab.evolution import (
     GenerationKey,
+    apply_inheritance,
     breed,
     compute_learning_cost,
     draw_genomes,
-    inherit_genomes,
 )
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
@@ -82,7 +82,7 @@ def test_a_share_of_what_was_learned_is_inherited() -> None:
     )
     born = draw_genomes(experiment, GenerationKey(1, 0, 0))
     learned = born[:, 0] + 4
-    inherited = inherit_genomes(experiment, born, learned)
+    inherited = apply_inheritance(experiment, born, learned)
     np.testing.assert_allclose(inherited[:, 0], born[:, 0] + 1, atol=1e-6)
     np.testing.assert_array_equal(inherited[:, 1], born[:, 1])
 

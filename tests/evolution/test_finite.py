@@ -12,9 +12,9 @@ import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import (
     GenerationKey,
+    apply_inheritance,
     breed,
     draw_genomes,
-    inherit_genomes,
     make_generation,
 )
 from baldwinlab.parts import load_file
@@ -105,7 +105,7 @@ def test_each_gene_of_each_agent_is_looked_at(value: float) -> None:
     for agent, gene in ((0, 0), (7, 3), (len(born) - 1, born.shape[2] - 1)):
         learned = born[:, 0].copy()
         learned[agent, gene] = value
-        inherited = inherit_genomes(experiment, born, learned)
+        inherited = apply_inheritance(experiment, born, learned)
         with pytest.raises(
             RefusedError,
             match=f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5",

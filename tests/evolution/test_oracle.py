@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from baldwinlab.evolution import (
     GenerationKey,
+    apply_inheritance,
     breed,
     compute_learning_cost,
     draw_genomes,
     fitness,
-    inherit_genomes,
     make_generation,
     sum_energy,
 )
@@ -93,9 +93,9 @@ def test_what_is_bequeathed_is_the_oracles(share: float) -> None:
     )
     genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
     learned = draw_genomes(experiment, GenerationKey(2, 0, 0))[:, 0, : experiment.weight_count]
-    inherited = inherit_genomes(experiment, genome, learned)
-    assert inherited.tobytes() == oracle.inherit_genomes(experiment, genome, learned).tobytes()
-    assert inherit_genomes(experiment, genome, None) is genome
+    inherited = apply_inheritance(experiment, genome, learned)
+    assert inherited.tobytes() == oracle.apply_inheritance(experiment, genome, learned).tobytes()
+    assert apply_inheritance(experiment, genome, None) is genome
 
 
 @pytest.mark.parametrize("regions", [0, 1, 7])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution import inherit_genomes
+from baldwinlab.evolution import apply_inheritance
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.simulation.replay import replay
 from tests.models.miniworld.plain import founders, simulated, traced
@@ -30,7 +30,7 @@ def test_a_teacher_is_what_the_elders_had_learned_and_the_action_module_is_what_
     experiment = taught_by_elders()
     genome = founders(experiment)
     learned = genome[:, 0] + 3
-    inherited = inherit_genomes(experiment, genome, learned)
+    inherited = apply_inheritance(experiment, genome, learned)
     np.testing.assert_array_equal(inherited[:, 0], genome[:, 0])
     np.testing.assert_array_equal(inherited[:, 1], learned)
 
@@ -39,7 +39,7 @@ def test_a_teacher_is_what_the_elders_had_learned_and_the_action_module_is_what_
 def test_a_second_module_that_is_no_teacher_is_inherited_as_it_was_born(rule: str) -> None:
     experiment = taught_by_elders(f"learning.rule={rule}", "evolution.lamarckian_share=1")
     genome = founders(experiment)
-    inherited = inherit_genomes(experiment, genome, genome[:, 0] + 3)
+    inherited = apply_inheritance(experiment, genome, genome[:, 0] + 3)
     np.testing.assert_array_equal(inherited[:, 0], genome[:, 0] + 3)
     np.testing.assert_array_equal(inherited[:, 1:], genome[:, 1:])
 
@@ -47,7 +47,7 @@ def test_a_second_module_that_is_no_teacher_is_inherited_as_it_was_born(rule: st
 def test_a_gene_of_the_learning_rate_is_nobodys_teacher() -> None:
     experiment = taught_by_elders("learning.evolved_rate=true")
     genome = founders(experiment)
-    inherited = inherit_genomes(experiment, genome, genome[:, 0, :-1] + 3)
+    inherited = apply_inheritance(experiment, genome, genome[:, 0, :-1] + 3)
     np.testing.assert_array_equal(inherited[:, 1, :-1], genome[:, 0, :-1] + 3)
     np.testing.assert_array_equal(inherited[..., -1], genome[..., -1])
 

@@ -11,10 +11,10 @@ from baldwinlab.papers.presets import load, paper
 from baldwinlab.studies.multiverse import (
     Variant,
     alternatives,
+    combine_all_choices,
     experiments,
     factors,
     group_by_variant,
-    vary_all,
     vary_one_at_a_time,
 )
 from baldwinlab.studies.open import open_conditions
@@ -73,7 +73,7 @@ def test_a_variant_says_which_choices_it_makes_and_what_they_set() -> None:
 
 
 def test_all_combinations_have_different_names_that_are_valid() -> None:
-    variants = vary_all()
+    variants = combine_all_choices()
     assert len(variants) == 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2
     assert len({variant.name for variant in variants}) == len(variants)
     assert {variant.name for variant in vary_one_at_a_time()} <= {
@@ -84,7 +84,7 @@ def test_all_combinations_have_different_names_that_are_valid() -> None:
 
 
 def test_a_combination_is_its_parts_laid_over_each_other() -> None:
-    farthest = vary_all()[-1]
+    farthest = combine_all_choices()[-1]
     assert len(farthest.parts) == 8
     expected = reduce(
         merge, (Variant((part,)).changes for part in farthest.parts), load("evo/A").to_dict()

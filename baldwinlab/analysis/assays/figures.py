@@ -31,8 +31,8 @@ from baldwinlab.analysis.figures.style import (
     LINES,
     MARKERS,
     WIDTH,
-    Series,
-    series,
+    SeriesStyle,
+    choose_style,
     styled,
 )
 from baldwinlab.analysis.palette import LIFE_COLORS, NEWBORN_COLORS
@@ -46,11 +46,11 @@ LIFE_NAMES: Final = {
     "drift": "random changes instead of learning (drift)",
 }
 LIFE_STYLES: Final = {
-    life: Series(LIFE_COLORS[life], line, marker)
+    life: SeriesStyle(LIFE_COLORS[life], line, marker)
     for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)
 }
 NEWBORN_STYLES: Final = [
-    Series(color, line, marker)
+    SeriesStyle(color, line, marker)
     for color, line, marker in zip(NEWBORN_COLORS, LINES[::-1], MARKERS, strict=False)
 ]
 # The golden ratio spreads points evenly and reproducibly.
@@ -136,7 +136,7 @@ def _draw_distances(axes: Axes, moved: Mapping[str, xr.DataArray]) -> None:
     """Draw one curve per layer."""
     layers = {name.partition(", ")[2]: values for name, values in moved.items() if ", " in name}
     for number, (layer, values) in enumerate(layers.items()):
-        style = Series(BROWN, LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
+        style = SeriesStyle(BROWN, LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
         _draw_curve(axes, values, style, layer)
     _start_at_zero(axes)
 
@@ -176,7 +176,7 @@ def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     return figure
 
 
-def _draw_first_meals(axes: Axes, meals: np.ndarray, steps: int, style: Series) -> None:
+def _draw_first_meals(axes: Axes, meals: np.ndarray, steps: int, style: SeriesStyle) -> None:
     """Draw the share of agents that have eaten, by step."""
     times = np.sort(meals)
     times = times[np.isfinite(times)]
@@ -283,12 +283,12 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     return figure
 
 
-def _learner_styles(assays: Assays) -> dict[str, Series]:
+def _learner_styles(assays: Assays) -> dict[str, SeriesStyle]:
     """Return the style of each learner. It is the same in all figures of the study."""
     datasets = [data for assay in assays.values() for data in assay.values()]
     learners = [name for data in datasets for name in data.attrs.get("learners", ())]
     learners += [read_factors(data).learner for data in datasets]
-    return {name: series(number) for number, name in enumerate(dict.fromkeys(learners))}
+    return {name: choose_style(number) for number, name in enumerate(dict.fromkeys(learners))}
 
 
 @styled
@@ -353,7 +353,7 @@ def _grid(
 
 
 def _draw_curve(
-    axes: Axes, values: xr.DataArray, style: Series, label: str, dim: str = "generation"
+    axes: Axes, values: xr.DataArray, style: SeriesStyle, label: str, dim: str = "generation"
 ) -> None:
     """Draw a median over runs with its band, or nothing if there is no value."""
     present = values.dropna(dim, how="all")
@@ -401,7 +401,7 @@ def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
     return list(handles.values())
 
 
-def _draw_legend(figure: Figure, styles: Mapping[str, Series], learners: set[str]) -> None:
+def _draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], learners: set[str]) -> None:
     """Draw a legend of the learners in a figure."""
     handles = [
         figure.axes[0].plot(

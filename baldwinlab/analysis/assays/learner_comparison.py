@@ -15,7 +15,7 @@ from baldwinlab.analysis.assays.analysis import Analysis, Answer
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES, Verdict
 from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.analysis.report.phrases import format_signed
-from baldwinlab.analysis.report.sections import Summary, render
+from baldwinlab.analysis.report.sections import ReportSummary, render
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 from baldwinlab.core.files import write_atomically
@@ -219,7 +219,7 @@ def _measured_answers(condition: str, analysis: Analysis | None) -> dict[str, An
     return {}
 
 
-def summary_section(comparison: LearnerComparison, directory: Path) -> Summary:
+def summary_section(comparison: LearnerComparison, directory: Path) -> ReportSummary:
     """Make the sentences and the table at the top of a report.
 
     Writes `learners.json` and `figures/learners.csv`.
@@ -245,7 +245,7 @@ def summary_section(comparison: LearnerComparison, directory: Path) -> Summary:
     table = render(
         "assays/learner_comparison.html", comparison=comparison, rows=_make_rows(comparison)
     )
-    return Summary(_compose_sentences(comparison), table)
+    return ReportSummary(_compose_sentences(comparison), table)
 
 
 def _compose_sentences(comparison: LearnerComparison) -> list[str]:
@@ -334,7 +334,7 @@ def _list_maps(maps: Sequence[str]) -> str:
     return f"maps {', '.join(preceding)} and {last}" if preceding else f"map {last}"
 
 
-class Row(NamedTuple):
+class LearnerRow(NamedTuple):
     """Maps with a significant difference, for one learner."""
 
     learner: str
@@ -345,7 +345,7 @@ class Row(NamedTuple):
     cost: str
 
 
-def _make_rows(comparison: LearnerComparison) -> list[Row]:
+def _make_rows(comparison: LearnerComparison) -> list[LearnerRow]:
     rows = []
     for learner in comparison.learners:
         entries = [entry for entry in comparison.entries if entry.learner == learner]
@@ -356,7 +356,7 @@ def _make_rows(comparison: LearnerComparison) -> list[Row]:
             if entry.finding.verdict == FAILS
         }
         effects = [_list_effects(_significant_effects(entries, name)) for name in CRITERIA]
-        rows.append(Row(learner, ", ".join(more), _list_effects(less), *effects))
+        rows.append(LearnerRow(learner, ", ".join(more), _list_effects(less), *effects))
     return rows
 
 

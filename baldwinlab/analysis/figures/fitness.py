@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.figures.style import BLACK, GRAY, WIDTH, Series, series, styled
+from baldwinlab.analysis.figures.style import BLACK, GRAY, WIDTH, SeriesStyle, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
 from baldwinlab.analysis.statistics.rules import SIGNIFICANT
@@ -34,7 +34,7 @@ class PlottedCondition(NamedTuple):
     name: str
     learner: str
     map_name: str
-    look: Series
+    look: SeriesStyle
 
 
 def plotted_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
@@ -42,7 +42,9 @@ def plotted_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
     factors = of_study(dataset)
     learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
     return [
-        PlottedCondition(name, levels.learner, levels.map, series(learners.index(levels.learner)))
+        PlottedCondition(
+            name, levels.learner, levels.map, choose_style(learners.index(levels.learner))
+        )
         for name, levels in factors.items()
     ]
 
@@ -112,7 +114,7 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _draw_curve(axes: Axes, values: xr.DataArray, look: Series) -> None:
+def _draw_curve(axes: Axes, values: xr.DataArray, look: SeriesStyle) -> None:
     average, low, high = interval_of_mean(values)
     generation = values["generation"].values
     axes.fill_between(generation, low, high, color=look.color, alpha=0.18, lw=0)
@@ -196,7 +198,7 @@ def _fit_horizontally(labels: Sequence[str]) -> bool:
     return widest * len(labels) <= MAX_LETTERS
 
 
-def draw_box(axes: Axes, position: int, sample: np.ndarray, look: Series) -> None:
+def draw_box(axes: Axes, position: int, sample: np.ndarray, look: SeriesStyle) -> None:
     """Draw a box plot, and a point per run."""
     line = {"color": look.color, "linewidth": 1.1}
     axes.boxplot(

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.fitness import draw_box, plotted_conditions
-from baldwinlab.analysis.figures.style import WIDTH, series, styled
+from baldwinlab.analysis.figures.style import WIDTH, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
 
@@ -64,7 +64,7 @@ def draw_shares(shares: xr.Dataset) -> Figure:
         axes.set_title(condition.name, loc="left", fontweight="bold")
         for number, (name, share) in enumerate(shares.items()):
             average, low, high = interval_of_mean(share.sel(condition=condition.name))
-            look = series(number)
+            look = choose_style(number)
             axes.fill_between(generation, low, high, color=look.color, alpha=0.18, lw=0)
             label = str(name)
             axes.plot(generation, average, color=look.color, ls=look.line, lw=1.5, label=label)

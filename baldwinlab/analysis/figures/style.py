@@ -75,7 +75,7 @@ def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     return draw_styled
 
 
-class Series(NamedTuple):
+class SeriesStyle(NamedTuple):
     """The color, line and marker of a condition."""
 
     color: str
@@ -83,10 +83,10 @@ class Series(NamedTuple):
     marker: str
 
 
-def series(number: int) -> Series:
+def choose_style(number: int) -> SeriesStyle:
     """Return the appearance of a condition by its number; the first 28 differ."""
     line = LINES[(number % 7 + number // 7) % 4]
-    return Series(SERIES[number % 7], line, MARKERS[number % 7])
+    return SeriesStyle(SERIES[number % 7], line, MARKERS[number % 7])
 
 
 @styled

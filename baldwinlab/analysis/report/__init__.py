@@ -12,14 +12,20 @@ from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.figures import EXPLAINING, SUMMING_UP, draw_figures
 from baldwinlab.analysis.report.phrases import name_measures
-from baldwinlab.analysis.report.sections import Section, Summary, complete_page, render, write_page
+from baldwinlab.analysis.report.sections import (
+    ReportSummary,
+    Section,
+    complete_page,
+    render,
+    write_page,
+)
 from baldwinlab.analysis.statistics.summary import summarize_conditions
 from baldwinlab.core.files import write_atomically
 
 __all__ = [
     "ReportData",
+    "ReportSummary",
     "Section",
-    "Summary",
     "draw_report",
     "emergence_generations",
     "render",
@@ -122,7 +128,7 @@ def write_report(
     contents: Mapping[str, Any],
     out: Path,
     sections: Sequence[Section] = (),
-    summary: Summary | None = None,
+    summary: ReportSummary | None = None,
 ) -> Path:
     """Write a report as one HTML file, atomically.
 

@@ -46,7 +46,7 @@ class Section(NamedTuple):
     of_claims: str = ""
 
 
-class Summary(NamedTuple):
+class ReportSummary(NamedTuple):
     """Sentences and a table at the top of a report, around the figure of all conditions."""
 
     sentences: Sequence[str]

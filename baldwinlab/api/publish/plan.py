@@ -122,7 +122,7 @@ def required_memory(plan: ReportPlan) -> Need:
     tables = max((estimate_tables(group) for group in groups.values()), default=NOTHING)
     if plan.emergence_condition is None:
         return tables
-    return tables.then(replay_memory(study.experiments[plan.emergence_condition]))
+    return tables.add_later(replay_memory(study.experiments[plan.emergence_condition]))
 
 
 def replay_memory(experiment: BaseExperiment) -> Need:

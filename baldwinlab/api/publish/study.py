@@ -23,8 +23,8 @@ from baldwinlab.analysis.multiverse.analysis import STANDARD
 from baldwinlab.analysis.multiverse.files import read_multiverse
 from baldwinlab.analysis.report import (
     ReportData,
+    ReportSummary,
     Section,
-    Summary,
     draw_report,
     emergence_generations,
     write_report,
@@ -145,7 +145,7 @@ def _write_report(
 
 def _summarize_learners(
     plan: ReportPlan, results: Sequence[ClaimResult], analysis: Analysis | None
-) -> Summary | None:
+) -> ReportSummary | None:
     """Compare all learners, if the paper has the figure of all conditions."""
     study = plan.study
     experiments = study.experiments.values()

@@ -20,8 +20,8 @@ from baldwinlab.core.variables import LIVES, NEWBORNS
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
+    apply_inheritance,
     draw_genomes,
-    inherit_genomes,
     make_generation,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -103,7 +103,7 @@ def _next_controls(
             make_generation(
                 control,
                 GenerationKey(sample.seed, run, generation + 1),
-                inherit_genomes(control, genome, weights),
+                apply_inheritance(control, genome, weights),
                 fitness,
             )[0]
             for run, genome, weights in zip(sample.runs, genomes, learned_weights, strict=True)

@@ -18,7 +18,7 @@ RADIUS_FACTORS = (0.25, 0.5, 2)
 RATE_FACTORS = (0, 0.1, 10)
 
 
-class Setting(NamedTuple):
+class ChangedSetting(NamedTuple):
     """Changed setting.
 
     Attributes
@@ -60,10 +60,10 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
 
 
-def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[Setting]:
+def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
     """Return the settings of a condition: the original first, then each distinct change."""
-    distinct = [Setting(AS_EVOLVED, "", experiment)]
-    on_maps = (Setting("map", name, on_map) for name, on_map in maps)
+    distinct = [ChangedSetting(AS_EVOLVED, "", experiment)]
+    on_maps = (ChangedSetting("map", name, on_map) for name, on_map in maps)
     for setting in (*on_maps, *_other_values(experiment)):
         if all(setting.experiment != earlier.experiment for earlier in distinct):
             distinct.append(setting)
@@ -84,7 +84,7 @@ def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
     return tuple(maps)
 
 
-def _other_values(experiment: Experiment) -> Iterator[Setting]:
+def _other_values(experiment: Experiment) -> Iterator[ChangedSetting]:
     """Yield the settings with scaled values; values that the experiment rejects are omitted."""
     fields: dict[str, list[float]] = {}
     for number, region in enumerate(experiment.world.food):
@@ -99,6 +99,6 @@ def _other_values(experiment: Experiment) -> Iterator[Setting]:
     for field, values in fields.items():
         for value in values:
             try:
-                yield Setting(field, f"{value:g}", assign(experiment, [f"{field}={value}"]))
+                yield ChangedSetting(field, f"{value:g}", assign(experiment, [f"{field}={value}"]))
             except ExperimentError:
                 continue

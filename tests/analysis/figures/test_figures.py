@@ -21,7 +21,7 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.emergence import split_at_edges, time_density
 from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.style import series
+from baldwinlab.analysis.figures.style import choose_style
 from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
 from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import describe_appearance
@@ -176,7 +176,7 @@ def test_learners_look_the_same_on_every_map_and_differ_in_more_than_color() -> 
         ("evo", "B"),
     ]
     assert shown[0].look == shown[3].look
-    assert len({(look.line, look.marker) for look in map(series, range(28))}) == 28
+    assert len({(look.line, look.marker) for look in map(choose_style, range(28))}) == 28
 
 
 def test_brackets_show_the_corrected_p() -> None:

@@ -10,7 +10,7 @@ from playwright.sync_api import Browser
 
 from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.report import ReportData, Summary, draw_report, write_report
+from baldwinlab.analysis.report import ReportData, ReportSummary, draw_report, write_report
 from baldwinlab.analysis.report.content import experiment_texts, parse_experiments
 from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
@@ -20,7 +20,9 @@ from tests.axe import find_violations
 
 PAPER = papers.load("worlds-and-minds")
 LEARNERS = ("evo", "evo+self-taught", "evo+crbp", "evo+abcd")
-SUMMARY = Summary(["Some learners find food."], "<table><tr><td>a table of them</td></tr></table>")
+SUMMARY = ReportSummary(
+    ["Some learners find food."], "<table><tr><td>a table of them</td></tr></table>"
+)
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.papers.claims import Comparison
+from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.presets import factors, load
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import AS_THE_PAPER, study, trace
@@ -410,7 +410,7 @@ def test_many_comparisons_are_folded(tmp_path: Path) -> None:
 
 def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
     """Not as a share of agents, which it was taken for."""
-    comparison = Comparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
+    comparison = ClaimComparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
     numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
     found = describe_finding(Finding(comparison, numbers, float("nan"), "holds"))
     assert found == "taught: average agent, mean over runs: 81.5"
@@ -418,7 +418,7 @@ def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
 
 def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way() -> None:
     """A few that live on for very long outweigh many that die somewhat sooner."""
-    comparison = Comparison(a="ERL", b="B", measure="survived", rule="survives_longer")
+    comparison = ClaimComparison(a="ERL", b="B", measure="survived", rule="survives_longer")
     numbers = statistics.Comparison(
         100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
     )

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, draw_genomes, inherit_genomes, make_generation
+from baldwinlab.evolution import GenerationKey, apply_inheritance, draw_genomes, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.run import (
@@ -108,7 +108,7 @@ def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path
         genome, _ = make_generation(
             twin,
             GenerationKey(5, 1, generation + 1),
-            inherit_genomes(experiment, genome, died),
+            apply_inheritance(experiment, genome, died),
             nothing,
         )
     last = neutral(study).sel(run=1, generation=11, newborns="neutral control")

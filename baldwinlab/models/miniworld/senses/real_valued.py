@@ -289,7 +289,7 @@ class Smell(_ItemSense, name="smell"):
         return smells
 
 
-class Energy(Sense, name="energy"):
+class EnergySense(Sense, name="energy"):
     """One real-valued input: the energy g gained in life, as g / (g + `half_saturation`).
 
     The input is 0 if g is below 0.

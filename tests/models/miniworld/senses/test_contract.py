@@ -7,10 +7,10 @@ import pytest
 from baldwinlab.api.checks import check_part
 from baldwinlab.models.miniworld.bodies.kinematic import Continuous, Grid, Stay
 from baldwinlab.models.miniworld.senses.binary import Neighbours
-from baldwinlab.models.miniworld.senses.real_valued import Energy, Nearest, Rays, Smell
+from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Rays, Smell
 from baldwinlab.parts import Part
 
-TOGETHER: list[type[Part]] = [Nearest, Smell, Energy, Rays, Neighbours, Stay]
+TOGETHER: list[type[Part]] = [Nearest, Smell, EnergySense, Rays, Neighbours, Stay]
 
 
 @pytest.mark.nightly
