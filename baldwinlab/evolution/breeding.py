@@ -14,7 +14,8 @@ from baldwinlab.evolution.inheritance import apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution_parts import ITSELF, breeding_part, vary_population
+from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.variation import vary_population
 
 
 def make_generation(

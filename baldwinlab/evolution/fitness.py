@@ -12,8 +12,9 @@ from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.rng_key import Fitness, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution_parts import Fitness as FitnessPart
-from baldwinlab.parts.evolution_parts import breeding_part, evaluate
+from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.fitness import Fitness as FitnessPart
+from baldwinlab.parts.fitness import evaluate
 
 
 class Energy(FitnessPart, name="energy"):

@@ -19,7 +19,7 @@ from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution_parts import breeding_part
+from baldwinlab.parts.breeding import breeding_part
 
 WEIGHTS_OF_MODULE: Final = {
     "action": rng.ACTION_WEIGHTS,

@@ -14,7 +14,8 @@ from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution_parts import Inheritance, assign_teachers, breeding_part, inherit
+from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
 
 Weights = npt.NDArray[np.float32]  # [weight], of the action module
 

@@ -23,14 +23,8 @@ from baldwinlab.engine.jit import cached_jit, compiled, jit_entry_point
 from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.evolution_parts import (
-    ITSELF,
-    Selection,
-    breeding_part,
-    keep_first,
-    mark_survivors,
-    select_with_genomes,
-)
+from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.selection import Selection, mark_fittest, mark_survivors, select_with_genomes
 
 
 def select(
@@ -270,7 +264,7 @@ class Neutral(Selection, name="neutral"):
         part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents
     ) -> None:
         # Survivors are random too.
-        keep_first(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)
+        mark_fittest(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.parts.evolution_parts import Variation
+from baldwinlab.parts.variation import Variation
 
 OneGenome = npt.NDArray[np.float32]  # [module, weight]
 Draws = npt.NDArray[np.float64]  # [module and weight, 4]

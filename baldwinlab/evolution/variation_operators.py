@@ -28,7 +28,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
 from baldwinlab.parts import Variation
-from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
+from baldwinlab.parts.breeding import ITSELF, copy_genome
 
 
 @compiled

@@ -20,14 +20,17 @@ from baldwinlab.engine.simd import any_of, choose, get, negated, put, simd_block
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
 from baldwinlab.parts.bodies import Body
-from baldwinlab.parts.evolution_parts import Fitness, Inheritance, Selection, Variation
+from baldwinlab.parts.fitness import Fitness
+from baldwinlab.parts.inheritance import Inheritance
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.model_part import LifeResults, Measure, Model
 from baldwinlab.parts.networks import Network, backward, forward
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.renamed import renamed_class
+from baldwinlab.parts.selection import Selection
 from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.variation import Variation
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
 from baldwinlab.parts.world_features import ItemRegion, WorldFeature
 

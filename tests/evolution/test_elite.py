@@ -15,7 +15,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Selection
-from baldwinlab.parts.evolution_parts import ITSELF
+from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
 

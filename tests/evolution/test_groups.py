@@ -15,7 +15,7 @@ from baldwinlab.parts import load_file
 
 HALVES = '''
 from baldwinlab.parts import Selection
-from baldwinlab.parts.evolution_parts import ITSELF
+from baldwinlab.parts.breeding import ITSELF
 
 
 class Halves(Selection, name="{name}"):

@@ -11,7 +11,7 @@ import pytest
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import registry
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.evolution_parts import breeding_part
+from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.part import overridden_hooks
 
 ONE_MODEL_ALONE = {"one-point-of-units": "cue-learners"}  # which has a single module

@@ -16,7 +16,7 @@ from baldwinlab.evolution import Fitness, GenerationKey, Genome, breed, draw_gen
 from baldwinlab.evolution.fitness import evaluate_agents
 from baldwinlab.evolution.inheritance import inherit_all
 from baldwinlab.evolution.selection import select_parents
-from baldwinlab.parts.evolution_parts import ITSELF, breeding_part
+from baldwinlab.parts.breeding import ITSELF, breeding_part
 from baldwinlab.parts.part import overridden_hooks
 
 ROUNDS: Final = 200

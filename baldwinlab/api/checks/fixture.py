@@ -13,7 +13,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.models.miniworld.allocation import make_state
-from baldwinlab.parts.evolution_parts import breeding_part
+from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.model_part import Model
 from baldwinlab.parts.part import Part
 

@@ -46,7 +46,7 @@ from baldwinlab.evolution.neat.species import (
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection, Variation
-from baldwinlab.parts.evolution_parts import ITSELF, copy_genome
+from baldwinlab.parts.breeding import ITSELF, copy_genome
 
 
 def _genome_part(experiment: Any) -> Any:

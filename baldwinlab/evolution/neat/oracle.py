@@ -26,7 +26,7 @@ from baldwinlab.evolution.neat.genome import (
     STALE_OF_ALL,
 )  # fmt: skip
 from baldwinlab.evolution.neat.species import SMALL_NETWORK
-from baldwinlab.parts.evolution_parts import ITSELF
+from baldwinlab.parts.breeding import ITSELF
 
 # By innovation number: source, target, weight, enabled.
 Genes = dict[int, list[float]]

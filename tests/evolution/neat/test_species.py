@@ -13,7 +13,7 @@ from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, select
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import BEST, BEST_OF_ALL, NEWEST, SPECIES, STALE, STALE_OF_ALL
 from baldwinlab.evolution.neat.species import SMALL_NETWORK, distance
-from baldwinlab.parts.evolution_parts import ITSELF
+from baldwinlab.parts.breeding import ITSELF
 from tests.evolution.neat.grown import (
     evolved,
     experiment,

@@ -30,9 +30,10 @@ from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.grid import compute_alert_radius, compute_grid_shape, count_images
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
-from baldwinlab.parts.evolution_parts import assign_teachers, evaluate, inherit
-from baldwinlab.parts.evolution_parts import init_founders as make_founders
+from baldwinlab.parts.fitness import evaluate
+from baldwinlab.parts.inheritance import assign_teachers, inherit
 from baldwinlab.parts.networks import forward, links
+from baldwinlab.parts.variation import init_founders as make_founders
 
 MEASURED: Final = (
     "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends",

@@ -38,7 +38,7 @@ from baldwinlab.models.miniworld.allocation import (
 from baldwinlab.models.miniworld.backends import browser
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.parts.evolution_parts import breeding_part
+from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.networks import Network
 from baldwinlab.parts.part import numeric_fields
 

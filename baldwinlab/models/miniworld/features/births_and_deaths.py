@@ -32,7 +32,8 @@ from baldwinlab.evolution.selection import find_first_above, is_neutral_control
 from baldwinlab.models.miniworld.allocation import item_regions
 from baldwinlab.models.miniworld.birth import replace_agent
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
-from baldwinlab.parts.evolution_parts import breeding_part, copy_genome, vary, vary_population
+from baldwinlab.parts.breeding import breeding_part, copy_genome
+from baldwinlab.parts.variation import vary, vary_population
 
 ZERO = np.float32(0)
 

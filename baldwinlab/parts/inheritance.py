@@ -1,0 +1,79 @@
+"""The kind of part that passes learned weights to children, and its hooks."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from baldwinlab.engine.phases import hook
+from baldwinlab.parts.part import Part
+
+
+@hook
+def inherit(part: Any, innate: Any, learned: Any, inherited: Any) -> None:
+    """Compute the action module that the children of an agent inherit.
+
+    Per agent, between two generations, if `wants_learned` is true.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    innate : array, float32 [weight]
+        Action module of the agent at birth. Read only.
+    learned : array, float32 [weight]
+        Action module of the agent at death. Read only.
+    inherited : array, float32 [weight]
+        Output: the inherited action module.
+    """
+
+
+@hook
+def assign_teachers(part: Any, innate: Any, learned: Any, taught: Any) -> None:
+    """Change the reinforcement module that the children of an agent inherit.
+
+    Per agent, between two generations, if the genome has a second module.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    innate : array, float32 [weight]
+        Action module of the agent at birth. Read only.
+    learned : array, float32 [weight]
+        Action module of the agent at death. Read only.
+    taught : array, float32 [weight]
+        Reinforcement module of the agent. The hook changes it.
+    """
+
+
+class Inheritance(Part):
+    """Inheritance: the effect of learning on the genomes of the children.
+
+    Attributes
+    ----------
+    resamples_genomes : bool
+        True if nothing is inherited: every generation has random genomes.
+    """
+
+    kind: ClassVar[str] = "inheritance"
+    resamples_genomes: ClassVar[bool] = False
+
+    def wants_learned(self, experiment: Any) -> bool:
+        """Return whether `inherit` and `assign_teachers` use the weights at death.
+
+        If it is false in an experiment, the simulation does not collect learned weights.
+
+        Parameters
+        ----------
+        experiment : BaseExperiment
+            Experiment with the inheritance.
+
+        Returns
+        -------
+        bool
+            True by default.
+        """
+        return True
+
+    inherit: ClassVar[Any] = staticmethod(inherit.default)
+    assign_teachers: ClassVar[Any] = staticmethod(assign_teachers.default)

@@ -1,0 +1,187 @@
+"""The kind of part that selects the parents of each child, and its hooks."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import hook
+from baldwinlab.parts.breeding import ITSELF, Numbers
+from baldwinlab.parts.part import Part
+from baldwinlab.parts.variation import vary_population
+
+
+@hook
+def select(
+    part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any
+) -> None:
+    """Select two parents for each child.
+
+    Per population, between two generations.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    uniforms : array, float64 [child, 2, 4]
+        Random numbers in (0, 1). Read only.
+    shares : array, float64 [agent]
+        Scratch memory.
+    order : array, int64 [agent]
+        Scratch memory.
+    parents : array, int32 [child, 2]
+        Output: indices of the two parents of each child. The hook fills it. Then the engine puts
+        the fitter parent first. If the second value is `ITSELF`, the first agent survives
+        unchanged.
+    """
+
+
+@hook
+def select_with_genomes(
+    part: Any,
+    genome: Any,
+    fitness: Numbers,
+    uniforms: Numbers,
+    shares: Numbers,
+    order: Any,
+    parents: Any,
+) -> None:
+    """Select two parents for each child, with access to the genomes.
+
+    Per population, between two generations. By default it calls `select`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    genome : array, float32 [agent, module, weight]
+        Genomes of all agents. Read only.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    uniforms : array, float64 [child, 2, 4]
+        Random numbers in (0, 1). Read only.
+    shares : array, float64 [agent]
+        Scratch memory.
+    order : array, int64 [agent]
+        Scratch memory.
+    parents : array, int32 [child, 2]
+        Output: indices of the two parents of each child. The hook fills it. Then the engine puts
+        the fitter parent first. If the second value is `ITSELF`, the first agent survives
+        unchanged.
+    """
+    select(part, fitness, uniforms, shares, order, parents)
+
+
+@hook
+def mark_survivors(
+    part: Any, count: int, fitness: Numbers, uniforms: Numbers, parents: Any
+) -> None:
+    """Mark the agents that survive unchanged.
+
+    Per population, after selection, if `evolution.elite` is above 0. By default the `count` fittest
+    survive, with ties broken at random.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    count : int
+        Number of survivors: the setting `evolution.elite`.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    uniforms : array, float64 [child, 2, 4]
+        Random numbers in (0, 1). Read only.
+    parents : array, int32 [child, 2]
+        Output: the hook sets the first `count` rows to (agent, `ITSELF`).
+    """
+    mark_fittest(count, fitness, uniforms[:, 1, 3], parents)
+
+
+@compiled
+def mark_fittest(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> None:
+    """Mark the fittest agents as survivors.
+
+    Parameters
+    ----------
+    count : int
+        Number of survivors.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    ties : array, float64 [agent]
+        Agents with the same fitness survive in the order of these numbers, then of their index.
+    parents : array, int32 [child, 2]
+        Output: the function sets the first `count` rows to (agent, `ITSELF`).
+    """
+    previous = -1
+    for survivor in range(count):
+        best = -1
+        for agent in range(fitness.size):
+            is_candidate = previous < 0 or _comes_before(fitness, ties, previous, agent)
+            if is_candidate and (best < 0 or _comes_before(fitness, ties, agent, best)):
+                best = agent
+        parents[survivor, 0] = best
+        parents[survivor, 1] = ITSELF
+        previous = best
+
+
+@compiled
+def _comes_before(fitness: Numbers, ties: Numbers, a: int, b: int) -> bool:
+    if fitness[a] != fitness[b]:
+        return bool(fitness[a] > fitness[b])
+    if ties[a] != ties[b]:
+        return bool(ties[a] < ties[b])
+    return a < b
+
+
+class Selection(Part):
+    """Selection: the parents of each child, and the survivors.
+
+    Attributes
+    ----------
+    least : float
+        Lowest fitness that the selection accepts.
+    has_groups : bool
+        True if both parents of a child come from the group of the child, such as one half of the
+        population.
+    """
+
+    kind: ClassVar[str] = "selection"
+    least: ClassVar[float] = -math.inf
+    has_groups: ClassVar[bool] = False
+
+    select: ClassVar[Any] = staticmethod(select.default)
+    select_with_genomes: ClassVar[Any] = staticmethod(select_with_genomes.default)
+    mark_survivors: ClassVar[Any] = staticmethod(mark_survivors.default)
+
+    @classmethod
+    def mixing_settings(cls, experiment: Any) -> list[str]:
+        """Return the settings of an experiment that would mix the groups of the selection.
+
+        Parameters
+        ----------
+        experiment : BaseExperiment
+            Experiment with the selection.
+
+        Returns
+        -------
+        list of str
+            Settings, as a user writes them. Empty if the selection has no groups.
+        """
+        if not cls.has_groups:
+            return []
+        evolution = experiment.evolution
+        variation = type(experiment.part("evolution.variation"))
+        learning = getattr(experiment, "learning", None)
+        marks_by_fitness = cls.mark_survivors is mark_survivors.default
+        mixing = {
+            f"evolution.elite = {evolution.elite}": evolution.elite > 0 and marks_by_fitness,
+            f"evolution.variation = {evolution.variation!r}": (
+                variation.vary_population is not vary_population.default
+            ),
+            "learning.teacher = 'shuffled'": getattr(learning, "teacher", "") == "shuffled",
+            "world.features with births in mid-life": experiment.births_in_life,
+        }
+        return [setting for setting, mixes in mixing.items() if mixes]

@@ -1,0 +1,114 @@
+"""The kind of part that creates the genomes of founders and children, and its hooks."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from baldwinlab.engine import rng
+from baldwinlab.engine.phases import hook
+from baldwinlab.parts.breeding import ITSELF, Numbers, copy_genome
+from baldwinlab.parts.part import Part
+
+
+@hook
+def vary(part: Any, fitter: Any, second: Any, draws: Numbers, gate: float, child: Any) -> None:
+    """Create one child from two parents.
+
+    Per child, by the default `vary_population`. It must write every entry of `child`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    fitter, second : array, float32 [module, weight]
+        Genomes of the parents, the fitter one first. Read only.
+    draws : array, float64 [module and weight, 4]
+        Random numbers in (0, 1), four per gene. Read only.
+    gate : float
+        Random number in (0, 1), one per child.
+    child : array, float32 [module, weight]
+        Output: the genome of the child.
+    """
+
+
+@hook
+def vary_population(
+    part: Any,
+    key: Any,
+    genome: Any,
+    fitness: Numbers,
+    parents: Any,
+    draws: Numbers,
+    children: Any,
+) -> None:
+    """Create all children.
+
+    Per population, after selection. By default it copies survivors and calls `vary` for each other
+    child. A variation overrides it if children depend on each other. Then it must copy the
+    survivors, too.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    key : GenerationKey
+        Key of the random numbers: `seed`, `run` and `generation`.
+    genome : array, float32 [agent, module, weight]
+        Genomes of all agents. Read only.
+    fitness : array, float64 [agent]
+        Fitness of each agent. Read only.
+    parents : array, int32 [child, 2]
+        Indices of the parents. Read only.
+    draws : array, float64 [module and weight, 4]
+        Scratch memory for random numbers.
+    children : array, float32 [child, module, weight]
+        Output: the genomes of all children.
+    """
+    seed = key.seed
+    run = key.run
+    generation = key.generation
+    for child in range(children.shape[0]):
+        first = genome[parents[child, 0]]
+        if parents[child, 1] == ITSELF:
+            copy_genome(first, children[child])
+            continue
+        second = genome[parents[child, 1]]
+        rng.draw_uniforms(seed, run, generation, rng.INHERITANCE, child, draws)
+        gate = rng.uniform(rng.philox(0, child, generation, rng.MUTATION_GATE, seed, run)[0])
+        vary(part, first, second, draws, gate, children[child])
+
+
+@hook
+def init_founders(part: Any, genome: Any) -> None:
+    """Change the genomes of the founders.
+
+    Per population, in the first generation. By default the genomes stay as they are drawn.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings and derived values of the part.
+    genome : array, float32 [agent, module, weight]
+        Genomes drawn from N(0, 1). The hook changes them.
+    """
+
+
+class Variation(Part):
+    """Variation: the genomes of the founders and of the children.
+
+    Attributes
+    ----------
+    settings : tuple of str
+        Settings of the table `evolution` that the variation uses.
+    """
+
+    kind: ClassVar[str] = "variation"
+    settings: ClassVar[tuple[str, ...]] = (
+        "mutation_gate",
+        "mutation_rate",
+        "mutation_size",
+    )
+
+    init_founders: ClassVar[Any] = staticmethod(init_founders.default)
+    vary: ClassVar[Any] = staticmethod(vary.default)
+    vary_population: ClassVar[Any] = staticmethod(vary_population.default)
