@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import json
 import math
 import os
 import shutil
@@ -17,6 +16,7 @@ import xarray as xr
 from PIL import Image, ImageColor, ImageDraw
 
 from baldwinlab.analysis.palette import MOVIE, shade
+from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.core.files import name_file_in_errors, write_atomically
@@ -151,9 +151,11 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) 
 
 def _gif_palette(scenes: Sequence[Scene]) -> Image.Image:
     """Return every color that is drawn, and blends with the background for smooth edges."""
-    looks = [json.loads(scene.trace.attrs["look"]) for scene in scenes]
+    appearances = [read_appearance(scene.trace) for scene in scenes]
     named = [
-        shade(item["colour"]) for look in looks for item in (*look["item_kinds"], *look["marks"])
+        shade(item["color"])
+        for appearance in appearances
+        for item in (*appearance["item_kinds"], *appearance["marks"])
     ]
     colors = list(dict.fromkeys([*MOVIE.values(), *named]))[:256]
     n_shades = 256 // len(colors)
@@ -208,7 +210,7 @@ class _Camera:
 
     def __init__(self, scene: Scene) -> None:
         self.trace = scene.trace
-        self.look = json.loads(self.trace.attrs["look"])
+        self.appearance = read_appearance(self.trace)
         # [step, agent]
         self.x = self.trace.x.values
         self.y = self.trace.y.values
@@ -245,13 +247,13 @@ class _Camera:
         width, height = self.size
         image = Image.new("RGB", (width * SCALE, height * SCALE), MOVIE["background"])
         draw = ImageDraw.Draw(image)
-        for mark in self.look["marks"]:
+        for mark in self.appearance["marks"]:
             left = mark["x"] * self.scale
             top = mark["y"] * self.scale
             right = left + mark["width"] * self.scale
             bottom = top + mark["height"] * self.scale
             box = (left, top, right, bottom)
-            color = shade(mark["colour"])
+            color = shade(mark["color"])
             is_disc = mark["kind"] == "disc"
             draw_shape = draw.ellipse if is_disc else draw.rectangle
             if mark["solid"]:
@@ -266,10 +268,10 @@ class _Camera:
         ys = self.item_y[step] * self.scale
         half = 5 * self.scale
         first = 0
-        for kind in self.look["item_kinds"]:
+        for kind in self.appearance["item_kinds"]:
             last = first + kind["number"]
             for x, y in zip(xs[first:last], ys[first:last], strict=True):
-                draw.rectangle((x - half, y - half, x + half, y + half), fill=shade(kind["colour"]))
+                draw.rectangle((x - half, y - half, x + half, y + half), fill=shade(kind["color"]))
             first = last
 
     def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:

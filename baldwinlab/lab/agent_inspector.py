@@ -45,13 +45,13 @@ Floats = npt.NDArray[np.float32]
 def routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
-    async def inside(request: Request) -> Response:
+    async def agent_life(request: Request) -> Response:
         agent = number(request.query_params, "agent")
         return await queue_container(
             lab, request, _bytes_per_step, lambda life, span: inspect_agent(life, span, agent)
         )
 
-    return [Route("/api/inside", inside)]
+    return [Route("/api/agent", agent_life)]
 
 
 def _bytes_per_step(experiment: Experiment) -> int:
@@ -110,10 +110,10 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
         arrays["links"] = network_links
     energy = collect_outcomes(experiment, batch, parents.genome[None]).energy[0]
     header = {
-        "kind": "inside",
+        "kind": "agent",
         "agent": agent,
         **span._asdict(),
-        "look": describe_appearance(experiment).to_dict(),
+        "appearance": describe_appearance(experiment).to_dict(),
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
         **_relatives(life, parents, energy, agent),
@@ -218,7 +218,7 @@ def _relatives(
     teachers = None
     children = list[int]()
     if experiment.births_in_life:
-        return {"parents": parents, "elders": teachers, "children": children}
+        return {"parents": parents, "teachers": teachers, "children": children}
     if moment.generation > 0:
         assert past.energy is not None
         parent_energy = past.energy.values[moment.generation - 1]
@@ -229,7 +229,7 @@ def _relatives(
         next_moment = moment._replace(generation=moment.generation + 1)
         pairs = make_generation(experiment, next_moment, past.genome, energy)[1]
         children = np.flatnonzero((pairs == agent).any(axis=1)).tolist()
-    return {"parents": parents, "elders": teachers, "children": children}
+    return {"parents": parents, "teachers": teachers, "children": children}
 
 
 def _couple(pairs: Parents | None, agent: int) -> list[int] | None:

@@ -97,7 +97,7 @@ def _header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]
     return {
         "kind": "alleles",
         "alleles": list(studies.alleles_of(experiment)),
-        "about": studies.describe_model(experiment),
+        "description": studies.describe_model(experiment),
         "first": first_generation,
     }
 

@@ -38,10 +38,10 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def preview(request: Request) -> JSONResponse:
         experiment = validate((await body(request)).get("experiment", {}))
         if not isinstance(experiment, Experiment):
-            return JSONResponse({"world": None, "look": None})
+            return JSONResponse({"world": None, "appearance": None})
         return JSONResponse(appearance_of(experiment))
 
-    endpoints = {"validate": check, "schema": schema, "look": preview}
+    endpoints = {"validate": check, "schema": schema, "appearance": preview}
     return [
         Route(f"/api/{name}", endpoint, methods=["POST"]) for name, endpoint in endpoints.items()
     ]
@@ -51,8 +51,8 @@ def appearance_of(experiment: Experiment) -> dict[str, Any]:
     """Return the world, its appearance and its description, as in the header of a recording."""
     return {
         "world": experiment.world.model_dump(mode="json"),
-        "look": describe_appearance(experiment).to_dict(),
-        "about": [topic._asdict() for topic in about(experiment)],
+        "appearance": describe_appearance(experiment).to_dict(),
+        "topics": [topic._asdict() for topic in about(experiment)],
     }
 
 

@@ -196,9 +196,9 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "name": experiment.name,
         "description": description,
         "experiment": experiment.to_dict(),
-        "look": _look_template(experiment),
-        "elders": has_parent_teachers(experiment),
-        "about": [topic._asdict() for topic in about(experiment)],
+        "appearance": _appearance_template(experiment),
+        "has_parent_teachers": has_parent_teachers(experiment),
+        "topics": [topic._asdict() for topic in about(experiment)],
     }
 
 
@@ -293,7 +293,7 @@ def _with_other_value(experiment: Experiment, path: str, value: float) -> Experi
     return None
 
 
-def _look_template(experiment: Experiment) -> dict[str, Any]:
+def _appearance_template(experiment: Experiment) -> dict[str, Any]:
     """Return the appearance of a world, with references to the fields that the page can change.
 
     See `fillTemplate` in browser_lab.js.
@@ -301,14 +301,14 @@ def _look_template(experiment: Experiment) -> dict[str, Any]:
     appearance = describe_appearance(experiment).to_dict()
     n_foods = len(experiment.world.food)
     n_regions = len(item_regions(experiment))
-    food = {"name": FOOD, "colour": FOOD_COLOR, "number": {"path": "count"}}
+    food = {"name": FOOD, "color": FOOD_COLOR, "number": {"path": "count"}}
     food_region = {
         "kind": "rectangle",
         "x": {"path": "x.0"},
         "y": {"path": "y.0"},
         "width": {"path": "x.1", "less": "x.0"},
         "height": {"path": "y.1", "less": "y.0"},
-        "colour": FOOD_COLOR,
+        "color": FOOD_COLOR,
         "label": FOOD,
         "solid": False,
     }
@@ -332,4 +332,4 @@ def _look_template(experiment: Experiment) -> dict[str, Any]:
         start_area,
         *appearance["marks"][n_regions + 1 :],
     ]
-    return appearance | {"remembers": not experiment.part("network.kind").is_memoryless}
+    return appearance | {"has_memory": not experiment.part("network.kind").is_memoryless}

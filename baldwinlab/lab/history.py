@@ -81,7 +81,7 @@ def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) 
     dict
         - first: the first generation of the line.
         - agents, eaten: the line, with the agent itself at the end, and the items that each ate.
-        - others, eaten_of_others: the other parents along the line, one fewer, and their items.
+        - partners, eaten_by_partners: the other parents along the line, one fewer, and their items.
         - ancestors: the number of ancestors in each generation, through both parents.
         - mean: the mean number of items eaten in each generation.
 
@@ -95,8 +95,8 @@ def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) 
         "first": first,
         "agents": line,
         "eaten": eaten[range(first, generation + 1), line].tolist(),
-        "others": partners,
-        "eaten_of_others": eaten[range(first, generation), partners].tolist(),
+        "partners": partners,
+        "eaten_by_partners": eaten[range(first, generation), partners].tolist(),
         "ancestors": counts[::-1],
         "mean": eaten[first : generation + 1].mean(axis=1).tolist(),
     }

@@ -6,7 +6,6 @@ A trace is an `xarray.Dataset`, a third-party class. `baldwinlab/__init__.py` th
 
 from __future__ import annotations
 
-import json
 from html import escape
 from typing import Any, Final
 
@@ -15,6 +14,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab._version import __version__
+from baldwinlab.analysis.traces import has_appearance, read_appearance
 from baldwinlab.api.records import read_experiment
 from baldwinlab.lab import binary_frames, single_page
 
@@ -46,7 +46,7 @@ def is_playable(dataset: xr.Dataset) -> bool:
     )
     if not has_variables or not dataset.sizes["step"]:
         return False
-    return {"look", "experiment"} <= dataset.attrs.keys()
+    return has_appearance(dataset) and "experiment" in dataset.attrs
 
 
 def _frame(trace: xr.Dataset) -> str:
@@ -80,7 +80,7 @@ def recording(trace: xr.Dataset) -> bytes:
     agents = trace.sizes["agent"]
     part = trace.isel(step=slice(0, max(1, MAX_SIZE // agents)))
     # A trace does not contain the teachers.
-    appearance = {**json.loads(trace.attrs["look"]), "lessons": False}
+    appearance = {**read_appearance(trace), "has_teachers": False}
     agent_arrays = _agent_arrays(part, appearance)
     header = {
         "kind": "recording",
@@ -91,7 +91,7 @@ def recording(trace: xr.Dataset) -> bytes:
         "agents": agents,
         "items": trace.sizes["item"],
         "world": read_experiment(trace).world.model_dump(mode="json"),
-        "look": appearance,
+        "appearance": appearance,
     }
     arrays = agent_arrays | _item_arrays(part)
     return binary_frames.pack(header, arrays, differences=agent_arrays.keys())
@@ -100,7 +100,7 @@ def recording(trace: xr.Dataset) -> bytes:
 def _agent_arrays(part: xr.Dataset, appearance: dict[str, Any]) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of agents [step, agent], and sensors [step, agent * byte or input]."""
     sensor = part.sensor.values
-    if not any(appearance["real"]):
+    if not any(appearance["is_continuous"]):
         sensor = np.packbits(sensor > 0, axis=2, bitorder="little")
     headings = appearance["headings"]
     heading = np.rint(part.heading.values * (headings / 360)) % headings

@@ -123,7 +123,7 @@ def _summary(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
         "changes": list(study.changes),
         "verdicts": verdicts,
         "problem": problem,
-        "watch": is_viewable,
+        "is_viewable": is_viewable,
     }
 
 

@@ -58,11 +58,11 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         time of sensing.
 
         - x, y: float32 [step, agent].
-        - heading: [step, agent], clockwise from +x, in units of 1 / header.look.headings of a
+        - heading: [step, agent], clockwise from +x, in units of 1 / header.appearance.headings of a
           circle.
         - sensor: [step, agent * byte] as bits, eight inputs per byte, lowest bit first. A bit is 1
           if the input is above 0. If an input is real-valued: float32 [step, agent * input].
-        - action: [step, agent], an index of header.look.actions.
+        - action: [step, agent], an index of header.appearance.actions.
         - eaten_in_life: [step, agent], number of items eaten up to and including the step.
         - teacher: [step, agent], only for rules that learn from others. The index of the agent
           that this agent learns from. It is the agent's own index if there is no teacher.

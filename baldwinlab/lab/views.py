@@ -60,7 +60,7 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         header = {
             "meaning": view.meaning,
             "agent": agent if view.of_an_agent else None,
-            "about": studies.describe_model(experiment),
+            "description": studies.describe_model(experiment),
         }
         return _pack(data, header)
 

@@ -93,7 +93,7 @@ def replay(
     arrays["weight_death"][:, 0, : experiment.weight_count] = batch.weights()[0]
     attributes = provenance(experiment, seed, run) | {
         "generation": generation,
-        "look": appearance_json(experiment),
+        "appearance": appearance_json(experiment),
     }
     trace = variables.dataset(variables.of_trace(experiment), arrays, attributes)
     return trace.assign_coords(

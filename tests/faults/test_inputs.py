@@ -192,7 +192,7 @@ QUESTIONS = {
     "presets": {},
     "preset": {"name": "evo/A"},
     "recording": {"study": "study", "condition": "evo/A", "run": "0", "generation": "0"},
-    "inside": {"study": "study", "condition": "evo/A", "run": "0", "generation": "0", "agent": "0"},
+    "agent": {"study": "study", "condition": "evo/A", "run": "0", "generation": "0", "agent": "0"},
     "share": {"study": "study", "condition": "evo/A", "run": "0", "generation": "0"},
     "movie": {"study": "study", "condition": "evo/A", "run": "0", "generation": "0"},
     "report": {"study": "study"},
@@ -223,7 +223,7 @@ def test_the_lab_answers_an_odd_question_in_a_sentence(
 
 @settings(ALL_KINDS, max_examples=amount(300, 40))
 @given(
-    st.sampled_from(["validate", "schema", "look", "live", "live/x/keep"]),
+    st.sampled_from(["validate", "schema", "appearance", "live", "live/x/keep"]),
     VALUES | st.text().map(str.encode) | experiments(),
 )
 def test_the_lab_takes_an_odd_order_with_a_sentence(

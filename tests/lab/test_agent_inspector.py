@@ -27,7 +27,7 @@ def test_weights_go_from_birth_to_death_and_food_is_what_was_eaten(lab_server: L
     study = StudyStore(lab_server.root / "small")
     trace = replay(study.experiment("evo+self-taught/A"), seed=study.seed, run=1, generation=2)
     for agent in (0, 19):
-        header, found = get_arrays(lab_server.address, "inside", **SMALL, agent=agent)
+        header, found = get_arrays(lab_server.address, "agent", **SMALL, agent=agent)
         assert np.array_equal(found["weights"][0], trace.weight_birth[agent, 0])
         assert np.array_equal(found["weights"][-1], trace.weight_death[agent, 0])
         assert np.array_equal(found["teacher"], trace.weight_birth[agent, 1])
@@ -42,7 +42,7 @@ def test_weights_go_from_birth_to_death_and_food_is_what_was_eaten(lab_server: L
 
 
 def test_the_teacher_answers_as_a_network_of_its_weights_does(lab_server: LabServer) -> None:
-    _, found = get_arrays(lab_server.address, "inside", **SMALL, agent=3)
+    _, found = get_arrays(lab_server.address, "agent", **SMALL, agent=3)
     assert found["activations"][:, :3].any(), "it never sensed anything"
     first, second = found["teacher"][:30].reshape(3, 10), found["teacher"][30:].reshape(10, 3)
     hidden = sigmoid(found["activations"][:, :3] @ first)
@@ -61,7 +61,7 @@ def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_doe
     lab_server: LabServer, condition: str
 ) -> None:
     _, found = get_arrays(
-        lab_server.address, "inside", **(SMALL | {"condition": condition}), agent=3
+        lab_server.address, "agent", **(SMALL | {"condition": condition}), agent=3
     )
     sensed = np.array([[code >> place & 1 for place in range(3)] for code in range(8)])
     for weights, responses in zip(
@@ -90,7 +90,7 @@ def test_what_it_would_do_is_no_table_where_an_input_is_real_valued() -> None:
 def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(
     lab_server: LabServer,
 ) -> None:
-    _, found = get_arrays(lab_server.address, "inside", **(SMALL | {"condition": "evo/A"}), agent=3)
+    _, found = get_arrays(lab_server.address, "agent", **(SMALL | {"condition": "evo/A"}), agent=3)
     assert not {"teacher", "teacher_activations", "error"} & set(found)
     assert (found["weights"] == found["weights"][0]).all()
     first = found["weights"][0, :30].reshape(3, 10)
@@ -122,7 +122,7 @@ def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> 
         for generation in range(3):
             header, _ = get_arrays(
                 lab_server.address,
-                "inside",
+                "agent",
                 **(SMALL | {"generation": generation}),
                 agent=agent,
                 last=1,
@@ -165,20 +165,20 @@ def test_elders_are_those_who_had_learned_what_the_teacher_holds(teacher: str) -
     for agent in range(0, 20, 4):
         header, found = binary_frames.unpack(inspect_agent(life, Span(0, 1), agent))
         holders = np.flatnonzero((died_with == found["teacher"]).all(axis=1))
-        assert set(holders) <= set(header["elders"] or ()), "somebody else taught it"
+        assert set(holders) <= set(header["teachers"] or ()), "somebody else taught it"
         assert len(holders) == (teacher != "fresh")
-        assert (header["elders"] is None) == (teacher == "fresh")
-        kin.append(header["elders"] == header["parents"])
+        assert (header["teachers"] is None) == (teacher == "fresh")
+        kin.append(header["teachers"] == header["parents"])
     assert all(kin) if teacher == "inherited" else not all(kin)
 
 
 def test_who_is_born_with_a_teacher_that_evolves_has_no_elders(lab_server: LabServer) -> None:
-    assert get_arrays(lab_server.address, "inside", **SMALL, agent=3, last=1)[0]["elders"] is None
+    assert get_arrays(lab_server.address, "agent", **SMALL, agent=3, last=1)[0]["teachers"] is None
 
 
 def test_a_part_of_a_life_is_that_part_but_weights_are_of_all_of_it(lab_server: LabServer) -> None:
-    _, whole = get_arrays(lab_server.address, "inside", **SMALL, agent=5)
-    header, part = get_arrays(lab_server.address, "inside", **SMALL, agent=5, first=100, last=150)
+    _, whole = get_arrays(lab_server.address, "agent", **SMALL, agent=5)
+    header, part = get_arrays(lab_server.address, "agent", **SMALL, agent=5, first=100, last=150)
     assert (header["first"], header["last"]) == (100, 150)
     for name in ("activations", "teacher_activations", "error", "eaten_in_life"):
         assert np.array_equal(part[name], whole[name][100:150])
@@ -208,12 +208,12 @@ def test_the_action_is_the_one_that_was_done_also_where_it_was_noise() -> None:
     assert np.array_equal(found["action"], replay(experiment, seed=1).action[:, 2])
     noise = found["action"] != found["activations"][:, -3:].argmax(axis=1)
     assert 0.1 < noise.mean() < 0.3
-    assert header["look"]["actions"] == ["left", "forward", "right"]
+    assert header["appearance"]["actions"] == ["left", "forward", "right"]
 
 
 @pytest.mark.parametrize("agent", [20, 10**6])
 def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int) -> None:
-    sentence = get_error(lab_server.address, "inside", 404, **SMALL, agent=agent)
+    sentence = get_error(lab_server.address, "agent", 404, **SMALL, agent=agent)
     assert sentence == f"evo+self-taught/A has no agent {agent}: its agents are 0 to 19"
 
 

@@ -21,7 +21,7 @@ def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are
     strings_server: LabServer, condition: str
 ) -> None:
     header, found = get_arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
-    assert header["alleles"] == ["0", "?", "1"] and "to 0 or 1 at random" in header["about"]
+    assert header["alleles"] == ["0", "?", "1"] and "to 0 or 1 at random" in header["description"]
     genomes = (
         StudyStore(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]
     )  # whose seeds are the same

@@ -81,8 +81,8 @@ def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
         ).json()
 
     assert post("schema") == form_of(shorten_preset().to_dict())
-    found = post("look")
-    assert found["look"]["actions"] == ["left", "forward", "right"]
+    found = post("appearance")
+    assert found["appearance"]["actions"] == ["left", "forward", "right"]
     assert found["world"]["width"] == 640
 
 

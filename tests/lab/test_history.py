@@ -32,8 +32,8 @@ def line_in(record: xr.Dataset, generation: int, agent: int) -> dict[str, Any]:
         "first": 0,
         "agents": line,
         "eaten": [int(eaten[number, one]) for number, one in enumerate(line)],
-        "others": others,
-        "eaten_of_others": [int(eaten[number, one]) for number, one in enumerate(others)],
+        "partners": others,
+        "eaten_by_partners": [int(eaten[number, one]) for number, one in enumerate(others)],
         "ancestors": [len(some) for some in everybody],
         "mean": eaten[: generation + 1].mean(axis=1).tolist(),
     }
@@ -76,7 +76,7 @@ def test_who_inherits_nothing_has_no_ancestors(lab_server: LabServer) -> None:
     found = get_json(
         lab_server.address, "ancestors", preset="self-taught/A", run=0, generation=1, agent=4
     )
-    assert (found["first"], found["agents"], found["others"], found["ancestors"]) == (
+    assert (found["first"], found["agents"], found["partners"], found["ancestors"]) == (
         1,
         [4],
         [],

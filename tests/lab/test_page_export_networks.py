@@ -108,9 +108,9 @@ def test_elders_are_named_inside_an_agent(offline_page: Page, tmp_path: Path, te
     )
     opened(offline_page, heirs, tmp_path)
     offline_page.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
-    taught = binary_frames.unpack(inspect_agent(*last_life(heirs), AGENT))[0]["elders"]
+    taught = binary_frames.unpack(inspect_agent(*last_life(heirs), AGENT))[0]["teachers"]
     elders = " and ".join(map(str, dict.fromkeys(taught)))
-    expect(offline_page.get_by_test_id("elders")).to_contain_text(
+    expect(offline_page.get_by_test_id("teachers")).to_contain_text(
         f"{elders} of generation {LAST - 1}."
     )
 

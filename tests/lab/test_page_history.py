@@ -96,8 +96,8 @@ def rows_of(line: dict[str, Any]) -> list[list[str]]:
     columns = zip(
         line["agents"],
         line["eaten"],
-        line["others"],
-        line["eaten_of_others"],
+        line["partners"],
+        line["eaten_by_partners"],
         line["ancestors"],
         strict=False,
     )

@@ -127,7 +127,7 @@ def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
     guest.goto("/#/world?study=small&condition=heir&run=0&generation=2&agent=3")
     fitter, other = StudyStore(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
     assert fitter != other
-    expect(guest.get_by_test_id("elders")).to_have_text(
+    expect(guest.get_by_test_id("teachers")).to_have_text(
         f"Taught by agents {fitter} and {other} of generation 1. "
         "Its reinforcement module contains the weights that they had learned by their death."
     )
@@ -135,7 +135,7 @@ def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
     expect(guest.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()
     guest.goto("/#/world?study=small&condition=heir&run=0&generation=0&agent=3")
     expect(guest.get_by_test_id("kin")).to_contain_text("random weights")
-    expect(guest.get_by_test_id("elders")).to_have_count(0)
+    expect(guest.get_by_test_id("teachers")).to_have_count(0)
 
 
 def test_a_gate_is_no_teacher_whose_error_is_shown(guest: Page) -> None:
@@ -158,7 +158,7 @@ def test_a_network_whose_links_evolved_is_drawn_by_depth(page: Page) -> None:
 
 
 def test_what_grew_inside_an_agent_is_looked_at(guest: Page) -> None:
-    with guest.expect_response(lambda answer: "/api/inside" in answer.url) as answered:
+    with guest.expect_response(lambda answer: "/api/agent" in answer.url) as answered:
         guest.goto("/#/world?study=small&condition=grown&run=0&generation=2&agent=3")
     assert answered.value.ok
     expect(guest.get_by_test_id("kin")).to_contain_text("parents")

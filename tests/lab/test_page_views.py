@@ -99,7 +99,7 @@ def test_where_alleles_are_declared_too_the_reader_chooses_what_to_look_at(opene
     opened.get_by_test_id("condition-a").select_option("climbers")
     expect(opened.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 2")
     expect(opened.get_by_test_id("agent-a")).to_be_hidden()
-    opened.get_by_test_id("look-a").select_option("climb")
+    opened.get_by_test_id("view-a").select_option("climb")
     expect(opened.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
     expect(opened.get_by_test_id("path").locator(".chart-key")).to_have_text(
         [re.compile("^agent "), "average of all", "best of all"]
@@ -109,12 +109,12 @@ def test_where_alleles_are_declared_too_the_reader_chooses_what_to_look_at(opene
     expect(opened.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
     opened.get_by_test_id("condition-a").select_option("cells")
     expect(opened.get_by_test_id("view-heading")).to_contain_text("Life, agent ")
-    expect(opened.get_by_test_id("look-a")).to_be_hidden()
+    expect(opened.get_by_test_id("view-a")).to_be_hidden()
 
 
 def test_where_nothing_follows_birth_a_walk_is_a_sentence_and_not_a_chart(opened: Page) -> None:
     opened.get_by_test_id("condition-a").select_option("climbers")
-    opened.get_by_test_id("look-a").select_option("climb")
+    opened.get_by_test_id("view-a").select_option("climb")
     walk = opened.get_by_test_id("path")
     expect(walk.locator(".uplot")).to_be_visible()
     opened.get_by_test_id("condition-a").select_option("still")

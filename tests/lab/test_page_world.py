@@ -145,7 +145,7 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
         ),
     )
     for path, raw in (
-        ("inside", inspect_agent(life, whole, 3)),
+        ("agent", inspect_agent(life, whole, 3)),
         ("recording", record_life(life, whole, {})),
     ):
         page.route(f"**/api/{path}?*", partial(fulfil, raw))
@@ -170,7 +170,7 @@ def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_
         ),
     )
     for path, raw in (
-        ("inside", inspect_agent(life, whole, 3)),
+        ("agent", inspect_agent(life, whole, 3)),
         ("recording", record_life(life, whole, {})),
     ):
         page.route(f"**/api/{path}?*", partial(fulfil, raw))

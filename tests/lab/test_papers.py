@@ -81,11 +81,11 @@ def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(
         "changes": [],
         "verdicts": verdicts,
         "problem": None,
-        "watch": False,
+        "is_viewable": False,
     }  # as no run is stored
     assert cards["le-2019"]["studies"] == [found]
     assert cards["tiny"]["studies"] == [
-        {"study": "tiny", "changes": [], "verdicts": {}, "problem": None, "watch": False}
+        {"study": "tiny", "changes": [], "verdicts": {}, "problem": None, "is_viewable": False}
     ]
     assert cards["hinton-nowlan-1987"]["studies"] == []
 

@@ -123,7 +123,7 @@ def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: L
         assert CLIENT.get(f"{impatient.address}/api/studies").status_code == 200
 
 
-@pytest.mark.parametrize("path", ["validate", "schema", "look", "live", "live/1/save"])
+@pytest.mark.parametrize("path", ["validate", "schema", "appearance", "live", "live/1/save"])
 def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path: str) -> None:
     address = f"{lab_server.address}/api/{path}"
     large = CLIENT.post(address, content=b" " * (MAX_BODY_SIZE + 1))

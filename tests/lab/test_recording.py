@@ -87,7 +87,7 @@ def test_a_recording_of_a_stored_run_is_its_replay(
     assert header["learns"] == (condition != "evo/A")
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
-    assert header["look"] == json.loads(
+    assert header["appearance"] == json.loads(
         appearance_json(StudyStore(lab_server.root / "small").experiment(condition))
     )
 
@@ -136,7 +136,7 @@ def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> N
     header, found = binary_frames.unpack(
         recording.record_life(life_of(experiment), Span(0, 50), {})
     )
-    assert header["look"]["real"] == [False] * 3 + [True] * 4
+    assert header["appearance"]["is_continuous"] == [False] * 3 + [True] * 4
     sensor, trace = found["sensor"].reshape(50, 20, 7), replay(experiment)
     assert np.array_equal(sensor, trace.sensor[:50])
     assert np.unique(sensor).size > 100
@@ -244,7 +244,7 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
     raw[-5] ^= 1
     path.write_bytes(raw)
     with run_server(tmp_path) as server:
-        for ask_for in ("recording", "inside"):
+        for ask_for in ("recording", "agent"):
             sentence = get_error(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
             assert sentence == f"{path} is damaged: its checksum does not fit its content"
         assert "is damaged" in get_error(server.address, "results", 400, study="small")

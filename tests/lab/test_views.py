@@ -64,7 +64,7 @@ def test_a_walk_and_a_matrix_come_with_their_names(looks_server: LabServer) -> N
     )
     assert (
         found["values"].tolist() == [[0, 4], [1, 2]]
-        and header["about"] == "Hawks and doves, each of whom meets everybody."
+        and header["description"] == "Hawks and doves, each of whom meets everybody."
     )
 
 

@@ -5,7 +5,6 @@ Source: N. Le (2019), "The Emergence of Intelligent Foraging" and the last figur
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -23,6 +22,7 @@ from baldwinlab.analysis.figures.style import BLUE, GRAY, WIDTH, styled
 from baldwinlab.analysis.figures.world import draw_empty_map
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.fitness import interval_of_mean
+from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 
@@ -161,7 +161,7 @@ def _world(trace: xr.Dataset) -> World:
 
 def _draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
     """Draw the map of a trace, with the number of agents that ate; return which agents ate."""
-    draw_empty_map(axes, world, json.loads(trace.attrs["look"]))
+    draw_empty_map(axes, world, read_appearance(trace))
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)
     has_eaten = np.asarray(trace["eaten"].sum("step").values > 0)

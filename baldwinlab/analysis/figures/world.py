@@ -70,7 +70,7 @@ def draw_world_maps(
 
 def look_of_food(world: World) -> Look:
     """Return the look of a world without its parts: the regions of food."""
-    kinds = [{"name": "food", "colour": "green", "number": region.count} for region in world.food]
+    kinds = [{"name": "food", "color": "green", "number": region.count} for region in world.food]
     return {"marks": [_food_mark(region) for region in world.food], "item_kinds": kinds}
 
 
@@ -83,7 +83,7 @@ def _food_mark(region: FoodRegion) -> dict[str, Any]:
         "y": top,
         "width": right - left,
         "height": bottom - top,
-        "colour": "green",
+        "color": "green",
         "label": "food",
         "solid": False,
     }
@@ -103,7 +103,7 @@ def _draw_map(axes: Axes, world: World, agents: int, look: Look) -> None:
         count = kind["number"]
         x = generator.uniform(left, right, count)
         y = generator.uniform(top, bottom, count)
-        _draw_squares(axes, x, y, shade(kind["colour"]))
+        _draw_squares(axes, x, y, shade(kind["color"]))
         noun = f"of {kind['name']}"
         if kind["name"] == "food":
             noun = "item" if count == 1 else "items"
@@ -157,7 +157,7 @@ def draw_empty_map(axes: Axes, world: World, look: Look) -> None:
     for region in _regions(look):
         corner = (region["x"], region["y"])
         size = (region["width"], region["height"])
-        color = shade(region["colour"])
+        color = shade(region["color"])
         axes.add_patch(Rectangle(corner, *size, fc=color, alpha=0.15, lw=0))
         axes.add_patch(Rectangle(corner, *size, fill=False, ec=color, lw=1))
     for mark in look["marks"]:
@@ -174,7 +174,7 @@ def _draw_obstacle(axes: Axes, mark: Mapping[str, Any]) -> None:
     center = (left + width / 2, top + height / 2)
     is_disc = mark["kind"] == "disc"
     shape = Ellipse(center, width, height) if is_disc else Rectangle((left, top), width, height)
-    shape.set(facecolor=shade(mark["colour"]), linewidth=0, zorder=2)
+    shape.set(facecolor=shade(mark["color"]), linewidth=0, zorder=2)
     axes.add_patch(shape)
     axes.annotate(mark["label"], (left + width + 8, center[1]), ha="left", va="center")
 
@@ -218,7 +218,7 @@ def draw_agent_senses(look: Look) -> Figure:
     for first, last, distance in list(sectors)[-1:]:
         x, y = _on_circle(0.78 * distance, _middle(first, last))
         kinds = look["item_kinds"]
-        _draw_body(axes, x, y, shade(kinds[-1]["colour"]) if kinds else GRAY)
+        _draw_body(axes, x, y, shade(kinds[-1]["color"]) if kinds else GRAY)
         axes.text(x, y + 0.55 * BODY, "item", ha="center", va="top")
     limit = 1.2 * max(radius, 0.8 * BODY)
     axes.set(xlim=(-0.9 * limit, 1.2 * limit), ylim=(limit, -limit), aspect="equal")

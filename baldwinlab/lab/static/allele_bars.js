@@ -7,7 +7,7 @@ import { el, format } from "./common.js";
 import { Tooltip } from "./tooltip.js";
 
 // The colors of the alleles, in their order.
-const COLOURS = ["blue", "orange", "green", "purple", "sky", "vermilion"];
+const COLORS = ["blue", "orange", "green", "purple", "sky", "vermilion"];
 // Maximum number of labeled loci.
 const FEW = 12;
 // Possible distances between labeled loci.
@@ -146,9 +146,9 @@ export class AlleleBars {
 
 /** Return the background and text color of an allele. */
 function colorStyle(number) {
-  const colour = COLOURS[number % COLOURS.length];
+  const color = COLORS[number % COLORS.length];
   return (
-    `background: var(--${colour}); color: ` +
-    `var(--${colour === "blue" ? "accent-text" : "on-orange"})`
+    `background: var(--${color}); color: ` +
+    `var(--${color === "blue" ? "accent-text" : "on-orange"})`
   );
 }

@@ -5,8 +5,8 @@ import { query } from "./sources.js";
 import { LifetimeChart, colorKey } from "./lifetime_chart.js";
 
 /**
- * @typedef {{first: number, agents: number[], eaten: number[], others: number[],
- *   eaten_of_others: number[], ancestors: number[], mean: number[]}} Line
+ * @typedef {{first: number, agents: number[], eaten: number[], partners: number[],
+ *   eaten_by_partners: number[], ancestors: number[], mean: number[]}} Line
  */
 
 const COLUMNS = ["generation", "fitter parent", "other parent", "ancestors"];
@@ -80,8 +80,8 @@ export class Ancestors {
     const maximum = Math.max(1, ...eaten, ...mean);
     this.trace.set(
       [
-        { values: mean, first, colour: "meal" },
-        { values: eaten, first, colour: "chosen" },
+        { values: mean, first, color: "meal" },
+        { values: eaten, first, color: "chosen" },
       ],
       Math.max(1, last),
       0,
@@ -98,12 +98,12 @@ export class Ancestors {
   }
 
   row(at) {
-    const { first, agents, eaten, others, eaten_of_others, ancestors } = this.line;
+    const { first, agents, eaten, partners, eaten_by_partners, ancestors } = this.line;
     const of = (agent, items) => el("td", {}, this.link(first + at, agent), format(items));
     const other =
-      others[at] === agents[at]
+      partners[at] === agents[at]
         ? el("td", { class: "soft" }, "the same")
-        : of(others[at], eaten_of_others[at]);
+        : of(partners[at], eaten_by_partners[at]);
     return el(
       "tr",
       {},

@@ -25,8 +25,8 @@ export function ancestorLine(generations, agent) {
     first,
     agents,
     eaten: eaten(agents),
-    others: partners,
-    eaten_of_others: eaten(partners),
+    partners,
+    eaten_by_partners: eaten(partners),
     ancestors: ancestorSets.map(({ size }) => size),
     mean,
   };

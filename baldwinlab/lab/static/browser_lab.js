@@ -9,8 +9,8 @@ import { changesOf, applyChanges } from "./live_setup.js";
 
 /**
  * @typedef {object} Laboratory the data that Python writes into the page
- * @property {{name: string, description: string, experiment: object, schema: number, look: object,
- *   elders: boolean, about: import("./guide.js").Topic[]}[]} presets
+ * @property {{name: string, description: string, experiment: object, schema: number, appearance: object,
+ *   has_parent_teachers: boolean, topics: import("./guide.js").Topic[]}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules
@@ -55,7 +55,7 @@ export class BrowserLab {
     const agentQuery = { ...source, agent: number("agent") };
     return pathname === "/api/ancestors"
       ? openFeed.ancestors(agentQuery)
-      : openFeed.inside(agentQuery);
+      : openFeed.inspectAgent(agentQuery);
   }
 
   async post(path, { experiment, ...request }) {
@@ -63,8 +63,8 @@ export class BrowserLab {
       return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
     if (path === "/api/validate")
       return { errors: [...this.faults(experiment), ...validateTree(ORDER, request, [])] };
-    if (path === "/api/look")
-      return { world: experiment.world, look: this.look(experiment), about: [] };
+    if (path === "/api/appearance")
+      return { world: experiment.world, appearance: this.appearance(experiment), topics: [] };
     const preset = this.preset(experiment.name);
     // Makes the ids of equal runs different.
     const suffix = Math.random().toString(36).slice(2, 6);
@@ -129,13 +129,13 @@ export class BrowserLab {
   }
 
   /** Return whether the parents teach their children. */
-  eldersTeach(experiment) {
-    return this.preset(experiment.name).elders;
+  hasParentTeachers(experiment) {
+    return this.preset(experiment.name).has_parent_teachers;
   }
 
   /** Return the appearance of the world of an experiment. */
-  look(experiment) {
-    return fillTemplate(this.preset(experiment.name).look, experiment);
+  appearance(experiment) {
+    return fillTemplate(this.preset(experiment.name).appearance, experiment);
   }
 
   /** For scripts: simulate a run, bit-identical to `bl.simulate`. Rejects with a message. */

@@ -74,7 +74,7 @@ class WorkerClient {
 }
 
 /**
- * The feed of a run of the browser engine, with the data of `recording`, `inside` and `ancestors`.
+ * The feed of a run of the browser engine, with the data of `recording`, `inspectAgent` and `ancestors`.
  */
 export class BrowserFeed extends Feed {
   /**
@@ -96,7 +96,7 @@ export class BrowserFeed extends Feed {
       : [{ message: "This link is damaged and does not describe a run" }];
     if (faults.length) return this.setState("gone", `${faults[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
-    this.about = { id: this.id, experiment, runs, seed, seconds, saved_as: "" };
+    this.summary = { id: this.id, experiment, runs, seed, seconds, saved_as: "" };
     this.onUpdate();
     try {
       await this.prepare(experiment, runs, seed);
@@ -142,7 +142,7 @@ export class BrowserFeed extends Feed {
     this.history.push(results);
     this.add(bandsOf(results, this.lab.laboratory.quantiles));
     this.onUpdate();
-    const pauseTime = 1000 * this.about.seconds - (performance.now() - start);
+    const pauseTime = 1000 * this.summary.seconds - (performance.now() - start);
     if (pauseTime > 0 && this.state === "running") {
       await new Promise((resolve) => {
         this.wakeUp = resolve;
@@ -152,7 +152,7 @@ export class BrowserFeed extends Feed {
   }
 
   send({ do: command, seconds }) {
-    if (command === "pace") this.about.seconds = seconds;
+    if (command === "pace") this.summary.seconds = seconds;
     else if (command === "step") this.steps += 1;
     else if (!this.workers || this.state === "preparing")
       this.wanted = { pause: "paused", stop: "stopped" }[command];
@@ -168,12 +168,12 @@ export class BrowserFeed extends Feed {
 
   /** Return the container of a recording. */
   async recording(source, { run, generation, first, last }) {
-    const { experiment, seed } = this.about;
-    const look = this.lab.look(experiment);
+    const { experiment, seed } = this.summary;
+    const appearance = this.lab.appearance(experiment);
     const { part, sizes, arrays } = await this.replay("recording", {
       run,
       generation,
-      look,
+      appearance,
       first,
       last,
     });
@@ -196,8 +196,8 @@ export class BrowserFeed extends Feed {
       agents,
       items: arrays.item_x.length,
       world,
-      look,
-      about: [],
+      appearance,
+      topics: [],
     };
     return {
       header: {
@@ -211,18 +211,18 @@ export class BrowserFeed extends Feed {
   }
 
   /** Return the container about one agent. */
-  async inside({ run, generation, agent, first, last }) {
-    const { experiment } = this.about;
-    const look = this.lab.look(experiment);
-    const { part, sizes, arrays } = await this.replay("inside", {
+  async inspectAgent({ run, generation, agent, first, last }) {
+    const { experiment } = this.summary;
+    const appearance = this.lab.appearance(experiment);
+    const { part, sizes, arrays } = await this.replay("agent", {
       run,
       generation,
       agent,
-      look,
+      appearance,
       first,
       last,
     });
-    const { parents: parentPairs, elders: teacherPairs, energy } = this.history[generation][run];
+    const { parents: parentPairs, teachers: teacherPairs, energy } = this.history[generation][run];
     const next = this.history[generation + 1]?.[run].parents;
     const couple = (pairs) =>
       pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null;
@@ -232,17 +232,17 @@ export class BrowserFeed extends Feed {
         )
       : [];
     const header = {
-      kind: "inside",
+      kind: "agent",
       agent,
       ...part,
-      look,
+      appearance,
       layer_sizes: sizes,
       biases: experiment.network.biases,
     };
-    const elders = this.lab.eldersTeach(experiment) ? couple(teacherPairs) : null;
+    const teachers = this.lab.hasParentTeachers(experiment) ? couple(teacherPairs) : null;
     const kin = {
       parents: couple(parentPairs),
-      elders,
+      teachers,
       children,
       food: arrays.eaten_in_life.at(-1),
       rank: 1 + energy.filter((value) => value > energy[agent]).length,
@@ -267,9 +267,9 @@ export class BrowserFeed extends Feed {
       run,
       generation,
     });
-    const { experiment, seed } = this.about;
+    const { experiment, seed } = this.summary;
     const program = this.lab.program(experiment);
-    return (await workers.ready("looking", program)).request(order, {
+    return (await workers.ready("replay", program)).request(order, {
       program: program.name,
       experiment,
       seed,

@@ -59,7 +59,7 @@ const COMMANDS = {
       genomes[
         genomes.length - 1 - Math.floor(MAX_GENOME_BYTES / members.length / genome.byteLength)
       ] &&= null;
-      results.push({ run, elders: teachers, ...outcome });
+      results.push({ run, teachers, ...outcome });
     }
     return results;
   },
@@ -73,7 +73,7 @@ const COMMANDS = {
     return genome;
   },
   recording: (options) => replay(options, record),
-  inside: (options) => replay(options, inspectAgent),
+  agent: (options) => replay(options, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
     simulate(loaded.get(program), experiment, seed, run),
   /** Stop a group within a lifetime. Finished generations remain available. */
@@ -106,14 +106,14 @@ async function simulateInterruptibly(living, shouldContinue) {
 }
 
 /** Replay a lifetime from the genomes of its generation, and record it. */
-function replay({ program, experiment, seed, run, genome, first, last, ...options }, look) {
+function replay({ program, experiment, seed, run, genome, first, last, ...options }, recordArrays) {
   const replayRun = new Run(loaded.get(program), experiment, seed, run);
   replayRun.engine.array("population.genome").set(genome);
   const part = spanOf(experiment, first, last);
   return {
     part,
     sizes: Array.from(replayRun.engine.array("setting.sizes"), Number),
-    arrays: look(replayRun, { ...options, ...part }),
+    arrays: recordArrays(replayRun, { ...options, ...part }),
   };
 }
 

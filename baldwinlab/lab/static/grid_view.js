@@ -71,16 +71,16 @@ export class GridView {
     Object.assign(this, { title, life: { ...header, ...arrays, steps, rows, columns } });
     this.canvas.hidden = false;
     this.canvas.style.aspectRatio = `${columns} / ${rows}`;
-    const mark = (name, colour, shape = "") =>
+    const mark = (name, color, shape = "") =>
       el(
         "span",
         { class: "entry" },
-        el("i", { class: `grid-mark ${shape}`, style: `background: ${colour}` }),
+        el("i", { class: `grid-mark ${shape}`, style: `background: ${color}` }),
         name,
       );
     this.legend.replaceChildren(
       mark("agent", "var(--agent)", "round"),
-      ...Object.entries(header.marks).map(([name, colour]) => mark(name, cssColor(colour))),
+      ...Object.entries(header.marks).map(([name, color]) => mark(name, cssColor(color))),
     );
     Object.assign(this.player, {
       last: steps - 1,
@@ -125,13 +125,13 @@ export class GridView {
 
   drawGround(pen, step) {
     const { ground, rows, columns, marks } = this.life;
-    const colours = Object.values(marks).map(resolveColor);
+    const colors = Object.values(marks).map(resolveColor);
     pen.fillStyle = palette.map;
     pen.fillRect(0, 0, columns, rows);
     for (let row = 0; row < rows; row++) {
       for (let column = 0; column < columns; column++) {
         const mark = ground[(step * rows + row) * columns + column];
-        pen.fillStyle = mark ? colours[mark - 1] : palette.edge;
+        pen.fillStyle = mark ? colors[mark - 1] : palette.edge;
         if (mark) pen.fillRect(column + 0.1, row + 0.1, 0.8, 0.8);
         // A dot makes empty cells visible.
         else pen.fillRect(column + 0.46, row + 0.46, 0.08, 0.08);

@@ -137,7 +137,7 @@ export class Inspector {
     try {
       this.setData(
         source,
-        await getBinary(`api/inside?${requested}&first=${this.first}`, this.stop.signal),
+        await getBinary(`api/agent?${requested}&first=${this.first}`, this.stop.signal),
       );
     } catch (fault) {
       if (fault.name === "AbortError") return;
@@ -151,7 +151,7 @@ export class Inspector {
     this.root.classList.remove("waiting");
     const { header, arrays } = data;
     this.inputs.replaceChildren(
-      ...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)),
+      ...header.appearance.inputs.map((name) => el("span", { class: "sensor" }, name)),
     );
     this.facts.textContent =
       `${header.food.toLocaleString("en")} items eaten · ` + `rank\u00a0${header.rank}`;
@@ -160,14 +160,14 @@ export class Inspector {
     const steps = arrays.sample_step.at(-1);
     const { first } = header;
     this.traces.eaten.set(
-      [{ values: arrays.eaten_in_life, first, colour: "meal" }],
+      [{ values: arrays.eaten_in_life, first, color: "meal" }],
       steps,
       0,
       Math.max(1, arrays.eaten_in_life.at(-1)),
     );
     if (arrays.error)
       this.traces.error.set(
-        [{ values: arrays.error, first, colour: "chosen" }],
+        [{ values: arrays.error, first, color: "chosen" }],
         steps,
         0,
         maximumOf(arrays.error),
@@ -182,8 +182,8 @@ export class Inspector {
       stride: count,
       offset,
       ...(offset < firstLayer
-        ? { colour: "lit", label: "first layer" }
-        : { colour: "agent", label: "later layers" }),
+        ? { color: "lit", label: "first layer" }
+        : { color: "agent", label: "later layers" }),
       alpha: 0.6,
     }));
     this.traces.weights.set(lines, steps, -maximum, maximum);
@@ -192,7 +192,7 @@ export class Inspector {
     this.callbacks.seek(null);
   }
 
-  showRelatives(source, { parents, elders, children }) {
+  showRelatives(source, { parents, teachers, children }) {
     const link = (agent, by) =>
       el(
         "button",
@@ -219,12 +219,12 @@ export class Inspector {
         couple.map((agent) => link(agent, -1)),
         "none (random weights)",
       ),
-      ...(elders
+      ...(teachers
         ? [
             el(
               "p",
-              { class: "soft", "data-testid": "elders" },
-              describeTeachers([...new Set(elders)], source.generation - 1),
+              { class: "soft", "data-testid": "teachers" },
+              describeTeachers([...new Set(teachers)], source.generation - 1),
             ),
           ]
         : []),
@@ -249,14 +249,14 @@ export class Inspector {
     const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
     [...this.inputs.children].forEach((light, input) =>
-      this.light(light, header.look, input, active[input]),
+      this.light(light, header.appearance, input, active[input]),
     );
     this.showAction(
-      header.look.actions,
+      header.appearance.actions,
       arrays.action[row],
       largestOutput(active, header.layer_sizes.at(-1)),
     );
-    this.responses.draw(step, active.subarray(0, header.look.inputs.length));
+    this.responses.draw(step, active.subarray(0, header.appearance.inputs.length));
     this.weightsAt(step);
     this.drawNets(active, row, units);
     const { error, weights, eaten } = this.traces;
@@ -266,9 +266,9 @@ export class Inspector {
   }
 
   /** Show an input. A real-valued input also shows its number. */
-  light(light, { inputs, real }, input, value) {
+  light(light, { inputs, is_continuous: isContinuous }, input, value) {
     light.classList.toggle("lit", value > 0);
-    if (real[input]) light.textContent = `${inputs[input]} ${value.toFixed(2)}`;
+    if (isContinuous[input]) light.textContent = `${inputs[input]} ${value.toFixed(2)}`;
   }
 
   /** Show the performed action, and whether it was due to noise. */
@@ -304,7 +304,7 @@ export class Inspector {
 
   drawNets(active, row, units) {
     const { header, arrays } = this.data;
-    const { inputs, actions, answers, memory, modules } = header.look;
+    const { inputs, actions, answers, memory, modules } = header.appearance;
     const nets = [
       { weights: this.currentWeights, activations: active, actions, action: arrays.action[row] },
     ];

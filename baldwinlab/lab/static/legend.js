@@ -8,8 +8,8 @@ const MARKS = { agent: "has eaten", hungry: "has not eaten", lit: "active sensor
 export class Legend {
   constructor() {
     this.kinds = el("span", { class: "entries" });
-    this.lessons = legendEntry("learns from", { class: "mark lesson" });
-    this.lessons.hidden = true;
+    this.teachers = legendEntry("learns from", { class: "mark lesson" });
+    this.teachers.hidden = true;
     const entries = Object.entries(MARKS).map(([mark, text]) =>
       legendEntry(text, { class: `mark ${mark}` }),
     );
@@ -18,21 +18,21 @@ export class Legend {
       { class: "legend", role: "group", "aria-label": "Legend", "data-testid": "legend" },
       this.kinds,
       entries,
-      this.lessons,
+      this.teachers,
     );
   }
 
   /** Show the kinds of items in worlds of these appearances, each once. */
   show(appearances) {
-    this.lessons.hidden = !appearances.some(({ lessons }) => lessons);
+    this.teachers.hidden = !appearances.some(({ has_teachers: hasTeachers }) => hasTeachers);
     const different = new Map(
       appearances
         .flatMap(({ item_kinds: kinds }) => kinds)
-        .map(({ name, colour }) => [name, colour]),
+        .map(({ name, color }) => [name, color]),
     );
     this.kinds.replaceChildren(
-      ...[...different].map(([name, colour]) =>
-        legendEntry(name, { class: "mark item", style: `background: ${cssColor(colour)}` }),
+      ...[...different].map(([name, color]) =>
+        legendEntry(name, { class: "mark item", style: `background: ${cssColor(color)}` }),
       ),
     );
   }

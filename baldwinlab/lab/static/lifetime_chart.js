@@ -11,7 +11,7 @@ const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
 /**
  * @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number,
- *   stride?: number, offset?: number, colour: string, alpha?: number, label?: string}} Line
+ *   stride?: number, offset?: number, color: string, alpha?: number, label?: string}} Line
  */
 
 export class LifetimeChart {
@@ -58,14 +58,14 @@ export class LifetimeChart {
   picture(title) {
     const every = Math.ceil(points(this.lines[0]).length / MOST_SAVED);
     const thinned = (line) => points(line).filter((_, at) => at % every === 0);
-    const series = [...new Set(this.lines.map(({ colour }) => colour))].map((colour) => {
-      const sameColor = this.lines.filter((line) => line.colour === colour);
+    const series = [...new Set(this.lines.map(({ color }) => color))].map((color) => {
+      const sameColor = this.lines.filter((line) => line.color === color);
       const drawn = sameColor.map((line, run) => ({
         run,
         values: thinned(line).map(([, value]) => value),
       }));
       const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
-      return { label: sameColor[0].label ?? title, color: palette[colour], ...lines };
+      return { label: sameColor[0].label ?? title, color: palette[color], ...lines };
     });
     return curvesSvg({
       title,
@@ -130,10 +130,10 @@ export class LifetimeChart {
     for (const line of this.lines) this.drawLine(pen, line, width, yAt);
   }
 
-  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 }, width, yAt) {
+  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, color, alpha = 1 }, width, yAt) {
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
     const every = Math.max(1, Math.floor(count / (2 * width)));
-    pen.strokeStyle = palette[colour];
+    pen.strokeStyle = palette[color];
     pen.globalAlpha = alpha;
     pen.lineWidth = 1.2;
     pen.beginPath();
@@ -145,9 +145,9 @@ export class LifetimeChart {
 }
 
 /** Return a line that explains colors. */
-export function colorKey(...colours) {
-  const entries = colours.map(([colour, text]) => [
-    el("i", { style: `background: ${cssColor(colour)}` }),
+export function colorKey(...colors) {
+  const entries = colors.map(([color, text]) => [
+    el("i", { style: `background: ${cssColor(color)}` }),
     text,
   ]);
   return el("p", { class: "soft hint" }, entries.flat());

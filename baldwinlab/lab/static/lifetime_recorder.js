@@ -19,19 +19,19 @@ export function spanOf({ lifetime: { steps }, population: { size } }, first = 0,
 
 /**
  * @param {import("./simulation.js").Run} run prepared, with the genomes of a generation
- * @param {{generation: number, first: number, last: number, look: Object<string, any>}} wanted
+ * @param {{generation: number, first: number, last: number, appearance: Object<string, any>}} wanted
  * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
  */
-export function record(run, { generation, first, last, look }) {
+export function record(run, { generation, first, last, appearance }) {
   const { engine } = run;
   const [agents, inputs, steps] = [
     run.experiment.population.size,
-    look.inputs.length,
+    appearance.inputs.length,
     last - first,
   ];
   const inputBytes = Math.ceil(inputs / 8);
   // Inputs are numbers instead of bits.
-  const numbers = look.real.some(Boolean);
+  const numbers = appearance.is_continuous.some(Boolean);
   const arrays = {
     x: new Float32Array(steps * agents),
     y: new Float32Array(steps * agents),
@@ -110,7 +110,7 @@ export function record(run, { generation, first, last, look }) {
 }
 
 /** @returns {Object<string, ArrayLike<number>>} as in lab/agent_inspector.py, of one agent */
-export function inspectAgent(run, { generation, first, last, look, agent }) {
+export function inspectAgent(run, { generation, first, last, appearance, agent }) {
   const { engine, experiment } = run;
   const steps = experiment.lifetime.steps;
   const state = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);
@@ -143,13 +143,13 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
       (agent * modules + number) * length,
       (agent * modules + number) * length + weights[0].length,
     );
-  const inputs = look.inputs.length;
+  const inputs = appearance.inputs.length;
   // Outputs may be from a lookup table, without values of hidden units.
-  const memoryless = !look.remembers && !look.real.some(Boolean);
-  const hasTable = inputs <= MOST_INPUTS && memoryless;
+  const isMemoryless = !appearance.has_memory && !appearance.is_continuous.some(Boolean);
+  const hasTable = inputs <= MOST_INPUTS && isMemoryless;
   const evaluateAll = (of) =>
     activations.map((row) => evaluate(engine, of, row.subarray(0, inputs)));
-  const units = memoryless && !learns(engine) ? evaluateAll(module(0)) : activations;
+  const units = isMemoryless && !learns(engine) ? evaluateAll(module(0)) : activations;
   const arrays = {
     sample_step: Uint32Array.from(samples),
     weights: flat(weights),
@@ -159,11 +159,11 @@ export function inspectAgent(run, { generation, first, last, look, agent }) {
   };
   const linked = links(engine, weights[0]);
   if (linked.length) arrays.links = linked;
-  if (hasTable) arrays.responses = responses(engine, weights, inputs, look.actions.length);
+  if (hasTable) arrays.responses = responses(engine, weights, inputs, appearance.actions.length);
   if (engine.plan.taught) {
     const targets = teacher ? teacherUnits : evaluateAll(module(1));
     Object.assign(arrays, { teacher: module(1), teacher_activations: flat(targets) });
-    if (!look.answers.length) arrays.error = errors(units, targets, look.actions.length);
+    if (!appearance.answers.length) arrays.error = errors(units, targets, appearance.actions.length);
   }
   return arrays;
 }

@@ -36,7 +36,7 @@ export class Feed {
      * @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number,
      *   saved_as: string}|null}
      */
-    this.about = null;
+    this.summary = null;
     this.state = "preparing";
     this.message = "";
     this.onUpdate = () => {};
@@ -81,7 +81,7 @@ export class Feed {
   receive(update) {
     if (update.type === "run") {
       connection(true);
-      this.about = update;
+      this.summary = update;
       // All generations follow, also after a lost connection.
       this.reset();
     } else if (update.type === "generations") this.add(update);

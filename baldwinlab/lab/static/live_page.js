@@ -28,10 +28,10 @@ export function open(root, laboratory, code) {
   const target = readAddress(["live"], "live");
   setCurrentView({ ...target, state: { seed: laboratory.seed, ...target.state } });
   const guide = new Guide(document.getElementById("about"));
-  const [{ name, about }] = laboratory.presets;
+  const [{ name, topics }] = laboratory.presets;
   guide.setView("live", [
     ...LIVE,
-    ...about.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
+    ...topics.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
   ]);
   guide.applyState(currentView().state);
   root.append(guide.root);

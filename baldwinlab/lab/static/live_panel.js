@@ -21,12 +21,12 @@ const WORDS = {
  * @param {import("./live_feed.js").Feed} feed of a known run
  * @param {Object<string, string>} state of the address
  * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
- * @param {(about: import("./live_feed.js").Feed["about"]) => void} editRun called to change the run
+ * @param {(summary: import("./live_feed.js").Feed["summary"]) => void} editRun called to change the run
  *   and start it again
  * @returns {{update: () => void, close: () => void}}
  */
 export function livePanel(root, feed, state, navigate, editRun) {
-  const { experiment, alleles, runs, seed } = feed.about;
+  const { experiment, alleles, runs, seed } = feed.summary;
   const Lives = experiment.world ? LiveWorld : alleles.length ? LiveAlleles : null;
   const world = Lives ? new Lives(feed.id, runs, state, navigate) : emptyWorld(experiment.model);
   const [badge, progress] = [
@@ -42,7 +42,7 @@ export function livePanel(root, feed, state, navigate, editRun) {
     el("div", { "data-testid": "live-fitness" }),
     el("div", { "data-testid": "live-share" }),
   ];
-  const about = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
+  const size = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
   root.replaceChildren(
     el(
       "section",
@@ -52,7 +52,7 @@ export function livePanel(root, feed, state, navigate, editRun) {
         { class: "row" },
         el("h1", {}, experiment.name),
         badge,
-        el("span", { class: "soft" }, about),
+        el("span", { class: "soft" }, size),
         el("span", { class: "spread" }),
         ...buttons.elements,
       ),
@@ -95,7 +95,7 @@ export function livePanel(root, feed, state, navigate, editRun) {
     buttons.update();
     charts.update();
     world.setGenerationsDone(feed.generationsDone);
-    if (feed.about.saved_as) world.setSaved(feed.about.saved_as, experiment.name);
+    if (feed.summary.saved_as) world.setSaved(feed.summary.saved_as, experiment.name);
   };
   update();
   return {
@@ -123,9 +123,9 @@ function curves(feed, fitness, share, eachRun, pick) {
   const {
     runs,
     experiment: { world: worlds },
-  } = feed.about;
+  } = feed.summary;
   const x = Array.from(
-    { length: feed.about.experiment.evolution.generations },
+    { length: feed.summary.experiment.evolution.generations },
     (_, generation) => generation,
   );
   // The axis covers all generations from the start.
@@ -224,7 +224,7 @@ function controls(feed, experiment, seed, editRun) {
   );
   const change = el(
     "button",
-    { type: "button", "data-testid": "again", onclick: () => editRun(feed.about) },
+    { type: "button", "data-testid": "again", onclick: () => editRun(feed.summary) },
     "Change and run again",
   );
   const openStudy = el(
@@ -240,8 +240,8 @@ function controls(feed, experiment, seed, editRun) {
     saveDialog(
       `live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`,
       async (name) => {
-        feed.about.saved_as = (await postJSON(`/api/live/${feed.id}/save`, { name })).study;
-        message(`Saved as the study ${feed.about.saved_as}.`, "done");
+        feed.summary.saved_as = (await postJSON(`/api/live/${feed.id}/save`, { name })).study;
+        message(`Saved as the study ${feed.summary.saved_as}.`, "done");
         feed.onUpdate();
       },
     ),
@@ -252,12 +252,12 @@ function controls(feed, experiment, seed, editRun) {
     step.hidden = feed.ended || feed.state !== "paused" || !isServerless();
     keep.hidden =
       isServerless() ||
-      Boolean(feed.about.saved_as) ||
+      Boolean(feed.summary.saved_as) ||
       !["done", "stopped"].includes(feed.state) ||
       !feed.generationsDone;
-    openStudy.hidden = !feed.about.saved_as;
-    if (feed.about.saved_as)
-      openStudy.href = `#/results?${new URLSearchParams({ study: feed.about.saved_as })}`;
+    openStudy.hidden = !feed.summary.saved_as;
+    if (feed.summary.saved_as)
+      openStudy.href = `#/results?${new URLSearchParams({ study: feed.summary.saved_as })}`;
   };
   return { elements: [pause, step, stop, change, keep, openStudy], update };
 }

@@ -20,7 +20,7 @@ const PACE = "0.1";
  * @property {(id: string) => void} started called after a live run started
  * @property {(name: string) => void} swept called after a sweep started, with the name of its study
  * @property {(seconds: number) => void} paced called when the user changes the speed
- * @property {(shown: {world: object, look: object}) => void} valid called with the world of a valid
+ * @property {(shown: {world: object, appearance: object}) => void} valid called with the world of a valid
  *   experiment
  */
 export class Setup {
@@ -241,7 +241,7 @@ export class Setup {
       this.note.textContent = note ?? "";
       this.note.hidden = !note;
       if (errors.length) return;
-      const shown = await postJSON("/api/look", { experiment: order.experiment }, this.signal);
+      const shown = await postJSON("/api/appearance", { experiment: order.experiment }, this.signal);
       if (request === this.turn) this.listener.valid(shown);
     }, CHECK_AFTER);
   }

@@ -190,7 +190,7 @@ export class LiveWorld {
     this.share ??= mountShare(document.getElementById("actions"), () => this.shared());
     this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
     this.figure.show(life);
-    this.legend.show([life.header.look]);
+    this.legend.show([life.header.appearance]);
     this.player.last = life.steps - 1;
     this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -7,26 +7,26 @@ import { PRESETS } from "./sources.js";
 import { LIVE, PAPERS, RESULTS, SAVING } from "./topics.js";
 
 const VIEWS = {
-  papers: { title: "Papers", load: () => import("./view_papers.js"), about: PAPERS },
+  papers: { title: "Papers", load: () => import("./view_papers.js"), topics: PAPERS },
   world: {
     title: "World",
     ofStudy: true,
     lives: true,
     load: () => import("./view_world.js"),
-    about: [],
+    topics: [],
     // The recording provides the topics.
   },
   live: {
     title: "Live run",
     lives: true,
     load: () => import("./view_live.js"),
-    about: [...LIVE, SAVING],
+    topics: [...LIVE, SAVING],
   },
   results: {
     title: "Results",
     ofStudy: true,
     load: () => import("./view_results.js"),
-    about: RESULTS,
+    topics: RESULTS,
   },
 };
 
@@ -65,7 +65,7 @@ async function show() {
   shown?.view.unmount();
   scrollObserver?.disconnect();
   document.getElementById("actions").replaceChildren();
-  guide.setView(name, VIEWS[name].about);
+  guide.setView(name, VIEWS[name].topics);
   root.replaceChildren();
   root.className = `view-${name}`;
   document.title = `${VIEWS[name].title} · baldwinlab`;

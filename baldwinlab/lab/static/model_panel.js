@@ -28,27 +28,26 @@ export class ModelPanel extends LifetimeSelector {
    */
   constructor(studies, callbacks) {
     super("a", studies, callbacks);
-    Object.assign(this, { header: null, drawer: null, look: null, agent: null });
-    const selectView = (how) => {
+    Object.assign(this, { header: null, drawer: null, view: null, agent: null });
+    const selectView = () => {
       this.choose(this.source, {
-        look: this.looks.value,
+        view: this.viewList.value,
         agent: this.agents.value || null,
-        ...how,
       });
       this.callbacks.chosen();
     };
-    this.looks = el("select", {
+    this.viewList = el("select", {
       "aria-label": "View",
-      "data-testid": "look-a",
-      onchange: () => selectView({}),
+      "data-testid": "view-a",
+      onchange: selectView,
     });
     this.agents = el("select", {
       "aria-label": "Agent",
       "data-testid": "agent-a",
-      onchange: () => selectView({}),
+      onchange: selectView,
     });
-    this.lists.run.closest("label").after(this.looks, this.agents);
-    this.body = el("div", { class: "looked-at" });
+    this.lists.run.closest("label").after(this.viewList, this.agents);
+    this.body = el("div", { class: "model-view" });
     this.root = el(
       "section",
       { class: "panel", "aria-label": "Genomes and lifetimes" },
@@ -68,12 +67,12 @@ export class ModelPanel extends LifetimeSelector {
   /** Return a message if the address names an unknown view or agent, else "". */
   missingMessage({ look, agent }) {
     const { name, agents } = this.condition;
-    if (look && look !== this.look.name)
+    if (look && look !== this.view.name)
       return (
         `${name} has no view ${look}. Available: ` +
-        `${this.views.map((way) => way.name).join(", ")}.`
+        `${this.views.map((view) => view.name).join(", ")}.`
       );
-    return agent && this.look.of_an_agent && agent !== this.agent
+    return agent && this.view.of_an_agent && agent !== this.agent
       ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.`
       : "";
   }
@@ -82,26 +81,26 @@ export class ModelPanel extends LifetimeSelector {
    * Show a generation. The previous one stays visible until it is loaded.
    * @param {import("./sources.js").Source} source
    */
-  async choose(source, { look, agent } = { look: this.look?.name, agent: this.agent }) {
+  async choose(source, { view, agent } = { view: this.view?.name, agent: this.agent }) {
     super.choose(source);
     const { study, condition, run, generation } = source;
-    this.look = this.views.find(({ name }) => name === look) ?? this.views[0];
+    this.view = this.views.find(({ name }) => name === view) ?? this.views[0];
     this.agent =
-      this.look.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
+      this.view.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
         ? agent
         : null;
     this.showViewLists();
     const runQuery = { study, condition, run };
-    const view = {
+    const viewQuery = {
       ...runQuery,
       generation,
-      view: this.look.name,
+      view: this.view.name,
       ...(this.agent !== null && { agent: this.agent }),
     };
     const url =
-      this.look.name === ALLELES
+      this.view.name === ALLELES
         ? `api/alleles?${new URLSearchParams(runQuery)}`
-        : `api/view?${new URLSearchParams(view)}`;
+        : `api/view?${new URLSearchParams(viewQuery)}`;
     if (url === this.asked) return this.header && this.show();
     this.stop?.abort();
     Object.assign(this, { asked: url, header: null, stop: new AbortController() });
@@ -141,7 +140,7 @@ export class ModelPanel extends LifetimeSelector {
     const { agent } = this.header;
     const runQuery =
       agent === null ? "" : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
-    return `${this.look.name[0].toUpperCase()}${this.look.name.slice(1)}${runQuery}`;
+    return `${this.view.name[0].toUpperCase()}${this.view.name.slice(1)}${runQuery}`;
   }
 
   showViewLists() {
@@ -151,7 +150,7 @@ export class ModelPanel extends LifetimeSelector {
       list.replaceChildren(...entries.map(([value, text]) => el("option", { value }, text)));
     };
     options(
-      this.looks,
+      this.viewList,
       this.views.map(({ name }) => [name, name]),
     );
     options(this.agents, [
@@ -161,9 +160,9 @@ export class ModelPanel extends LifetimeSelector {
         `agent ${agent}`,
       ]),
     ]);
-    this.looks.hidden = this.views.length < 2;
-    this.agents.hidden = !this.look.of_an_agent;
-    Object.assign(this.looks, { value: this.look.name });
+    this.viewList.hidden = this.views.length < 2;
+    this.agents.hidden = !this.view.of_an_agent;
+    Object.assign(this.viewList, { value: this.view.name });
     Object.assign(this.agents, { value: this.agent ?? "" });
   }
 

@@ -64,7 +64,7 @@ export class ModelTab {
     try {
       requireViewable(this, completeState);
       this.panel.choose(nearestLifetime(this.studies, completeState, true), {
-        look: state.look,
+        view: state.look,
         agent: state.agent ?? null,
       });
       const missing = this.panel.missingMessage(state);
@@ -84,12 +84,12 @@ export class ModelTab {
    * playback.
    */
   remember(replace = true) {
-    const { curve, source, views: ways, look, agent, drawer } = this.panel;
+    const { curve, source, views, view, agent, drawer } = this.panel;
     if (!source || curve.isDragging) return;
     this.navigate(
       {
         ...source,
-        look: look.name === ways[0].name ? null : look.name,
+        look: view.name === views[0].name ? null : view.name,
         agent,
         step: this.startAt ?? drawer?.step,
       },
@@ -99,16 +99,16 @@ export class ModelTab {
 
   /** Update the guide after the data has arrived. */
   shown() {
-    const { source, header, look, drawer } = this.panel;
+    const { source, header, view, drawer } = this.panel;
     if (drawer.player) this.startPlayer(drawer.player);
     this.startAt = undefined;
     const shown = el("div", {}, el("p", {}, lifetimeTitle(source)), el("p", {}, CURVE));
     const named = header.meaning
-      ? [{ title: look.name[0].toUpperCase() + look.name.slice(1), text: header.meaning }]
+      ? [{ title: view.name[0].toUpperCase() + view.name.slice(1), text: header.meaning }]
       : [];
     this.guide.setTopics([
       { title: "Shown here", text: shown },
-      { title: "The model", text: header.about },
+      { title: "The model", text: header.description },
       ...named,
       ...VIEWS[header.kind],
     ]);

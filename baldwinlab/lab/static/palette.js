@@ -23,11 +23,11 @@ export const palette = new Proxy(
 );
 
 /** Return the value of a color name, or "#rrggbb" unchanged. */
-export function resolveColor(colour) {
-  return colour.startsWith("#") ? colour : palette[colour];
+export function resolveColor(color) {
+  return color.startsWith("#") ? color : palette[color];
 }
 
 /** Return a color for CSS, which follows the light or dark scheme. */
-export function cssColor(colour) {
-  return colour.startsWith("#") ? colour : `var(--${colour})`;
+export function cssColor(color) {
+  return color.startsWith("#") ? color : `var(--${color})`;
 }

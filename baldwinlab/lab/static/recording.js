@@ -18,14 +18,14 @@ export class Recording {
       agents: this.agents,
       items: this.items,
     } = header);
-    const { inputs, sectors, real } = header.look;
+    const { inputs, sectors, is_continuous: isContinuous } = header.appearance;
     this.inputs = inputs.map((name, input) => ({
       name,
       sector: sectors[input],
-      real: real[input],
+      isContinuous: isContinuous[input],
     }));
     // float32 inputs instead of bits.
-    this.numbers = real.some(Boolean);
+    this.numbers = isContinuous.some(Boolean);
     this.inputBytes = Math.ceil(this.inputs.length / 8);
     this.positions = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
     // Number of moves that `positions` contains.
@@ -69,14 +69,14 @@ export class Recording {
    * real-valued.
    */
   senses(step, agent) {
-    const values = this.inputs.map(({ name, real }, input) => ({
+    const values = this.inputs.map(({ name, isContinuous }, input) => ({
       name,
-      real,
+      isContinuous,
       value: this.sensed(step, agent, input),
     }));
     return values
       .filter(({ value }) => value > 0)
-      .map(({ name, real, value }) => (real ? `${name} ${value.toFixed(2)}` : name));
+      .map(({ name, isContinuous, value }) => (isContinuous ? `${name} ${value.toFixed(2)}` : name));
   }
 
   /** Return the agent that another agent learns from in a step, or null. */

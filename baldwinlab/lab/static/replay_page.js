@@ -38,7 +38,7 @@ export async function play(root, replay) {
       }),
   );
   const legend = new Legend();
-  legend.show(lives.map(({ header }) => header.look));
+  legend.show(lives.map(({ header }) => header.appearance));
   const panels = replay.panels.map((panel, index) =>
     panelFigure(panel, lives[index], figures[index]),
   );
@@ -78,7 +78,7 @@ function panelFigure({ title }, { header }, { stage, foot, facts }) {
 }
 
 /** Return a text such as: 50 items of food. */
-function items({ look: { item_kinds } }) {
+function items({ appearance: { item_kinds } }) {
   return item_kinds.map(({ name, number }) => `${format(number)} items of ${name}`).join(", ");
 }
 

@@ -20,16 +20,16 @@ export class Responses {
   }
 
   /**
-   * @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} inside from
-   *   /api/inside
+   * @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container from
+   *   /api/agent
    */
-  set({ header: { look }, arrays: { responses, sample_step: samples } }) {
+  set({ header: { appearance }, arrays: { responses, sample_step: samples } }) {
     this.root.hidden = !responses;
     if (!responses) return;
     const codes = responses.length / samples.length;
-    Object.assign(this, { actions: look.actions, responses, samples, codes, shown: -1 });
+    Object.assign(this, { actions: appearance.actions, responses, samples, codes, shown: -1 });
     const inputNames = (code) =>
-      look.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
+      appearance.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
     this.now = Array.from({ length: codes }, () => el("td", {}));
     this.lines.replaceChildren(
       ...this.now.map((now, code) =>
@@ -37,7 +37,7 @@ export class Responses {
           "tr",
           {},
           el("th", { scope: "row" }, inputNames(code)),
-          el("td", {}, look.actions[responses[code]]),
+          el("td", {}, appearance.actions[responses[code]]),
           now,
         ),
       ),

@@ -43,9 +43,9 @@ export function drawSensors(view, recording, step, chosen) {
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
   pen.stroke();
-  for (const colour of new Set(visibleSectors.map((sector) => sector.colour))) {
-    const sameColor = visibleSectors.filter((sector) => sector.colour === colour);
-    pen.fillStyle = resolveColor(colour);
+  for (const color of new Set(visibleSectors.map((sector) => sector.color))) {
+    const sameColor = visibleSectors.filter((sector) => sector.color === color);
+    pen.fillStyle = resolveColor(color);
     for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
       const hasLevel = (agent, { input }) =>
         Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;

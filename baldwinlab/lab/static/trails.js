@@ -16,11 +16,11 @@ const LEAP = 1 / 8;
 const FAR = 10;
 
 /** Draw fading paths of all agents over the last steps. `pen` uses map units. */
-export function drawRecent(pen, recording, step, colour, width) {
+export function drawRecent(pen, recording, step, color, width) {
   const crowd = recording.agents > CROWD;
   const length = crowd ? 16 : Math.min(RECENT, Math.floor(RECENT_SEGMENTS / recording.agents));
   const row = step - recording.first;
-  pen.strokeStyle = colour;
+  pen.strokeStyle = color;
   pen.lineWidth = width;
   for (let band = 0; band < BANDS.length; band++) {
     const from = Math.max(0, row - Math.round((length * (BANDS.length - band)) / BANDS.length));
@@ -36,8 +36,8 @@ export function drawRecent(pen, recording, step, colour, width) {
 }
 
 /** Draw the path of one agent from the beginning of the recording to a step. */
-export function drawAgentTrail(pen, recording, step, agent, colour, width) {
-  pen.strokeStyle = colour;
+export function drawAgentTrail(pen, recording, step, agent, color, width) {
+  pen.strokeStyle = color;
   pen.lineWidth = width;
   pen.globalAlpha = 0.75;
   pen.beginPath();
@@ -79,9 +79,9 @@ export class LifeTrails {
    * Draw the paths up to a step onto `canvas`.
    * @returns {boolean} whether they are complete; otherwise the next frame continues
    */
-  draw(pen, canvas, transform, recording, step, colour, width) {
+  draw(pen, canvas, transform, recording, step, color, width) {
     const row = step - recording.first;
-    const key = [recording, canvas.width, canvas.height, colour, ...transform];
+    const key = [recording, canvas.width, canvas.height, color, ...transform];
     this.layer ??= document.createElement("canvas");
     if (row < this.drawn || key.some((value, number) => value !== this.key[number])) {
       this.layer.width = canvas.width;
@@ -93,7 +93,7 @@ export class LifeTrails {
       row,
       this.drawn + Math.max(1, Math.floor(LIFE_SEGMENTS / recording.agents)),
     );
-    if (to > this.drawn) this.extend(transform, recording, to, colour, width);
+    if (to > this.drawn) this.extend(transform, recording, to, color, width);
     pen.save();
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.drawImage(this.layer, 0, 0);
@@ -101,10 +101,10 @@ export class LifeTrails {
     return this.drawn >= row;
   }
 
-  extend(transform, recording, to, colour, width) {
+  extend(transform, recording, to, color, width) {
     const pen = this.layer.getContext("2d");
     pen.setTransform(transform[0], 0, 0, transform[0], transform[1], transform[2]);
-    pen.strokeStyle = colour;
+    pen.strokeStyle = color;
     pen.globalAlpha = 0.3;
     pen.lineWidth = width;
     pen.lineJoin = "round";

@@ -36,8 +36,8 @@ export function mount(root, state, navigate, guide) {
   };
   const showUpdate = () => {
     if (panel) panel.update();
-    else if (feed.about)
-      panel = livePanel(stage, feed, state, navigate, (about) => setup.editRun(about));
+    else if (feed.summary)
+      panel = livePanel(stage, feed, state, navigate, (summary) => setup.editRun(summary));
     else if (feed.state === "gone")
       empty(stage, "This live run has ended", feed.message, aborted.signal);
   };

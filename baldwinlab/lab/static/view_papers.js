@@ -74,7 +74,7 @@ function describeSize({ conditions, claims, runs }) {
 }
 
 /** Return the row of a study: verdicts and links. */
-function studyRow({ study, changes, verdicts, problem, watch }) {
+function studyRow({ study, changes, verdicts, problem, is_viewable: isViewable }) {
   const countOf = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
   const badges = countOf.map(([verdict, [tone, singular, plural]]) =>
     el(
@@ -115,7 +115,7 @@ function studyRow({ study, changes, verdicts, problem, watch }) {
     el(
       "span",
       { class: "spread paper-ways" },
-      watch && link("world", "Watch"),
+      isViewable && link("world", "Watch"),
       link("results", "Results"),
     ),
   );

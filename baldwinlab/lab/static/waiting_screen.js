@@ -8,7 +8,7 @@ import { TimeBar } from "./time_bar.js";
 import { WorldFigure, completeLifetime } from "./world_figure.js";
 
 // Milliseconds between two requests.
-const LOOK = 500;
+const POLL_INTERVAL = 500;
 const SPEED = 10;
 
 // The last response of the server. The engine stays ready.
@@ -24,7 +24,7 @@ export async function waitForEngine(root, wanted) {
   const first = engine.ready || !wanted() ? null : new WaitingScreen(root);
   while (!engine.ready && wanted()) {
     first.showElapsed(engine);
-    await new Promise((resolve) => setTimeout(resolve, LOOK));
+    await new Promise((resolve) => setTimeout(resolve, POLL_INTERVAL));
     engine = await getJSON("api/engine");
   }
   first?.close();
@@ -88,7 +88,7 @@ class WaitingScreen {
       `${header.generation}, first ${header.last.toLocaleString("en")} ` +
       "steps.";
     this.figure.show(life);
-    this.legend.show([header.look]);
+    this.legend.show([header.appearance]);
     this.player.last = header.last - 1;
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
     this.player.invalidate();

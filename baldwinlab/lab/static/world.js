@@ -6,7 +6,7 @@ import { drawSensors } from "./sensors.js";
 import { LifeTrails, drawAgentTrail, drawRecent } from "./trails.js";
 
 /**
- * @typedef {object} Look
+ * @typedef {object} DrawOptions
  * @property {number|null} [chosen] the selected agent
  * @property {"off"|"recent"|"life"} [trails]
  * @property {boolean} [sight] whether visual ranges are drawn
@@ -59,7 +59,7 @@ export class WorldView {
 
   /** Move by CSS pixels. */
   pan(dx, dy) {
-    this.look(
+    this.setCamera(
       this.camera.x - dx / (this.world.width * this.scale),
       this.camera.y - dy / (this.world.height * this.scale),
       this.camera.zoom,
@@ -69,16 +69,16 @@ export class WorldView {
   /** Zoom by a factor. The point (px, py) stays fixed. */
   zoomAt(factor, px, py) {
     const before = this.toWorld(px, py);
-    this.look(this.camera.x, this.camera.y, this.camera.zoom * factor);
+    this.setCamera(this.camera.x, this.camera.y, this.camera.zoom * factor);
     const after = this.toWorld(px, py);
     const [x, y] = [
       (before[0] - after[0]) / this.world.width,
       (before[1] - after[1]) / this.world.height,
     ];
-    this.look(this.camera.x + x, this.camera.y + y, this.camera.zoom);
+    this.setCamera(this.camera.x + x, this.camera.y + y, this.camera.zoom);
   }
 
-  look(x, y, zoom) {
+  setCamera(x, y, zoom) {
     const within = Math.min(24, Math.max(1, zoom));
     // The complete map stays centered.
     const slack = within === 1 ? 0 : 0.5;
@@ -107,10 +107,10 @@ export class WorldView {
   /**
    * @param {import("./recording.js").Recording|null} recording null: only the map
    * @param {number} time a step, or a moment between two steps
-   * @param {Look} [look]
+   * @param {DrawOptions} [options]
    * @returns {boolean} whether all is drawn; otherwise draw again
    */
-  draw(recording, time, look = {}) {
+  draw(recording, time, options = {}) {
     const { pen, dots } = this;
     if (recording) this.show(recording.header);
     const scale = this.scale;
@@ -129,17 +129,17 @@ export class WorldView {
     pen.clip();
     const step = Math.min(Math.floor(time), recording.last - 1);
     this.place(recording, step, time - step);
-    const ready = this.drawTrails(transform, recording, step, look, scale);
-    if (look.sight !== false) drawSensors(this, recording, step, look.chosen);
-    this.drawItems(recording.itemsAt(step), recording.header.look.item_kinds, scale);
-    drawAgents(this, recording, step, look.chosen);
+    const ready = this.drawTrails(transform, recording, step, options, scale);
+    if (options.sight !== false) drawSensors(this, recording, step, options.chosen);
+    this.drawItems(recording.itemsAt(step), recording.header.appearance.item_kinds, scale);
+    drawAgents(this, recording, step, options.chosen);
     pen.restore();
     this.drawEdge(scale);
     return ready;
   }
 
   /** Set the size and the marks of the world. */
-  show({ world: { width, height }, look: { marks } }) {
+  show({ world: { width, height }, appearance: { marks } }) {
     this.world = { width, height, marks };
   }
 
@@ -165,25 +165,25 @@ export class WorldView {
   }
 
   /** Interpolate the position of every agent between two steps. */
-  place({ agents, first, last, header: { look }, arrays: { x, y, heading } }, step, share) {
+  place({ agents, first, last, header: { appearance }, arrays: { x, y, heading } }, step, share) {
     if (this.count !== agents) {
       this.count = agents;
       for (const name of ["x", "y", "angle"]) this[name] = new Float32Array(agents);
     }
     const { width, height } = this.world;
-    const turn = (2 * Math.PI) / look.headings;
+    const turn = (2 * Math.PI) / appearance.headings;
     const at = (step - first) * agents;
     const nextRow = step + 1 < last ? at + agents : at;
     for (let agent = 0; agent < agents; agent++) {
       const [now, next] = [at + agent, nextRow + agent];
       this.x[agent] = along(x[now], x[next], share, width);
       this.y[agent] = along(y[now], y[next], share, height);
-      this.angle[agent] = along(heading[now], heading[next], share, look.headings) * turn;
+      this.angle[agent] = along(heading[now], heading[next], share, appearance.headings) * turn;
     }
   }
 
-  drawTrails(transform, recording, step, look, scale) {
-    const { trails = "recent", chosen } = look;
+  drawTrails(transform, recording, step, options, scale) {
+    const { trails = "recent", chosen } = options;
     const width = Math.max(1.1 / scale, 0.9);
     let ready = true;
     if (trails === "life")
@@ -207,8 +207,8 @@ export class WorldView {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
     let item = 0;
-    for (const { colour, number } of kinds) {
-      pen.fillStyle = resolveColor(colour);
+    for (const { color, number } of kinds) {
+      pen.fillStyle = resolveColor(color);
       for (const end = item + number; item < end; item++) {
         // One path per item takes half the time of one path for all.
         pen.beginPath();
@@ -220,12 +220,12 @@ export class WorldView {
 }
 
 /** Draw a mark: solid objects are filled, areas are tinted or dashed. */
-function drawMark(pen, { kind, x, y, width, height, colour, solid }, scale) {
+function drawMark(pen, { kind, x, y, width, height, color, solid }, scale) {
   pen.beginPath();
   if (kind === "disc")
     pen.ellipse(x + width / 2, y + height / 2, width / 2, height / 2, 0, 0, 2 * Math.PI);
   else pen.rect(x, y, width, height);
-  pen.fillStyle = pen.strokeStyle = resolveColor(colour);
+  pen.fillStyle = pen.strokeStyle = resolveColor(color);
   pen.lineWidth = 1 / scale;
   if (solid) pen.fill();
   else if (kind === "disc") {

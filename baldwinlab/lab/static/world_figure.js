@@ -97,7 +97,7 @@ export class WorldFigure {
   }
 
   fit() {
-    this.view.look(0.5, 0.5, 1);
+    this.view.setCamera(0.5, 0.5, 1);
     this.onCameraChange();
   }
 
@@ -124,7 +124,7 @@ export class WorldFigure {
     const { agent } = this;
     const senses = recording.senses(step, agent);
     const action =
-      recording.header.look.actions[
+      recording.header.appearance.actions[
         recording.arrays.action[(step - recording.first) * recording.agents + agent]
       ];
     const eaten = recording.eatenBefore(step + 1, agent);

@@ -107,10 +107,10 @@ export class WorldPanel extends LifetimeSelector {
    * @returns {{isLoaded: boolean, ready: boolean}} whether the moment is loaded, and whether it is
    *   completely drawn
    */
-  draw(time, look) {
+  draw(time, options) {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;
-    const ready = this.view.draw(recording, moment, look);
+    const ready = this.view.draw(recording, moment, options);
     this.curve.draw();
     if (recording) this.showCount(recording, Math.floor(moment));
     return { isLoaded: recording !== null || !this.life, ready };

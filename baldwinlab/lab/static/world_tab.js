@@ -124,7 +124,7 @@ export class WorldTab {
     this.inspector.showAncestors(descent);
     if (step !== undefined) this.startAt = step;
     if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
-    this.look(camera);
+    this.setCamera(camera);
     this.showOptions();
     this.showTime();
     this.inspect();
@@ -139,7 +139,7 @@ export class WorldTab {
       loaded: () => this.loaded(),
       failed: (fault) => message(fault.message, "error"),
       picked: (agent) => this.pick(name, agent),
-      moved: () => this.look(panel.view.camera),
+      moved: () => this.setCamera(panel.view.camera),
       fitted: () => this.fit(),
       playAllClicked: () => this.generationPlayer.toggle(),
     });
@@ -218,10 +218,10 @@ export class WorldTab {
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
     for (const legendView of [legend, this.playbackBar.legend])
-      legendView.show(headers.map(({ look }) => look));
+      legendView.show(headers.map(({ appearance }) => appearance));
     this.guide.setTopics([
       { title: "Shown here", text: el("div", {}, names, legend.root) },
-      ...headers[0].about,
+      ...headers[0].topics,
     ]);
   }
 
@@ -274,14 +274,14 @@ export class WorldTab {
   }
 
   /** Set the camera of all worlds. */
-  look({ x, y, zoom }) {
-    for (const { view } of this.panels) view.look(x, y, zoom);
+  setCamera({ x, y, zoom }) {
+    for (const { view } of this.panels) view.setCamera(x, y, zoom);
     this.remember();
     this.player.invalidate();
   }
 
   fit() {
-    this.look(WHOLE_MAP);
+    this.setCamera(WHOLE_MAP);
   }
 
   /** Select an agent or none. The focus moves to the inspector, and back. */

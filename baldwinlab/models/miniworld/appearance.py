@@ -22,14 +22,14 @@ class Sector(NamedTuple):
     to_degrees: float
     radius: float
     # Color while the input is not 0.
-    colour: str = "lit"
+    color: str = "lit"
 
 
 class Kind(NamedTuple):
     """Items of a kind, in a region. Items are numbered in the order of regions."""
 
     name: str
-    colour: str
+    color: str
     # Number of items.
     number: int
 
@@ -43,7 +43,7 @@ class Mark(NamedTuple):
     y: float
     width: float
     height: float
-    colour: str
+    color: str
     label: str
     # True for shapes that block, such as walls.
     solid: bool = False
@@ -54,7 +54,7 @@ class Appearance(NamedTuple):
 
     inputs: tuple[str, ...]
     # Per input: whether it is real-valued.
-    real: tuple[bool, ...]
+    is_continuous: tuple[bool, ...]
     # Per input: its sector, or None.
     sectors: tuple[Sector | None, ...]
     actions: tuple[str, ...]
@@ -69,7 +69,7 @@ class Appearance(NamedTuple):
     # Pairs of units: the second stores the last activation of the first.
     memory: tuple[tuple[int, int], ...]
     # Whether the teacher of each agent is recorded.
-    lessons: bool
+    has_teachers: bool
 
     def to_dict(self) -> dict[str, Any]:
         """Return the data for JSON."""
@@ -87,7 +87,7 @@ def describe_appearance(experiment: Experiment) -> Appearance:
     rule, network = experiment.part("learning.rule"), experiment.part("network.kind")
     return Appearance(
         inputs=experiment.inputs,
-        real=tuple(sense.is_continuous for sense in senses for _ in sense.inputs),
+        is_continuous=tuple(sense.is_continuous for sense in senses for _ in sense.inputs),
         sectors=tuple(
             Sector(sector[0], sector[1], radius) if sector else None for sector in sectors
         ),
@@ -102,7 +102,7 @@ def describe_appearance(experiment: Experiment) -> Appearance:
         memory=network.memory(
             len(experiment.inputs), experiment.network.hidden, len(experiment.actions)
         ),
-        lessons=bool(rule.teacher_array),
+        has_teachers=bool(rule.teacher_array),
     )
 
 
@@ -139,11 +139,11 @@ def _mark(
     kind: str,
     x: tuple[float, float],
     y: tuple[float, float],
-    colour: str,
+    color: str,
     label: str,
     solid: bool = False,
 ) -> Mark:
-    return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], colour, label, solid)
+    return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], color, label, solid)
 
 
 def appearance_json(experiment: Experiment) -> str:

@@ -88,7 +88,7 @@ def trace(
     dims = ("step", "agent")
     provenance = {
         "experiment": to_toml(experiment(condition, 12, agents)),
-        "look": appearance_json(experiment(condition, 12, agents)),
+        "appearance": appearance_json(experiment(condition, 12, agents)),
         "condition": condition,
         "run": run,
         "generation": generation,

@@ -98,7 +98,7 @@ def test_a_look_is_text_for_whoever_draws() -> None:
         "from_degrees": 315,
         "to_degrees": 345,
         "radius": 40,
-        "colour": "lit",
+        "color": "lit",
     }
-    assert found["item_kinds"] == [{"name": "food", "colour": "green", "number": 50}]
+    assert found["item_kinds"] == [{"name": "food", "color": "green", "number": 50}]
     assert found["inputs"] == ["left", "front", "right"]

@@ -149,7 +149,7 @@ def test_the_books_balance_where_some_items_cost_energy_and_others_give_more_tha
     assert (energy < 0).any() and (richer > 0).any()
     assert ((richer >= 0) & (richer <= eaten) & (richer == richer.round())).all()
     np.testing.assert_array_equal(simulated(experiment).energy.values[0], np.maximum(energy, 0))
-    assert [(kind.name, kind.colour) for kind in describe_appearance(experiment).item_kinds] == [
+    assert [(kind.name, kind.color) for kind in describe_appearance(experiment).item_kinds] == [
         ("food", "green"), ("patch", "vermilion"), ("patch", "sky"),
     ]  # fmt: skip
 

@@ -245,7 +245,7 @@ def test_answers_to_numbers_are_not_looked_up() -> None:
 def test_the_look_says_which_inputs_are_numbers_and_where_they_are_felt() -> None:
     seen = describe_appearance(who_senses("food", "nearest", "smell", "energy"))
     assert seen.inputs[3:] == ("angle", "distance", "smell left", "smell right", "own energy")
-    assert seen.real == (False,) * 3 + (True,) * 5
+    assert seen.is_continuous == (False,) * 3 + (True,) * 5
     assert [sector is not None for sector in seen.sectors] == [True] * 3 + [
         False,
         False,
