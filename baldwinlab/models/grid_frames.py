@@ -16,7 +16,9 @@ NOT_REACHED: Final = -2
 UP: Final = 3
 # Change of row and column in a step, by heading.
 AHEAD: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
-WALL, HIGH, LOW = 1, 2, 3
+WALL: Final = 1
+HIGH: Final = 2
+LOW: Final = 3
 
 
 def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str) -> GridView:
@@ -34,18 +36,18 @@ def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: 
         Name of a visit.
     """
     visit_count, steps = track.shape[:2]
-    ground = np.zeros((visit_count, steps, side * side), np.uint8)
+    contents = np.zeros((visit_count, steps, side * side), np.uint8)
     gained = np.zeros((visit_count, steps))
     for visit in range(visit_count):
-        ground[visit][:, food[visit]] = 1
+        contents[visit][:, food[visit]] = 1
         for step, cell in enumerate(track[visit, :, 0]):
-            gained[visit, step:] += ground[visit, step, cell]
-            ground[visit, step:, cell] = 0
-    cells, heading = track.reshape(-1, 2).T
+            gained[visit, step:] += contents[visit, step, cell]
+            contents[visit, step:, cell] = 0
+    cell, heading = track.reshape(-1, 2).T
     return GridView(
         marks={"food": "green"},
-        ground=ground.reshape(-1, side, side),
-        place=np.stack([cells // side, cells % side], axis=-1),
+        cells=contents.reshape(-1, side, side),
+        position=np.stack([cell // side, cell % side], axis=-1),
         heading=heading,
         gained=gained.ravel(),
         visit=np.repeat(np.arange(visit_count), steps),
@@ -90,8 +92,8 @@ def in_t_mazes(
     row, column, heading = np.concatenate(paths).T
     return GridView(
         marks={"wall": "edge", "high reward": "green", "low reward": "orange"},
-        ground=np.repeat(mazes[high], steps, axis=0),
-        place=np.stack([row, column], axis=-1),
+        cells=np.repeat(mazes[high], steps, axis=0),
+        position=np.stack([row, column], axis=-1),
         heading=heading,
         gained=np.concatenate(gained),
         visit=np.repeat(np.arange(len(steps)), steps),
@@ -101,7 +103,9 @@ def in_t_mazes(
 
 def _path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
     """Return row, column and heading at home and after each action."""
-    row, column, heading = 2 * turns + 1, 3, UP
+    row = 2 * turns + 1
+    column = 3
+    heading = UP
     path = [(row, column, heading)]
     for position, action in enumerate(actions):
         if position == 2 * turns + 1:

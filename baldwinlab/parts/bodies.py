@@ -29,18 +29,16 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     lane : Lane
         Column of an agent, or a SIMD block.
     """
-    rows, actions = state.activations.shape[0], state.targets.shape[0]
-    best, action = get(state.activations, rows - actions, lane), np.float32(0)
-    put(state.action, 0, lane, action)
+    actions = state.targets.shape[0]
+    first = state.activations.shape[0] - actions
+    largest = get(state.activations, first, lane)
+    put(state.action, 0, lane, np.float32(0))
     for number in range(1, actions):
-        output = get(state.activations, rows - actions + number, lane)
-        put(
-            state.action,
-            0,
-            lane,
-            choose(output > best, np.float32(number), get(state.action, 0, lane)),
-        )
-        best = choose(output > best, output, best)
+        output = get(state.activations, first + number, lane)
+        is_larger = output > largest
+        action = choose(is_larger, np.float32(number), get(state.action, 0, lane))
+        put(state.action, 0, lane, action)
+        largest = choose(is_larger, output, largest)
 
 
 @hook
@@ -48,8 +46,7 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Turn and move the agent by its action.
 
     Per agent, once per step, after `choose_action`. It reads `state.action`, and writes
-    `state.heading` and
-    `state.positions`.
+    `state.heading` and `state.positions`.
 
     Parameters
     ----------

@@ -5,15 +5,15 @@ The arrays of agents are [row, lane]. A per-agent hook may reach its own column:
 `world * model.agents + agent`. It may read arrays of its world by an index that begins with
 `world`.
 
-The check follows calls of functions in the same file. `baldwinlab check` tests at run time what the
-source does not show.
+The check follows calls of functions in the same file. `baldwinlab check` tests the remaining cases
+at run time.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -32,8 +32,8 @@ PER_AGENT: Final = (
     "init_agent",
     "learn",
 )
-# Arguments that are arrays of agents.
-OWN: Final = (
+# Arguments of hooks that are arrays of agents.
+AGENT_ARRAYS: Final = (
     "weights",
     "activations",
     "errors",
@@ -41,7 +41,7 @@ OWN: Final = (
     "genes",
 )
 # Fields of `state` that are not arrays of agents.
-OF_ALL: Final = (
+SHARED_FIELDS: Final = (
     "generation",
     "rule",
     "network",
@@ -50,24 +50,28 @@ OF_ALL: Final = (
     "senses",
     "features",
 )
-HARMLESS: Final = ("shape", "dtype", "ndim")
-LANE: Final = ("world * model.agents + agent", "agent + world * model.agents")
-FIXED: Final = ("lane", "world", "agent")
+# Attributes of an array that do not read its entries.
+ARRAY_PROPERTIES: Final = ("shape", "dtype", "ndim")
+LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * model.agents")
+# Arguments that a hook must not assign.
+FIXED_ARGUMENTS: Final = ("lane", "world", "agent")
 
 Roles = Mapping[str, str]
 """Role of each name: "state", "part", "array", "lane", "world" or "agent".
 
 `part.NAME` is the name of an array of the part.
 """
+Functions = Mapping[str, ast.FunctionDef]
+"""Functions of a file by name."""
 
 
-def require_own_column(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
-    """Check the source of the hooks of a part.
+def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
+    """Check that the source of hooks reads and writes no other agent.
 
     Parameters
     ----------
     hooks : Mapping[str, Callable]
-        Hooks by name.
+        Hooks of a part by name.
     arrays : iterable of str
         Names of the arrays of the part.
 
@@ -76,115 +80,151 @@ def require_own_column(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable
     PartError
         If a per-agent hook certainly reads or writes another agent.
     """
+    part_roles = {f"part.{array}": "array" for array in arrays}
     for name, function in hooks.items():
-        found = definition(function) if name in PER_AGENT else None
-        if found is None:
+        definition = find_definition(function) if name in PER_AGENT else None
+        if definition is None:
             continue
-        roles = {each.arg: "array" if each.arg in OWN else each.arg for each in found.args.args}
-        roles |= {f"part.{array}": "array" for array in arrays}
-        for node in _looks(found, roles, _functions_beside(function), frozenset()):
-            place = f"{function.__code__.co_filename}:{node.lineno}: {ast.unparse(node).splitlines()[0]}"
+        arguments = [argument.arg for argument in definition.args.args]
+        roles = {name: "array" if name in AGENT_ARRAYS else name for name in arguments}
+        accesses = _find_accesses(
+            definition, roles | part_roles, _functions_of_file(function), frozenset()
+        )
+        for node in accesses:
+            file = function.__code__.co_filename
+            statement = ast.unparse(node).splitlines()[0]
             raise PartError(
-                f"{function.__qualname__} looks at other agents ({place}); a per-agent hook reaches its own column alone, by "
-                "get and put with its own lane: what needs a look at others belongs in a per-world hook, such as observe_others"
+                f"{function.__qualname__} reads or writes other agents "
+                f"({file}:{node.lineno}: {statement}); a per-agent hook must use `get` and `put` "
+                "with its own lane; to read other agents, use a per-world hook, such as "
+                "observe_others"
             )
 
 
-def definition(function: Callable[..., Any]) -> ast.FunctionDef | None:
-    """Return the syntax tree of a function, or None without source."""
+def find_definition(function: Callable[..., Any]) -> ast.FunctionDef | None:
+    """Return the syntax tree of a function.
+
+    Parameters
+    ----------
+    function : Callable
+        The function.
+
+    Returns
+    -------
+    ast.FunctionDef or None
+        None if the source is not available.
+    """
     line = function.__code__.co_firstlineno
-    for node in ast.walk(_tree(function)):
+    for node in ast.walk(_syntax_tree(function)):
         if isinstance(node, ast.FunctionDef) and node.name == function.__name__:
-            first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
+            decorator_lines = [decorator.lineno for decorator in node.decorator_list]
+            first = min([node.lineno, *decorator_lines])
             if first <= line <= (node.end_lineno or first):
                 return node
     return None
 
 
-def _functions_beside(function: Callable[..., Any]) -> dict[str, ast.FunctionDef]:
-    return {node.name: node for node in _tree(function).body if isinstance(node, ast.FunctionDef)}
+def _functions_of_file(function: Callable[..., Any]) -> dict[str, ast.FunctionDef]:
+    """Return the functions at the top level of the file that defines a function, by name."""
+    nodes = _syntax_tree(function).body
+    return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
 
 
-def _tree(function: Callable[..., Any]) -> ast.Module:
+def _syntax_tree(function: Callable[..., Any]) -> ast.Module:
     text = getattr(sys.modules.get(function.__module__), "__source__", None)
     if text is None:
         try:
             text = Path(function.__code__.co_filename).read_text("utf-8")
         except (OSError, UnicodeDecodeError):
             text = ""
-    return _parsed(text)
+    return _parse(text)
 
 
 @cache
-def _parsed(text: str) -> ast.Module:
+def _parse(text: str) -> ast.Module:
     return ast.parse(text)
 
 
-def _looks(
-    function: ast.FunctionDef,
-    given: Roles,
-    beside: Mapping[str, ast.FunctionDef],
-    seen: frozenset[str],
+def _find_accesses(
+    function: ast.FunctionDef, given: Roles, functions: Functions, visited: frozenset[str]
 ) -> Iterator[Any]:
-    """Yield the expressions in a function that reach other agents."""
+    """Yield the expressions in a function that reach other agents.
+
+    `functions` are those of the file. Those in `visited` are being searched already.
+    """
     roles = dict(given)
-    for name, value, node in _bindings(function):
-        what = _what(value, roles)
-        if roles.get(name) in FIXED and what != roles[name]:
+    for name, value, node in _list_bindings(function):
+        role = _role_of(value, roles)
+        if roles.get(name) in FIXED_ARGUMENTS and role != roles[name]:
             yield node
-        roles[name] = what
+        roles[name] = role
     for node in ast.walk(function):
-        if isinstance(node, ast.Subscript) and _what(node.value, roles) == "array":
-            of_world = (
-                isinstance(node.slice, ast.Tuple) and _what(node.slice.elts[0], roles) == "world"
-            )
-            own = isinstance(node.slice, ast.Tuple) and _what(node.slice.elts[-1], roles) == "lane"
-            if not own and (isinstance(node.ctx, ast.Store) or not of_world):
+        if isinstance(node, ast.Subscript) and _role_of(node.value, roles) == "array":
+            if not _is_index_allowed(node, roles):
                 yield node
-        elif (
-            isinstance(node, ast.Attribute)
-            and _what(node.value, roles) == "array"
-            and node.attr not in HARMLESS
-        ):
-            yield node
+        elif isinstance(node, ast.Attribute) and _role_of(node.value, roles) == "array":
+            if node.attr not in ARRAY_PROPERTIES:
+                yield node
         elif isinstance(node, ast.Call):
-            yield from _in_call(node, roles, beside, seen)
+            yield from _find_accesses_in_call(node, roles, functions, visited)
 
 
-def _in_call(
-    node: ast.Call, roles: Roles, beside: Mapping[str, ast.FunctionDef], seen: frozenset[str]
+def _is_index_allowed(node: ast.Subscript, roles: Roles) -> bool:
+    """Return whether an index selects the lane of the agent, or reads an array of its world."""
+    if not isinstance(node.slice, ast.Tuple):
+        return False
+    indices = node.slice.elts
+    is_of_world = _role_of(indices[0], roles) == "world"
+    is_read = not isinstance(node.ctx, ast.Store)
+    return _role_of(indices[-1], roles) == "lane" or (is_of_world and is_read)
+
+
+def _find_accesses_in_call(
+    node: ast.Call, roles: Roles, functions: Functions, visited: frozenset[str]
 ) -> Iterator[Any]:
+    """Yield the expressions in a call, and in the called function, that reach other agents."""
     name = node.func.id if isinstance(node.func, ast.Name) else ""
-    whats = [_what(argument, roles) for argument in node.args]
-    if name in ("get", "put") and len(whats) > 2 and whats[0] == "array":
-        if whats[2] != "lane" and not (name == "get" and whats[1] == "world"):
+    argument_roles = [_role_of(argument, roles) for argument in node.args]
+    if name in ("get", "put") and len(argument_roles) > 2 and argument_roles[0] == "array":
+        is_of_world = name == "get" and argument_roles[1] == "world"
+        if argument_roles[2] != "lane" and not is_of_world:
             yield node
-    elif name in ("forward", "backward") and "array" in whats and whats[-1] != "lane":
+    elif _passes_wrong_lane(name, argument_roles):
         yield node
-    elif name in beside and name not in seen:
-        inside = dict(zip((each.arg for each in beside[name].args.args), whats, strict=False))
-        of_part = {name: what for name, what in roles.items() if "." in name}
-        yield from _looks(beside[name], inside | of_part, beside, seen | {name})
+    elif name in functions and name not in visited:
+        parameters = [parameter.arg for parameter in functions[name].args.args]
+        inner_roles = dict(zip(parameters, argument_roles, strict=False))
+        inner_roles |= {key: role for key, role in roles.items() if "." in key}
+        yield from _find_accesses(functions[name], inner_roles, functions, visited | {name})
 
 
-def _bindings(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr | None, ast.AST]]:
+def _passes_wrong_lane(function: str, argument_roles: Sequence[str]) -> bool:
+    is_network_hook = function in ("forward", "backward") and "array" in argument_roles
+    return is_network_hook and argument_roles[-1] != "lane"
+
+
+def _list_bindings(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr | None, ast.AST]]:
     """Yield each name that a function assigns, with the assigned expression if there is one."""
     for node in ast.walk(function):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        value = node.value if isinstance(node, ast.Assign) else None
         for target in targets:
-            value = node.value if isinstance(node, ast.Assign) else None
-            many = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
-            pairs = zip(target.elts, value.elts, strict=False) if many else [(target, value)]  # type: ignore[union-attr]
-            yield from ((each.id, own, node) for each, own in pairs if isinstance(each, ast.Name))
+            pairs: Iterable[tuple[Any, ast.expr | None]] = [(target, value)]
+            if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+                pairs = zip(target.elts, value.elts, strict=False)
+            for variable, assigned in pairs:
+                if isinstance(variable, ast.Name):
+                    yield variable.id, assigned, node
 
 
-def _what(value: ast.expr | None, roles: Roles) -> str:
+def _role_of(value: ast.expr | None, roles: Roles) -> str:
     """Return the role of an expression, or ""."""
     if isinstance(value, ast.Name):
         return roles.get(value.id, "")
     if isinstance(value, ast.Attribute):
-        holder = _what(value.value, roles)
-        if holder == "part":
+        owner = _role_of(value.value, roles)
+        if owner == "part":
             return roles.get(f"part.{value.attr}", "")
-        return "array" if holder == "state" and value.attr not in OF_ALL else ""
-    return "lane" if isinstance(value, ast.BinOp) and ast.unparse(value) in LANE else ""
+        return "array" if owner == "state" and value.attr not in SHARED_FIELDS else ""
+    is_lane = isinstance(value, ast.BinOp) and ast.unparse(value) in LANE_EXPRESSIONS
+    return "lane" if is_lane else ""

@@ -77,8 +77,7 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     """Change the weights of an agent.
 
     Per agent, once per step, after `observe_others`, while the agent learns (`learning.steps`). It
-    writes
-    `state.weights` and the column of the agent in the arrays of the part.
+    writes `state.weights` and the column of the agent in the arrays of the part.
 
     Parameters
     ----------
@@ -102,18 +101,17 @@ class LearningRule(Part):
     ----------
     modules : tuple of str
         Modules of a genome, of equal size. The first is "action". A second module "reinforcement"
-        is a
-        network whose outputs the engine writes to `state.targets` in each step.
+        is a network. The engine writes its outputs to `state.targets` in each step.
     learns : bool
         False for a rule that changes no weights.
     supports_drift_control : bool
-        True if the rule moves weights as far as self-teaching does, so that `drift` is its control.
+        True if the rule changes weights by the same amount as self-teaching. Then `drift` is its
+        control.
     answers : tuple of str
         Names of the outputs of the reinforcement module, if they are not actions.
     teacher_array : str
-        Name of the int array of the part with the teacher of each agent, or "". The index of the
-        agent
-        itself means that it has no teacher.
+        Name of the int array of the part with the teacher of each agent, or "". An agent without a
+        teacher has its own index.
     color : str
         Color of the rule in figures, a name of `baldwinlab.analysis.palette`.
     """

@@ -26,95 +26,146 @@ GROUP: Final = "baldwinlab.parts"
 
 
 class Source(NamedTuple):
-    """Where a foreign part comes from: what a study keeps of it."""
+    """Source of a custom part, as a study stores it.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of the part, such as "learning rule".
+    name : str
+        Name of the part.
+    text : str
+        Text of the file.
+    file : str
+        Name of the file, without folders.
+    """
 
     kind: str
     name: str
     text: str
-    file: str  # its name, without folders
+    file: str
 
     @property
     def sha256(self) -> str:
+        """The SHA-256 of the text."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
 
 def load_file(path: str | Path) -> ModuleType:
     """Execute a file with parts and register them, in place of parts with the same names.
 
+    Parameters
+    ----------
+    path : str or Path
+        Python file.
+
+    Returns
+    -------
+    module
+        The module that was made from the file.
+
     Raises
     ------
     PartError
         If the file cannot be read or executed, or has no part.
     """
-    place = Path(path)
+    file = Path(path)
     try:
-        text = read_bytes(place, PART_FILE).decode()
+        text = read_bytes(file, PART_FILE).decode()
     except UnicodeDecodeError:
-        raise PartError(f"cannot read the part {place}: it is not UTF-8 text") from None
+        raise PartError(f"cannot read the part {file}: it is not UTF-8 text") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise PartError(f"cannot read the part {place}: {reason}") from None
-    return load_text(text, place)
+        raise PartError(f"cannot read the part {file}: {reason}") from None
+    return load_text(text, file)
 
 
-def load_text(text: str, place: Path) -> ModuleType:
-    """Load a part from the text of its file, as remote workers do. See `load_file`."""
+def load_text(text: str, file: Path) -> ModuleType:
+    """Load a part from the text of its file, as remote workers do.
+
+    Parameters
+    ----------
+    text : str
+        Text of the file.
+    file : Path
+        Name of the file, for error messages. It need not exist.
+
+    Returns
+    -------
+    module
+        The module that was made from the text. A text is executed only once.
+
+    Raises
+    ------
+    PartError
+        If the text cannot be executed, or has no part.
+    """
     name = f"{PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    before = registry.custom_parts()
     if name in sys.modules:
-        _make_known(sys.modules[name])
+        _register_parts(sys.modules[name])
         return sys.modules[name]
-    spec = spec_from_file_location(
-        name, place, loader=SourceFileLoader(name, str(place))
-    )  # whatever the file's ending is
+    registered = registry.custom_parts()
+    # The loader accepts a file with any suffix.
+    loader = SourceFileLoader(name, str(file))
+    spec = spec_from_file_location(name, file, loader=loader)
     assert spec is not None
     module = module_from_spec(spec)
     module.__dict__["__source__"] = text
     sys.modules[name] = module
     try:
-        exec(compile(text, str(place), "exec"), module.__dict__)
-        if not _make_known(module):
+        exec(compile(text, str(file), "exec"), module.__dict__)
+        if not _register_parts(module):
             raise PartError(
-                f"{place} holds no part: a class derived from a kind of part, with a name, is wanted"
+                f"{file} has no part: it must define a class that derives from a kind of part and "
+                "has a name"
             )
     except BaseException as error:
         del sys.modules[name]
-        _restore(before)
+        _restore(registered)
         if isinstance(error, PartError) or not isinstance(error, Exception):
             raise
-        raise PartError(
-            f"{place} cannot be loaded: {type(error).__name__}: {' '.join(str(error).split())}"
-        ) from None
+        message = " ".join(str(error).split())
+        raise PartError(f"{file} cannot be loaded: {type(error).__name__}: {message}") from None
     return module
 
 
 def parts_in(module: ModuleType) -> list[Any]:
-    """Return the parts that a module defines."""
+    """Return the parts that a module defines.
+
+    Parameters
+    ----------
+    module : module
+        The module.
+
+    Returns
+    -------
+    list of type
+        Classes with a name, in the order of their definition.
+    """
     from baldwinlab.parts.part import Part
 
+    classes = [value for value in vars(module).values() if isinstance(value, type)]
     return [
-        each
-        for each in vars(module).values()
-        if isinstance(each, type)
-        and issubclass(each, Part)
-        and each.name
-        and each.__module__ == module.__name__
+        part
+        for part in classes
+        if issubclass(part, Part) and part.name and part.__module__ == module.__name__
     ]
 
 
-def _make_known(module: ModuleType) -> bool:
+def _register_parts(module: ModuleType) -> bool:
     """Register the parts of a module. Return False if it has none."""
-    found = parts_in(module)
-    for part in found:
+    parts = parts_in(module)
+    for part in parts:
         registry.add(part.kind, part.name, part)
-    return bool(found)
+    return bool(parts)
 
 
-def _restore(before: dict[tuple[str, str], type]) -> None:
+def _restore(parts: dict[tuple[str, str], type]) -> None:
+    """Register exactly the custom parts `parts`."""
     for kind, name in registry.custom_parts():
-        if (kind, name) not in before:
+        if (kind, name) not in parts:
             registry.remove(kind, name)
-    for (kind, name), part in before.items():
+    for (kind, name), part in parts.items():
         registry.add(kind, name, part)
 
 
@@ -128,28 +179,58 @@ def load_entry_points() -> None:
     PartError
         If a module cannot be imported.
     """
-    before = registry.custom_parts()
+    loaded_parts = registry.custom_parts()
     for entry in entry_points(group=GROUP):
         try:
             entry.load()
-        except Exception as error:  # whatever a foreign module raises
+        # A third-party module can raise any exception.
+        except Exception as error:
             raise PartError(
-                f"the part {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}"
+                f"the part {entry.name!r} ({entry.value}) cannot be loaded: "
+                f"{type(error).__name__}: {error}"
             ) from None
-    for (kind, name), part in before.items():
+    for (kind, name), part in loaded_parts.items():
         registry.add(kind, name, part)
 
 
 def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
-    """Return the custom parts that experiments choose, sorted by kind and name."""
+    """Return the sources of the custom parts that experiments choose.
+
+    Parameters
+    ----------
+    experiments : iterable of BaseExperiment
+        The experiments.
+
+    Returns
+    -------
+    tuple of Source
+        Sources, sorted by kind and name.
+
+    Raises
+    ------
+    PartError
+        If a part is not loaded, or has no source file.
+    """
     from baldwinlab.experiment.base import custom_choices
 
-    chosen = {each for experiment in experiments for each in custom_choices(experiment)}
+    chosen = {choice for experiment in experiments for choice in custom_choices(experiment)}
     return tuple(source_of(kind, name) for kind, name in sorted(chosen))
 
 
 def source_of(kind: str, name: str) -> Source:
     """Return the source of a custom part.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of the part.
+    name : str
+        Name of the part.
+
+    Returns
+    -------
+    Source
+        Text and name of its file.
 
     Raises
     ------
@@ -158,7 +239,7 @@ def source_of(kind: str, name: str) -> Source:
     """
     part = registry.custom_parts().get((kind, name))
     if part is None:
-        raise PartError(f"{name!r} is a {kind} that is not here: give it by --part FILE")
+        raise PartError(f"the {kind} {name!r} is not loaded: load it with --part FILE")
     module = sys.modules[part.__module__]
     text = getattr(module, "__source__", None)
     if text is None:
@@ -166,6 +247,7 @@ def source_of(kind: str, name: str) -> Source:
             text = Path(str(module.__file__)).read_text("utf-8")
         except (OSError, AttributeError, UnicodeDecodeError):
             raise PartError(
-                f"the {kind} {name!r} has no file: a part must be in one, so that a study can keep its source"
+                f"the {kind} {name!r} has no file: define it in a file, so that a study can store "
+                "its source"
             ) from None
     return Source(kind, name, text, Path(str(module.__file__)).name)

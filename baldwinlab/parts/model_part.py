@@ -1,8 +1,7 @@
-"""The kind of part that is a whole model: founders, lifetimes and payoffs.
+"""The kind of part that is a complete model: founders, lifetimes and payoffs.
 
 Genomes are float32 [agent, module, weight]. Selection, variation, records and assays are those of
-all
-experiments.
+all experiments.
 """
 
 from __future__ import annotations
@@ -82,8 +81,7 @@ class Model(Part):
     """Model: founders, lifetimes and payoffs that are not those of MiniWorld.
 
     `model = "NAME"` chooses a model, and its settings are in a table of its name. Population,
-    evolution and
-    record are those of all experiments.
+    evolution and record are those of all experiments.
 
     Attributes
     ----------
@@ -92,7 +90,7 @@ class Model(Part):
     infinite_genes : tuple of int
         Indices in a module of the genes that may be infinite. All other genes must be finite.
     records : Mapping[str, Variable]
-        Recorded variables of every agent and generation, besides fitness.
+        Recorded variables of every agent and generation, in addition to fitness.
     defaults : Mapping[str, Mapping[str, Any]]
         Default settings by table: population, evolution, record.
     check_settings : Mapping[str, Any]
@@ -138,9 +136,9 @@ class Model(Part):
     def all_shares(self) -> dict[str, Measure]:
         """Return the recorded shares, as means over agents, and `shares`."""
         recorded = {
-            name: Measure(one.meaning, _mean_of(name))
-            for name, one in self.records.items()
-            if one.unit == "1"
+            name: Measure(variable.meaning, _mean_of(name))
+            for name, variable in self.records.items()
+            if variable.unit == "1"
         }
         return recorded | dict(self.shares)
 
@@ -152,7 +150,7 @@ class Model(Part):
         ValueError
             If the model has no lifetime without learning.
         """
-        raise ValueError(f"the model {self.name!r} says nothing of a life without learning")
+        raise ValueError(f"the model {self.name!r} has no lifetime without learning")
 
     def weights(self) -> int:
         """Return the number of entries of a module."""
@@ -171,6 +169,7 @@ class Model(Part):
         Returns
         -------
         array, float32 [agent, module, weight]
+            Genomes.
         """
         raise NotImplementedError
 
@@ -195,6 +194,7 @@ class Model(Part):
         Returns
         -------
         LifeResults
+            Payoff, cost of learning, learned weights and records of all agents.
         """
         raise NotImplementedError
 

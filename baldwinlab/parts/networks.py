@@ -14,8 +14,7 @@ def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
     """Compute the outputs of the network from its inputs.
 
     Per agent, once per step, and for a reinforcement module once more. The first rows of
-    `activations`
-    are the inputs; the hook writes the other rows. The last rows are the outputs.
+    `activations` are the inputs. The hook writes the other rows. The last rows are the outputs.
 
     Parameters
     ----------
@@ -34,7 +33,7 @@ def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
 def backward(
     part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane
 ) -> None:
-    """Change the weights so that the outputs move towards the targets.
+    """Change the weights so that the outputs move toward the targets.
 
     Per agent. Learning rules call it after `forward`, with the activations of that call.
 
@@ -113,6 +112,11 @@ class Network(Part):
             The setting `network.hidden`.
         actions : int
             Number of outputs: the last units.
+
+        Returns
+        -------
+        tuple of int
+            The sum is the number of units.
         """
         return (inputs, *hidden, actions)
 
@@ -120,6 +124,15 @@ class Network(Part):
         self, inputs: int, hidden: tuple[int, ...], actions: int
     ) -> tuple[tuple[int, int], ...]:
         """Return the context units of a recurrent network, for drawings.
+
+        Parameters
+        ----------
+        inputs : int
+            Number of inputs.
+        hidden : tuple of int
+            The setting `network.hidden`.
+        actions : int
+            Number of outputs.
 
         Returns
         -------

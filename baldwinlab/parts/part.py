@@ -32,7 +32,7 @@ import numpy as np
 from baldwinlab.engine.phases import Array
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.fields import Fields
-from baldwinlab.parts.lane_check import require_own_column
+from baldwinlab.parts.lane_check import require_lane_isolation
 from baldwinlab.parts.renamed import refuse_old_names
 
 if TYPE_CHECKING:
@@ -53,8 +53,7 @@ class Part(Fields, metaclass=PartMeta):
     """Base class of all kinds of part.
 
     The annotations of a part are settings of the experiment: pydantic fields with a description, a
-    unit
-    and limits. The name of the part chooses it.
+    unit and limits. An experiment chooses a part by its name.
 
     Attributes
     ----------
@@ -64,8 +63,7 @@ class Part(Fields, metaclass=PartMeta):
         Name of the part. Set by `class X(Kind, name="x")`.
     arrays : Mapping[str, Array]
         Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A
-        dimension is a
-        number, or "weights", "units", "inputs" or "actions".
+        dimension is a number, or "weights", "units", "inputs" or "actions".
     derived : Mapping[str, Callable]
         Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
         `part.NAME`.
@@ -92,30 +90,34 @@ class Part(Fields, metaclass=PartMeta):
         if not name:
             # A kind, or a base class of parts.
             return
-        built_in = registry.is_built_in(cls.kind, name, cls.__module__)
+        is_built_in = registry.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
         cls.name = name
         fields = [*numeric_fields(cls), *cls.derived, *cls.arrays]
-        made: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
-        # Numba's cache finds the class by these names.
-        made.__module__ = cls.__module__
-        made.__qualname__ = f"{cls.__qualname__}.Compiled"
-        # mypy knows the attributes of a NamedTuple, so an assignment would be an error.
-        setattr(made, "part", cls)  # noqa: B010
-        cls.Compiled = made
-        if not built_in:
-            require_own_column(
-                {each: getattr(cls, each) for each in overridden_hooks(cls)}, cls.arrays
-            )
+        compiled_class: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
+        # Numba's cache identifies the class by these names.
+        compiled_class.__module__ = cls.__module__
+        compiled_class.__qualname__ = f"{cls.__qualname__}.Compiled"
+        # mypy reads the attributes of a NamedTuple, so an assignment would be an error.
+        setattr(compiled_class, "part", cls)  # noqa: B010
+        cls.Compiled = compiled_class
+        if not is_built_in:
+            hooks = {hook_name: getattr(cls, hook_name) for hook_name in overridden_hooks(cls)}
+            require_lane_isolation(hooks, cls.arrays)
             registry.add(cls.kind, name, cls)
 
     @classmethod
     def hooks(cls) -> tuple[Callable[..., Any], ...]:
         """Return the functions of all hooks of the part."""
-        return tuple(getattr(cls, each) for each in hook_names(cls))
+        return tuple(getattr(cls, hook_name) for hook_name in hook_names(cls))
 
     def check(self, experiment: Any) -> None:
         """Check that the part fits an experiment.
+
+        Parameters
+        ----------
+        experiment : BaseExperiment
+            Experiment with the part.
 
         Raises
         ------
@@ -125,53 +127,102 @@ class Part(Fields, metaclass=PartMeta):
 
 
 def hook_names(kind: type[Part]) -> list[str]:
-    """Return the names of the hooks of a kind."""
-    base = next(each for each in kind.__mro__ if Part in each.__bases__)
+    """Return the names of the hooks of a kind.
+
+    Parameters
+    ----------
+    kind : type of Part
+        A kind of part, or a part of the kind.
+
+    Returns
+    -------
+    list of str
+        Names in the order of their definition.
+    """
+    base = _kind_of(kind)
     return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
-    """Return the names of the hooks that a part defines itself."""
-    return [name for name in hook_names(part) if getattr(part, name) is not _of_kind(part, name)]
+    """Return the names of the hooks that a part does not inherit from its kind.
+
+    Parameters
+    ----------
+    part : type of Part
+        The part.
+
+    Returns
+    -------
+    list of str
+        Names in the order of the kind.
+    """
+    base = _kind_of(part)
+    return [name for name in hook_names(part) if getattr(part, name) is not getattr(base, name)]
 
 
 def numeric_fields(part: type[Part]) -> list[str]:
-    """Return the names of the settings that compiled code can read: int, float and bool."""
+    """Return the names of the settings that compiled code can read.
+
+    Parameters
+    ----------
+    part : type of Part
+        The part.
+
+    Returns
+    -------
+    list of str
+        Names of the settings of type int, float or bool.
+    """
     return [
         name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)
     ]
 
 
 def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
-    """Return the first argument of the hooks of a part: its settings, derived values and arrays."""
-    own: dict[str, Any] = {}
-    for name in numeric_fields(type(part)):
+    """Return the first argument of the hooks of a part.
+
+    Parameters
+    ----------
+    part : Part
+        The part with its settings.
+    experiment : BaseExperiment
+        The experiment, for derived values.
+    allocate : Callable
+        Function that returns the memory of an array from its declaration.
+
+    Returns
+    -------
+    NamedTuple
+        Numeric settings, derived values and arrays of the part, an instance of `part.Compiled`.
+    """
+    kind = type(part)
+    settings: dict[str, Any] = {}
+    for name in numeric_fields(kind):
         value = getattr(part, name)
-        own[name] = (
-            np.float32(value) if type(part).model_fields[name].annotation is float else value
-        )
-    derived = {name: make(part, experiment) for name, make in type(part).derived.items()}
-    return part.Compiled(
-        **own, **derived, **{name: allocate(array) for name, array in type(part).arrays.items()}
-    )
+        is_float = kind.model_fields[name].annotation is float
+        settings[name] = np.float32(value) if is_float else value
+    derived = {name: derive(part, experiment) for name, derive in kind.derived.items()}
+    arrays = {name: allocate(array) for name, array in kind.arrays.items()}
+    return part.Compiled(**settings, **derived, **arrays)
 
 
 def _require_signatures(part: type[Part]) -> None:
+    """Raise TypeError if a hook of a part does not have the arguments of its kind."""
     for name in hook_names(part):
-        wanted = [*inspect.signature(_of_kind(part, name)).parameters]
-        given = vars(part).get(name)
-        if given is not None and not isinstance(given, staticmethod):
+        required = [*inspect.signature(getattr(_kind_of(part), name)).parameters]
+        attribute = vars(part).get(name)
+        if attribute is not None and not isinstance(attribute, staticmethod):
             raise TypeError(
                 f"{part.__name__}.{name} must be a static method: "
-                f"@staticmethod def {name}({', '.join(wanted)})"
+                f"@staticmethod def {name}({', '.join(required)})"
             )
-        if [*inspect.signature(getattr(part, name)).parameters] != wanted:
+        if [*inspect.signature(getattr(part, name)).parameters] != required:
             raise TypeError(
                 f"{part.__name__}.{name} must have the arguments of its kind: "
-                f"{name}({', '.join(wanted)})"
+                f"{name}({', '.join(required)})"
             )
 
 
-def _of_kind(part: type[Part], name: str) -> Callable[..., Any]:
-    base = next(each for each in part.__mro__ if Part in each.__bases__)
-    return getattr(base, name)  # type: ignore[no-any-return]
+def _kind_of(part: type[Part]) -> type[Part]:
+    """Return the base class of a part that is its kind."""
+    return next(base for base in part.__mro__ if Part in base.__bases__)

@@ -54,9 +54,23 @@ CLASSES: Final = {
 
 
 def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, Any]) -> None:
-    """Raise PartError if the class `name` defines a hook or flag by its name of version 0.1.
+    """Raise an error if a class defines a hook or flag by its name of version 0.1.
 
     A setting of the part may have such a name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the class.
+    bases : iterable of type
+        Base classes of the class.
+    namespace : Mapping[str, Any]
+        Attributes of the class by name.
+
+    Raises
+    ------
+    PartError
+        If an old name is used. The message has the new name.
     """
     kind = next((base.kind for base in bases if getattr(base, "kind", "")), "")
     renamed = {**ALL, **BY_KIND.get(kind, {})}
@@ -69,7 +83,20 @@ def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, An
 
 
 def renamed_class(module: str, name: str) -> Exception:
-    """Return the error for a class of `module` that does not exist, or that was renamed."""
+    """Return the error for a class that does not exist, or that was renamed.
+
+    Parameters
+    ----------
+    module : str
+        Name of the module.
+    name : str
+        Name of the class.
+
+    Returns
+    -------
+    Exception
+        ImportError with the new name, or AttributeError.
+    """
     if name in CLASSES:
         return ImportError(f"{module}.{name} was renamed to {CLASSES[name]}")
     return AttributeError(f"module {module!r} has no attribute {name!r}")

@@ -38,9 +38,8 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
     """Write the inputs of a continuous sense.
 
     Per agent, once per step, if `is_continuous` is true.
-    It writes rows `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1], and nothing
-    else
-    that is not an array of the part.
+    The hook writes rows `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1]. It may
+    also write the arrays of the part.
 
     Parameters
     ----------
@@ -61,8 +60,8 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
 def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Compute data about other agents before the agents sense.
 
-    Per world, at the beginning of every step. It may write the arrays of the part
-    and per-agent arrays of `state`.
+    Per world, at the beginning of every step. It may write the arrays of the part and per-agent
+    arrays of `state`.
 
     Parameters
     ----------

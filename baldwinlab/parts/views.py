@@ -7,7 +7,7 @@ so the lab can draw any generation of a stored run. It returns one of three kind
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -57,9 +57,9 @@ class GridView(NamedTuple):
     ----------
     marks : Mapping[str, str]
         Color of each kind of cell, a name of the palette or "#rrggbb". The first kind has number 1.
-    ground : array, int [step, row, column]
+    cells : array, int [step, row, column]
         Number of the kind of each cell. 0: empty.
-    place : array, int [step, 2]
+    position : array, int [step, 2]
         Row and column of the agent.
     heading : array, int [step]
         Quarter turns clockwise from the right. -1: no heading.
@@ -72,8 +72,8 @@ class GridView(NamedTuple):
     """
 
     marks: Mapping[str, str]
-    ground: npt.NDArray[Any]
-    place: npt.NDArray[Any]
+    cells: npt.NDArray[Any]
+    position: npt.NDArray[Any]
     heading: npt.NDArray[Any]
     gained: npt.NDArray[Any]
     visit: npt.NDArray[Any]
@@ -104,50 +104,57 @@ class View(NamedTuple):
     of_an_agent: bool = True
 
 
-def arrays_of(seen: ViewData) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of a view by name, in the types of the page.
+def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays of a view in the types that the page reads.
+
+    Parameters
+    ----------
+    data : MatrixView, PathView or GridView
+        The data.
+
+    Returns
+    -------
+    dict of str to array
+        Arrays by name.
 
     Raises
     ------
     ValueError
         If shapes or values do not match.
     """
-    if isinstance(seen, MatrixView):
-        wanted = (len(seen.rows), len(seen.columns))
-        return {"values": _of_shape("values", seen.values, wanted, np.float32)}
-    if isinstance(seen, PathView):
-        lines = [np.asarray(line) for line in seen.lines.values()]
-        if not lines or not lines[0].size:
-            raise ValueError("a walk has a line at least, and each a number at least")
-        return {
-            "lines": np.stack(
-                [
-                    _of_shape(name, line, (lines[0].size,), np.float32)
-                    for name, line in seen.lines.items()
-                ]
-            )
-        }
-    steps, *grid = np.shape(seen.ground) if np.ndim(seen.ground) == 3 else (0, 0, 0)
-    if not steps or np.max(seen.ground) > len(seen.marks):
+    if isinstance(data, MatrixView):
+        shape = (len(data.rows), len(data.columns))
+        return {"values": _convert("values", data.values, shape, np.float32)}
+    if isinstance(data, PathView):
+        return {"lines": _stack_lines(data.lines)}
+    steps, rows, columns = np.shape(data.cells) if np.ndim(data.cells) == 3 else (0, 0, 0)
+    if not steps or np.max(data.cells) > len(data.marks):
         raise ValueError(
-            "ground must be [step, row, column] of numbers of marks, with a step at least"
+            "cells must be an array [step, row, column] of numbers of marks, with at least one step"
         )
+    layouts: Mapping[str, tuple[tuple[int, ...], Any]] = {
+        "cells": ((steps, rows, columns), np.uint8),
+        "position": ((steps, 2), np.int16),
+        "heading": ((steps,), np.int8),
+        "gained": ((steps,), np.float32),
+        "visit": ((steps,), np.uint32),
+    }
     return {
-        name: _of_shape(name, getattr(seen, name), (steps, *last(grid)), dtype)
-        for name, (last, dtype) in _OF_CELLS.items()
+        name: _convert(name, getattr(data, name), shape, dtype)
+        for name, (shape, dtype) in layouts.items()
     }
 
 
-_OF_CELLS: Final[Mapping[str, tuple[Callable[[list[int]], tuple[int, ...]], Any]]] = {
-    "ground": (tuple, np.uint8),
-    "place": (lambda grid: (2,), np.int16),
-    "heading": (lambda grid: (), np.int8),
-    "gained": (lambda grid: (), np.float32),
-    "visit": (lambda grid: (), np.uint32),
-}
+def _stack_lines(lines: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.float32]:
+    """Return lines of equal length as one array [line, step]."""
+    lengths = [np.size(line) for line in lines.values()]
+    if not lengths or not lengths[0]:
+        raise ValueError("a path view must have at least one line, and a line at least one number")
+    shape = (lengths[0],)
+    return np.stack([_convert(name, line, shape, np.float32) for name, line in lines.items()])
 
 
-def _of_shape(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> npt.NDArray[Any]:
+def _convert(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> npt.NDArray[Any]:
     if np.shape(values) != shape:
         raise ValueError(f"{name} is {list(np.shape(values))} and must be {list(shape)}")
     return np.asarray(values).astype(dtype)

@@ -79,7 +79,7 @@ def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value,
     bool, or a mask
         True where the view from (x, y) to (x + dx, y + dy) is blocked. False by default.
     """
-    # False for each item, as a bool or as a mask.
+    # False, as a bool or as a mask.
     return dx * ZERO > ONE
 
 
@@ -111,8 +111,7 @@ def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Change the world at the end of a step.
 
     Per world, after all agents have eaten. It may write the arrays of the part, items and agents
-    of the
-    world.
+    of the world.
 
     Parameters
     ----------

@@ -152,16 +152,16 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
         view = forager_model.views["life"].of(
             forager_model, GenerationKey(7, 0, 3), newborns[0], agent
         )
-        assert isinstance(view, GridView) and view.ground.shape == (forager_model.steps, SIDE, SIDE)
+        assert isinstance(view, GridView) and view.cells.shape == (forager_model.steps, SIDE, SIDE)
         gained, food = (
             values.reshape(forager_model.environments, forager_model.steps_per_environment, -1)
-            for values in (view.gained, view.ground)
+            for values in (view.gained, view.cells)
         )
         assert gained[:, -1, 0].tolist() == life(forager_model, newborns[0, agent], agent)[0]
         assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "food that is not eaten remains"
         moved = np.abs(
             np.diff(
-                view.place.reshape(
+                view.position.reshape(
                     forager_model.environments, forager_model.steps_per_environment, 2
                 ),
                 axis=1,
@@ -189,7 +189,7 @@ def test_of_a_long_life_the_view_has_the_beginning() -> None:
     view = forager_model.views["life"].of(
         forager_model, GenerationKey(7, 0, 3), genomes(forager_model, 1)[0], 0
     )
-    assert isinstance(view, GridView) and len(view.ground) == cell_foragers.MAX_SHOWN_MOVES
+    assert isinstance(view, GridView) and len(view.cells) == cell_foragers.MAX_SHOWN_MOVES
 
 
 def test_a_step_of_learning_goes_down_the_gradient() -> None:

@@ -193,7 +193,7 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
         for trip, (actions, total) in enumerate(life.trips):
             positions, heading, gained, ground = (
                 values[view.visit == trip]
-                for values in (view.place, view.heading, view.gained, view.ground)
+                for values in (view.position, view.heading, view.gained, view.cells)
             )
             frames, (*cells, faced) = walk(model, actions, total)
             assert [
@@ -223,7 +223,7 @@ def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
     first, moves, after = model.maze(7, 5, 3)
     view = model.views["trips"].of(model, GenerationKey(7, 5, 3), genomes(model)[0], 0)
     assert isinstance(view, GridView) and list(view.marks) == ["wall", "high reward", "low reward"]
-    for ground, trip in zip(view.ground, view.visit, strict=True):
+    for ground, trip in zip(view.cells, view.visit, strict=True):
         high = first if trip < moves else after
         assert [ground[end] for end in ends] == [
             HIGH if end == high else LOW for end in range(2**turns)
@@ -251,7 +251,7 @@ def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: A
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
     view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, 0)
     assert isinstance(view, GridView)
-    positions = view.place.reshape(20, -1, 2)
+    positions = view.position.reshape(20, -1, 2)
     assert (positions[:, 0] == positions[:, -1]).all() and (
         view.heading.reshape(20, -1)[:, -1] == 1
     ).all(), "the agent faces down"
@@ -291,7 +291,7 @@ def test_of_a_long_life_the_views_have_the_beginning() -> None:
         and len(returns.lines["agent 1"]) == MAX_SHOWN_TRIPS + 1
     )
     first, moves, after = model.maze(7, 5, 3)
-    assert [set(trips.ground[trips.visit == trip, 1, 1]) for trip in (moves - 1, moves)] == [
+    assert [set(trips.cells[trips.visit == trip, 1, 1]) for trip in (moves - 1, moves)] == [
         {HIGH if high == 0 else LOW} for high in (first, after)
     ]
 

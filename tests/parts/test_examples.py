@@ -181,7 +181,7 @@ def test_a_file_that_is_no_part_is_refused_in_a_sentence_and_leaves_nothing(tmp_
     kind = "from baldwinlab.parts import LearningRule\n"
     cases = {
         "import nothing_of_the_kind": "cannot be loaded: ModuleNotFoundError",
-        "x = 1": "holds no part",
+        "x = 1": "has no part",
         f"{kind}class Mine(LearningRule, name='self-taught'):\n    pass": "built-in learning rule",
         f"{kind}class Mine(LearningRule, name='mine'):\n    @staticmethod\n    def learn(x):\n        x": "arguments of its kind",
     }

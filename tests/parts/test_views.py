@@ -45,8 +45,8 @@ def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
     assert walk["lines"].tolist() == [[0, 1, 2], [1, 1, 1]]
     found = arrays_of(cells())
     assert {name: (array.dtype.name, array.shape) for name, array in found.items()} == {
-        "ground": ("uint8", (STEPS, 2, 3)),
-        "place": ("int16", (STEPS, 2)),
+        "cells": ("uint8", (STEPS, 2, 3)),
+        "position": ("int16", (STEPS, 2)),
         "heading": ("int8", (STEPS,)),
         "gained": ("float32", (STEPS,)),
         "visit": ("uint32", (STEPS,)),
@@ -69,7 +69,7 @@ def _changing(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
         (_changing, "the view 'look' changes the genomes that it is given"),
         (
             lambda *given: PathView({}, "", ""),
-            "the view 'look' of agent 0: a walk has a line at least, and each a number at least",
+            "the view 'look' of agent 0: a path view must have at least one line, and a line at least one number",
         ),
     ],
 )
@@ -91,11 +91,11 @@ def test_a_check_finds_views_that_are_not_as_they_should_be(
             r"values is \[2, 1\] and must be \[1, 2\]",
         ),
         (PathView({"a": np.zeros(3), "b": np.zeros(2)}, "", ""), r"b is \[2\] and must be \[3\]"),
-        (PathView({}, "", ""), "a walk has a line at least"),
+        (PathView({}, "", ""), "a path view must have at least one line"),
         (cells(heading=np.zeros(3)), r"heading is \[3\] and must be \[4\]"),
-        (cells(place=np.zeros((STEPS, 3))), r"place is \[4, 3\] and must be \[4, 2\]"),
-        (cells(marks={"food": "green"}), "ground must be .* of numbers of marks"),
-        (cells(ground=np.zeros((2, 3))), "ground must be"),
+        (cells(position=np.zeros((STEPS, 3))), r"position is \[4, 3\] and must be \[4, 2\]"),
+        (cells(marks={"food": "green"}), "cells must be .* of numbers of marks"),
+        (cells(cells=np.zeros((2, 3))), "cells must be"),
     ],
 )
 def test_what_does_not_fit_together_is_said(seen: ViewData, sentence: str) -> None:

@@ -124,13 +124,13 @@ export class GridView {
   }
 
   drawGround(pen, step) {
-    const { ground, rows, columns, marks } = this.life;
+    const { cells, rows, columns, marks } = this.life;
     const colors = Object.values(marks).map(resolveColor);
     pen.fillStyle = palette.map;
     pen.fillRect(0, 0, columns, rows);
     for (let row = 0; row < rows; row++) {
       for (let column = 0; column < columns; column++) {
-        const mark = ground[(step * rows + row) * columns + column];
+        const mark = cells[(step * rows + row) * columns + column];
         pen.fillStyle = mark ? colors[mark - 1] : palette.edge;
         if (mark) pen.fillRect(column + 0.1, row + 0.1, 0.8, 0.8);
         // A dot makes empty cells visible.
@@ -141,10 +141,10 @@ export class GridView {
 
   /** Draw the path from the start of the visit to the current cell. */
   drawPath(pen, step) {
-    const { place, visit } = this.life;
+    const { position, visit } = this.life;
     pen.beginPath();
     for (let at = step; at >= 0 && visit[at] === visit[step]; at--)
-      pen.lineTo(place[2 * at + 1] + 0.5, place[2 * at] + 0.5);
+      pen.lineTo(position[2 * at + 1] + 0.5, position[2 * at] + 0.5);
     Object.assign(pen, {
       strokeStyle: palette.trail,
       lineWidth: 0.1,
@@ -157,9 +157,9 @@ export class GridView {
   }
 
   drawAgent(pen, step) {
-    const { place, heading } = this.life;
+    const { position, heading } = this.life;
     pen.save();
-    pen.translate(place[2 * step + 1] + 0.5, place[2 * step] + 0.5);
+    pen.translate(position[2 * step + 1] + 0.5, position[2 * step] + 0.5);
     pen.fillStyle = palette.agent;
     pen.beginPath();
     if (heading[step] < 0) pen.arc(0, 0, 0.34, 0, 2 * Math.PI);
@@ -175,14 +175,14 @@ export class GridView {
   }
 
   describeStep(step) {
-    const { visit, visits, steps, place, heading, gained } = this.life;
+    const { visit, visits, steps, position, heading, gained } = this.life;
     const first = visit.indexOf(visit[step]);
     const end = visit.lastIndexOf(visit[step]);
     const facing = heading[step] < 0 ? "" : `, facing ${DIRECTIONS[heading[step] % 4]}`;
     return (
       `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ` +
-      `${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, ` +
-      `column ${place[2 * step + 1] + 1}${facing}; gained ${format(gained[step])} ` +
+      `${step - first + 1} of ${end - first + 1}: row ${position[2 * step] + 1}, ` +
+      `column ${position[2 * step + 1] + 1}${facing}; gained ${format(gained[step])} ` +
       `in this ${visits} so far`
     );
   }

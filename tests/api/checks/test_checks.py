@@ -111,7 +111,7 @@ def test_a_rule_that_looks_at_a_neighbour_is_refused_before_it_runs(write: Any, 
     path = write(learn, above=above, fields='arrays = {"trace": per_agent("weights")}')
     with pytest.raises(
         PartError,
-        match=r"Liar.learn looks at other agents \(.*liar.py:\d+: .*\); .* own column alone",
+        match=r"Liar.learn reads or writes other agents \(.*liar.py:\d+: .*\); .* with its own lane",
     ):
         load_file(path)
     assert ("learning rule", "liar") not in registry.custom_parts()
@@ -120,7 +120,7 @@ def test_a_rule_that_looks_at_a_neighbour_is_refused_before_it_runs(write: Any, 
 def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:
     inherits = "@staticmethod\n    def load_genes(part, model, state, genes, lane):\n        put(state.weights, 0, lane, {})"
     assert failures(write(fields=inherits.format("get(genes, 0, lane)")), "fields") == ""
-    with pytest.raises(PartError, match=r"Liar.load_genes looks at other agents"):
+    with pytest.raises(PartError, match=r"Liar.load_genes reads or writes other agents"):
         load_file(write(fields=inherits.format("get(genes, 0, lane + 1)")))
 
 

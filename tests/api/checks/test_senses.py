@@ -64,5 +64,5 @@ def test_an_oracle_that_disagrees_is_found(tmp_path: Path) -> None:
 def test_a_look_at_a_neighbour_is_refused_before_it_runs(tmp_path: Path) -> None:
     path = tmp_path / "height.py"
     path.write_text(SENSE.format(measured="state.positions[1, lane + 1] / model.height"))
-    with pytest.raises(PartError, match=r"Height\.measure looks at other agents"):
+    with pytest.raises(PartError, match=r"Height\.measure reads or writes other agents"):
         load_file(path)
