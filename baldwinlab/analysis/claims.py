@@ -78,7 +78,7 @@ class Finding:
         high = numbers.pop("high")
         return {
             "condition": self.comparison.a,
-            "comparison": self.comparison.other,
+            "comparison": self.comparison.reference,
             "measure": self.comparison.measure,
             **numbers,
             "interval": None if low is None else [low, high],
@@ -384,7 +384,7 @@ def _row(claim: str, finding: Finding) -> dict[str, Any]:
     return {
         "claim": claim,
         "condition_a": finding.comparison.a,
-        "condition_b": finding.comparison.other,
+        "condition_b": finding.comparison.reference,
         "measure": finding.comparison.measure,
         "p_holm": finding.p_holm,
         **finding.numbers._asdict(),

@@ -15,7 +15,7 @@ from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import PaperError, load, of_study
 from baldwinlab.papers.claims import Claim, read_claims
-from baldwinlab.papers.paper import require_known
+from baldwinlab.papers.paper import require_existing_names
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore
 
@@ -112,5 +112,5 @@ def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[st
     if not claims:
         raise PaperError(f"{file} does not exist or has no [[claims]]; write at least one claim")
     custom = CustomClaims(claims, study)
-    require_known(claims, file, list(study.experiments), custom.measures)
+    require_existing_names(claims, file, list(study.experiments), custom.measures)
     return f"The claims of {file.name}", custom

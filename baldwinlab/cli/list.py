@@ -48,7 +48,7 @@ def _list_papers() -> None:
 
 
 def _describe_paper(paper: Paper) -> list[str]:
-    conditions = paper.own()
+    conditions = paper.study_names()
     counts = f"conditions: {len(conditions)}, claims: {len(paper.claims)}"
     more = len(conditions) - MAX_CONDITIONS
     names = ", ".join(conditions[:MAX_CONDITIONS]) + (f" and {more} more" if more > 0 else "")

@@ -99,7 +99,7 @@ def _card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
         include={"name", "title", "authors", "year", "published", "description", "link", "runs"}
     )
     counts = {
-        "conditions": len(paper.own()),
+        "conditions": len(paper.study_names()),
         "claims": len(paper.claims),
         "picture": (paper.folder / CARD).is_file(),
     }
@@ -139,7 +139,7 @@ def _live_preset(paper: Paper) -> str | None:
         for other_paper in reversed(papers.built_in().values())
         for name in other_paper.experiment_names()
     }
-    candidates = (paper.about.emergence, *paper.own())
+    candidates = (paper.about.emergence, *paper.study_names())
     names = [name for name in candidates if owners.get(name) == paper.name]
     learners = (name for name in names if paper.experiment(name).learns)
     return next(learners, names[0] if names else None)

@@ -146,7 +146,7 @@ class LightSwitch(Model, name="light-switch"):
             "share of steps under the lit lamp in a changed world, last ten generations",
             _last("changed"),
         ),
-        "kept": Measure(
+        "retained": Measure(
             ("share of the score that remains in a changed world, last ten generations"),
             lambda runs: (
                 _last("changed")(runs) / _last("score")(runs).where(lambda score: score > 0)

@@ -62,13 +62,17 @@ def load(paper: str | Path = DEFAULT) -> Paper:
     custom = check(open_paper(folder))
     if custom.name in built_in():
         raise PaperError(
-            f"{folder / 'paper.toml'}: name {custom.name!r} is that of a paper of baldwinlab; choose another"
+            f"{folder / 'paper.toml'}: name {custom.name!r} is that of a paper of baldwinlab; "
+            "choose another"
         )
     return custom
 
 
 def save_copy(paper: Paper, directory: Path) -> None:
-    """Copy a custom paper into the folder of its study, and remove an earlier copy. Raises OSError."""
+    """Copy a custom paper into the folder of its study, and remove an earlier copy.
+
+    Raises OSError.
+    """
     if built_in().get(paper.name) == paper:
         return
     pages = (
@@ -100,6 +104,7 @@ def of_study(directory: Path, name: str) -> Paper:
         return open_paper(copy, is_stored=True)
     if (name or DEFAULT) not in built_in():
         raise PaperError(
-            f"{directory} is a study of the paper {name!r}, but {copy} contains no copy of this paper"
+            f"{directory} is a study of the paper {name!r}, but {copy} contains no copy of this "
+            "paper"
         )
     return built_in()[name or DEFAULT]

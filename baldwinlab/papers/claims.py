@@ -1,4 +1,7 @@
-"""Claims of a paper, read from its `claims.toml`; the head of that file in `le_2019` explains the keys."""
+"""Claims of a paper, read from its `claims.toml`.
+
+The comment at the top of `le_2019/claims.toml` explains the keys.
+"""
 
 from __future__ import annotations
 
@@ -22,31 +25,52 @@ Rule = Literal[
 OF_ALL = ("best", "mean", "share", "most")
 
 RULES: Mapping[Rule, str] = {
-    "greater": "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is higher in the "
-    "median and in A12. Does not hold if it is significantly lower in any comparison. Otherwise undecided.",
-    "lower": "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is lower in the "
-    "median and in A12. Does not hold if it is significantly higher in any comparison. Otherwise undecided.",
-    "close": "Holds if the 95 % interval of the difference is within {bound} of 0. Does not hold if the interval is "
-    "completely outside. Otherwise undecided.",
-    "survives_longer": "Holds if, in every comparison, the corrected p of the log-rank test is below 0.05 and the first "
-    "condition survives longer, also in the restricted mean. Does not hold if it survives significantly shorter in any "
-    "comparison. Otherwise undecided. Runs that survive to the end are censored.",
-    "zero": "Holds if no agent ate an item in any run and any generation. Otherwise it does not hold.",
-    "at_least": "Holds if the 95 % interval of the median over runs is at or above {bound}. Does not hold if the "
-    "interval is completely below. Otherwise undecided.",
-    "within": "Holds if the 95 % interval of the median over runs is in {bound}. Does not hold if the interval is "
-    "completely outside. Otherwise undecided.",
+    "greater": (
+        "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is "
+        "higher in the median and in A12. Does not hold if it is significantly lower in any "
+        "comparison. Otherwise undecided."
+    ),
+    "lower": (
+        "Holds if, in every comparison, the corrected p is below 0.05 and the first condition is "
+        "lower in the median and in A12. Does not hold if it is significantly higher in any "
+        "comparison. Otherwise undecided."
+    ),
+    "close": (
+        "Holds if the 95 % interval of the difference is within {bound} of 0. Does not hold if the "
+        "interval is completely outside. Otherwise undecided."
+    ),
+    "survives_longer": (
+        "Holds if, in every comparison, the corrected p of the log-rank test is below 0.05 and the "
+        "first condition survives longer, also in the restricted mean. Does not hold if it "
+        "survives significantly shorter in any comparison. Otherwise undecided. Runs that survive "
+        "to the end are censored."
+    ),
+    "zero": (
+        "Holds if no agent ate an item in any run and any generation. Otherwise it does not hold."
+    ),
+    "at_least": (
+        "Holds if the 95 % interval of the median over runs is at or above {bound}. Does not hold "
+        "if the interval is completely below. Otherwise undecided."
+    ),
+    "within": (
+        "Holds if the 95 % interval of the median over runs is in {bound}. Does not hold if the "
+        "interval is completely outside. Otherwise undecided."
+    ),
     "mean_within": "Holds if the mean over runs is in {bound}. Otherwise it does not hold.",
     "mean_at_most": "Holds if the mean over runs is at most {bound}. Otherwise it does not hold.",
-    "every_at_most": "Holds if the value is at most {bound} in every run. Otherwise it does not hold.",
-    "every_at_least": "Holds if the value is at least {bound} in every run. Otherwise it does not hold.",
+    "every_at_most": (
+        "Holds if the value is at most {bound} in every run. Otherwise it does not hold."
+    ),
+    "every_at_least": (
+        "Holds if the value is at least {bound} in every run. Otherwise it does not hold."
+    ),
 }
 _BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
 _BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
 
 
 class ClaimComparison(Declared):
-    """A comparison of the condition `a` with the condition `b`, or with `bound` if there is no `b`."""
+    """Comparison of the condition `a` with the condition `b`, or with `bound` without `b`."""
 
     a: str = Field(min_length=1)
     # One of `COMMON_VARIABLES`, or a measure of the condition's model.
@@ -74,7 +98,8 @@ class ClaimComparison(Declared):
             )
         if self.a == self.b:
             raise ValueError(
-                f"a and b are the same condition, {self.a!r}; b must be another, or 'first' for its first generations"
+                f"a and b are the same condition, {self.a!r}; b must be another, or 'first' for its "
+                "first generations"
             )
         return self
 
@@ -90,9 +115,10 @@ class ClaimComparison(Declared):
             ),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
-        ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
+        is_ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
         needs |= dict.fromkeys(
-            _BETWEEN, (ordered and not self.b, "a bound of two numbers, the lower first, and no b")
+            _BETWEEN,
+            (is_ordered and not self.b, "a bound of two numbers, the lower first, and no b"),
         )
         needs |= dict.fromkeys(
             _BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b")
@@ -109,7 +135,7 @@ class ClaimComparison(Declared):
         return self
 
     @property
-    def other(self) -> str:
+    def reference(self) -> str:
         """Return the name of the condition or bound with which `a` is compared."""
         if not self.b:
             return self.limit
@@ -129,7 +155,7 @@ class ClaimComparison(Declared):
         return {self.a, self.b} - {"", FIRST}
 
 
-class Choice(Declared):
+class OpenChoice(Declared):
     """A choice that the paper leaves open."""
 
     # Key in the file.
@@ -140,6 +166,8 @@ class Choice(Declared):
 
 
 class Claim(Declared):
+    """A claim of a paper, with the comparisons that decide it."""
+
     id: str
     title: str
     text: str = Field(alias="claim")
@@ -148,13 +176,13 @@ class Claim(Declared):
     paper: str = ""
     figure: float | None = None
     # Choices that could cause a difference, the most likely first.
-    choices: tuple[Choice, ...] = ()
+    choices: tuple[OpenChoice, ...] = ()
     comparisons: tuple[ClaimComparison, ...] = Field(min_length=1)
 
     @field_validator("choices", mode="before")
     @classmethod
-    def _named(cls, names: Any, info: ValidationInfo) -> Any:
-        choices: Mapping[str, Choice] = info.context or {}
+    def _look_up(cls, names: Any, info: ValidationInfo) -> Any:
+        choices: Mapping[str, OpenChoice] = info.context or {}
         if not isinstance(names, list):
             return names
         for name in names:
@@ -164,10 +192,12 @@ class Claim(Declared):
 
     @field_validator("comparisons", mode="before")
     @classmethod
-    def _under_its_rule(cls, comparisons: Any, info: ValidationInfo) -> Any:
+    def _add_rule(cls, comparisons: Any, info: ValidationInfo) -> Any:
         rule = info.data.get("decided_by")
-        tables = isinstance(comparisons, list) and all(isinstance(row, dict) for row in comparisons)
-        return [{"rule": rule} | row for row in comparisons] if tables and rule else comparisons
+        if not rule or not isinstance(comparisons, list):
+            return comparisons
+        has_only_tables = all(isinstance(row, dict) for row in comparisons)
+        return [{"rule": rule} | row for row in comparisons] if has_only_tables else comparisons
 
     @property
     def of_paper(self) -> bool:
@@ -186,7 +216,7 @@ class Claim(Declared):
 
 
 class _Choices(Declared):
-    choices: dict[str, Choice]
+    choices: dict[str, OpenChoice]
 
 
 class _Claims(Declared):

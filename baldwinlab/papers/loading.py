@@ -23,8 +23,11 @@ class Declared(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _truth_values_where_allowed(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse true and false for keys that are not flags: pydantic would read them as 1 and 0."""
+    def _refuse_truth_values(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse true and false for keys that are not flags.
+
+        Pydantic would read them as 1 and 0.
+        """
         values = value if isinstance(value, list) else [value]
         is_flag = cls.model_fields[str(info.field_name)].annotation is bool
         if not is_flag and any(isinstance(item, bool) for item in values):

@@ -2,7 +2,7 @@
 
     paper.toml            name, title, authors and conditions: the fields of `About`
     conditions/*.toml     changes of the defaults of an experiment
-    controls/*.toml       conditions that are not the paper's own
+    controls/*.toml       conditions that are not in the paper
     maps/*.toml           changes of a condition
     variants/*.toml       changes of a condition
     claims.toml           the claims
@@ -31,7 +31,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.renamed import upgrade
-from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, read_claims
+from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, ClaimComparison, read_claims
 from baldwinlab.papers.loading import Declared, PaperError, declared, read
 from baldwinlab.papers.texts import FIGURES, Assay, Figure, Words, read_words
 
@@ -80,7 +80,7 @@ class About(Declared):
 
     @field_validator("conditions", "maps", "figures", "assays", "compared")
     @classmethod
-    def _lists_each_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+    def _has_no_duplicate(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         if repeated := [name for name in names if names.count(name) > 1]:
             raise ValueError(f"{repeated[0]!r} is listed twice; list each name once")
         return names
@@ -94,9 +94,14 @@ class About(Declared):
 
 @dataclass(frozen=True)
 class Paper:
+    """A paper in a folder.
+
+    `is_stored` is true for a copy in a study. The presets of a copy can have old names.
+    """
+
     folder: Path
     about: About
-    is_stored: bool = False  # a copy in a study, whose presets may have old names
+    is_stored: bool = False
 
     @property
     def name(self) -> str:
@@ -120,11 +125,11 @@ class Paper:
     def preset_folder(self, kind: str) -> Path:
         """Return the folder of the presets of a kind, by its old name if only that one exists."""
         folder = self.folder / kind
-        old = self.folder / OLD_FOLDERS.get(kind, kind)
-        return old if old.is_dir() and not folder.is_dir() else folder
+        old_folder = self.folder / OLD_FOLDERS.get(kind, kind)
+        return old_folder if old_folder.is_dir() and not folder.is_dir() else folder
 
     def names(self, kind: str) -> list[str]:
-        """Return the names of the presets of a kind (one of `KINDS`), the standard variant first."""
+        """Return the names of the presets of a kind of `KINDS`, the standard variant first."""
         return sorted(self._named[kind], key=lambda name: name != STANDARD)
 
     def describe(self, kind: str, name: str) -> str:
@@ -161,7 +166,8 @@ class Paper:
 
     def factors(self) -> dict[str, Factors]:
         """Return learner and map of all experiments by name, those of the paper first."""
-        learners, maps = [*self.names("conditions"), *self.names("controls")], self.names("maps")
+        learners = [*self.names("conditions"), *self.names("controls")]
+        maps = self.names("maps")
         if not maps:
             return {learner: Factors(learner) for learner in learners}
         return {
@@ -195,8 +201,8 @@ class Paper:
         for layer in layers:
             tree = merge(tree, self.changes(*layer))
         try:
-            made: Experiment = validate(upgrade(tree) if self.is_stored else tree)
-            return made
+            experiment: Experiment = validate(upgrade(tree) if self.is_stored else tree)
+            return experiment
         except ExperimentError as error:
             files = " with ".join(
                 f"{kind}/{layer}.toml" for kind, layer in layers if layer in self.names(kind)
@@ -218,14 +224,17 @@ class Paper:
         )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures of an experiment's model, without `COMMON_VARIABLES`; None if its parts are not loaded."""
+        """Return the measures of the model of an experiment, without `COMMON_VARIABLES`.
+
+        Return None if the parts of the experiment are not loaded.
+        """
         try:
             model = self.experiment(name).loaded_model
         except (ExperimentError, PaperError):
             return None
         return {} if model is None else model.measures
 
-    def own(self) -> list[str]:
+    def study_names(self) -> list[str]:
         """Return the names of the experiments of the study, in order."""
         conditions = self.about.conditions or self.names("conditions")
         maps = self.about.maps or self.names("maps")
@@ -237,7 +246,7 @@ class Paper:
 
     def experiments(self, variant: str = STANDARD) -> list[Experiment]:
         """Return the experiments of the study, in order."""
-        return [self.experiment(name, variant) for name in self.own()]
+        return [self.experiment(name, variant) for name in self.study_names()]
 
 
 def open_paper(folder: Path, is_stored: bool = False) -> Paper:
@@ -250,7 +259,8 @@ def check(paper: Paper) -> Paper:
     """Check all files of a paper and return it. Raises PaperError with the first error."""
     if not paper.names("conditions"):
         raise PaperError(
-            f"{paper.folder / 'conditions'} contains no condition: a TOML file with changes of an experiment's defaults"
+            f"{paper.folder / 'conditions'} contains no condition: a TOML file with changes of the "
+            "default experiment"
         )
     _require_distinct_names(paper)
     for kind, listed in (("conditions", paper.about.conditions), ("maps", paper.about.maps)):
@@ -262,7 +272,7 @@ def check(paper: Paper) -> Paper:
     emergence = [paper.about.emergence] if paper.about.emergence else []
     _require(emergence, names, f"{paper.folder / 'paper.toml'}: emergence")
     _require(paper.about.compared, names, f"{paper.folder / 'paper.toml'}: compared")
-    require_known(paper.claims, paper.folder / "claims.toml", names, paper.measures)
+    require_existing_names(paper.claims, paper.folder / "claims.toml", names, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:
             _require_field(
@@ -284,51 +294,56 @@ def _require_distinct_names(paper: Paper) -> None:
         )
     if FIRST in paper.experiment_names():
         raise PaperError(
-            f"{paper.folder}: no condition can be named {FIRST!r}, because claims use this name for the first generations; rename its file"
+            f"{paper.folder}: no condition can be named {FIRST!r}, because claims use this name for "
+            "the first generations; rename its file"
         )
 
 
-def require_known(
+def require_existing_names(
     claims: Sequence[Claim],
     path: Path,
-    known: list[str],
+    conditions: list[str],
     measures: Callable[[str], Mapping[str, Any] | None],
 ) -> None:
-    """Raise PaperError if a claim names an unknown condition, or an unknown measure of a condition.
+    """Raise PaperError if a claim names a condition, or a measure of it, that does not exist.
 
-    `measures` returns the measures of a condition in addition to `COMMON_VARIABLES`, or None if its
-    model is not loaded.
+    `conditions` are the existing names. `measures` returns the measures of a condition in addition
+    to `COMMON_VARIABLES`, or None if its model is not loaded.
     """
     for claim in claims:
-        _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")
+        _require(sorted(claim.conditions), conditions, f"{path}: {claim.id} names a condition")
         for comparison in claim.comparisons:
             for name in sorted(comparison.conditions):
                 model_measures = measures(name)
-                if model_measures is None:
-                    continue
-                _require(
-                    [comparison.measure],
-                    [*OF_ALL, *model_measures],
-                    f"{path}: {claim.id}: a measure of {name}",
-                )
-                if (
-                    comparison.rule == "survives_longer"
-                    and not model_measures[comparison.measure].censored
-                ):
-                    raise PaperError(
-                        f"{path}: {claim.id}: the rule 'survives_longer' needs a measure with censored runs, "
-                        f"and {comparison.measure!r} of {name} has none"
-                    )
+                if model_measures is not None:
+                    location = f"{path}: {claim.id}"
+                    _require_measure(comparison, name, model_measures, location)
 
 
-def _require(names: Iterable[str], known: list[str], where: str) -> None:
+def _require_measure(
+    comparison: ClaimComparison, condition: str, measures: Mapping[str, Any], location: str
+) -> None:
+    """Raise PaperError if the measure of a comparison does not exist or does not fit its rule."""
+    measure = comparison.measure
+    _require([measure], [*OF_ALL, *measures], f"{location}: a measure of {condition}")
+    if comparison.rule == "survives_longer" and not measures[measure].censored:
+        raise PaperError(
+            f"{location}: the rule 'survives_longer' needs a measure with censored runs, "
+            f"and {measure!r} of {condition} has none"
+        )
+
+
+def _require(names: Iterable[str], existing: list[str], location: str) -> None:
     for name in names:
-        if name not in known:
-            raise PaperError(f"{where} {name!r}, which does not exist{suggest(name, known)}")
+        if name not in existing:
+            raise PaperError(f"{location} {name!r}, which does not exist{suggest(name, existing)}")
 
 
-def _require_field(path: str, experiments: Sequence[Experiment], where: str) -> None:
-    """Raise PaperError if a field is in no experiment; the field of a part exists only if the part is selected."""
+def _require_field(path: str, experiments: Sequence[Experiment], location: str) -> None:
+    """Raise PaperError if a field is in no experiment.
+
+    The field of a part exists only in experiments that select the part.
+    """
     faults = []
     for experiment in experiments:
         try:
@@ -336,4 +351,4 @@ def _require_field(path: str, experiments: Sequence[Experiment], where: str) -> 
         except ExperimentError as error:
             faults.append(error)
     if len(faults) == len(experiments):
-        raise PaperError(f"{where}: {faults[0]}")
+        raise PaperError(f"{location}: {faults[0]}")

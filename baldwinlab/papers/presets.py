@@ -49,7 +49,10 @@ def describe(kind: str, name: str) -> str:
 
 
 def changes(variant: str) -> dict[str, Any]:
-    """Return the settings of a variant, for `Experiment.replace`. Raise ExperimentError if unknown."""
+    """Return the settings of a variant, for `Experiment.replace`.
+
+    Raises ExperimentError if the variant does not exist.
+    """
     return _find_paper("variants", variant).changes("variants", variant)
 
 

@@ -11,7 +11,8 @@ from pydantic import Field
 from baldwinlab.papers.loading import Declared, declared, read
 
 Figure = Literal[
-    "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "clocks", "measures", "survival"
+    "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares",
+    "clocks", "measures", "survival",
 ]  # fmt: skip
 FIGURES: tuple[Figure, ...] = (
     "fitness",
@@ -23,24 +24,27 @@ FIGURES: tuple[Figure, ...] = (
 )
 Assay = Literal["innate", "neutral", "within-life", "modules", "reaction", "descent"]
 Question = Literal[
-    "gain", "learning", "newborns", "innate", "share", "need",
-    "movement", "cost", "sooner", "guidance", "built-innate", "built-learned", "reinforcement", "action",
+    "gain", "learning", "newborns", "innate", "share", "need", "movement", "cost", "sooner",
+    "guidance", "built-innate", "built-learned", "reinforcement", "action",
 ]  # fmt: skip
 
 
 class Inference(Declared):
-    """The paper's own inference of the Baldwin effect, and the question that makes the same comparison."""
+    """Inference of the Baldwin effect in a paper, and the question with the same comparison."""
 
     question: Question
-    says: str
+    # One sentence of the report.
+    text: str = Field(alias="says")
     # Limit of the comparison.
     limit: str = ""
 
 
 class Words(Declared):
+    """Texts that a paper adds to its report."""
+
     # Heading of the report.
     heading: str = ""
-    # Additions to captions, about the paper's own figures.
+    # Additions to captions that compare a figure with one of the paper.
     captions: Mapping[Figure, str] = Field(default_factory=dict)
     inference: Inference | None = None
 

@@ -98,7 +98,7 @@ def test_what_is_run_live_is_a_condition_of_that_paper_which_learns(shelf: LabSe
         None,
     )
     for name in papers.built_in():
-        assert presets[name] in papers.load(name).own()
+        assert presets[name] in papers.load(name).study_names()
         assert (
             get_json(shelf.address, "preset", name=presets[name])
             == papers.load(name).experiment(presets[name]).to_dict()

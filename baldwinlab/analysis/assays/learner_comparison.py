@@ -90,7 +90,7 @@ class LearnerComparison:
     @property
     def reference_conditions(self) -> set[str]:
         """The conditions of the learner that only evolves."""
-        return {entry.finding.comparison.other for entry in self.entries}
+        return {entry.finding.comparison.reference for entry in self.entries}
 
     @property
     def maps_without_food(self) -> list[str]:

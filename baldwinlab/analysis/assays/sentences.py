@@ -111,7 +111,7 @@ def compare_with_paper(analysis: Analysis, inference: Inference) -> str:
     verdicts = {
         result.condition: result.answer(inference.question).verdict for result in analysis.results
     }
-    sentences = [inference.says]
+    sentences = [inference.text]
     opposed = [condition for condition, verdict in verdicts.items() if verdict == NO]
     if set(verdicts.values()) == {YES}:
         sentences.append("This study confirms that comparison.")

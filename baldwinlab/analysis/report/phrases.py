@@ -97,11 +97,11 @@ def describe_comparison(finding: Finding) -> str:
     measure = name_measure(finding)
     if not comparison.b:
         aggregate = AGGREGATES.get(comparison.rule, "")
-        return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.other}"
+        return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
     median_a = format_number(finding.numbers.median_a)
     median_b = format_number(finding.numbers.median_b)
     method = _name_method(finding)
-    return f"{comparison.a} {median_a}, {comparison.other} {median_b} ({measure}{method})"
+    return f"{comparison.a} {median_a}, {comparison.reference} {median_b} ({measure}{method})"
 
 
 def _name_method(finding: Finding) -> str:
@@ -126,13 +126,13 @@ def describe_finding(finding: Finding) -> str:
         signed = format_signed(finding.numbers.effect)
         return (
             f"{measure}, restricted mean: {signed} in {comparison.a} compared with "
-            f"{comparison.other}"
+            f"{comparison.reference}"
         )
     median_a = format_number(finding.numbers.median_a)
     median_b = format_number(finding.numbers.median_b)
     return (
         f"{measure}, median over runs: {median_a} in {comparison.a}, "
-        f"{median_b} in {comparison.other}"
+        f"{median_b} in {comparison.reference}"
     )
 
 

@@ -13,7 +13,7 @@ from baldwinlab.analysis.report.content import count_runs, format_range, select_
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers import Paper, PaperError
-from baldwinlab.papers.claims import Choice
+from baldwinlab.papers.claims import OpenChoice
 from baldwinlab.papers.paper import STANDARD
 
 
@@ -65,7 +65,7 @@ def _iterate_settings(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple
 
 def relevant_choices(
     results: Sequence[ClaimResult], conditions: Experiments
-) -> list[tuple[Choice, str, list[str]]]:
+) -> list[tuple[OpenChoice, str, list[str]]]:
     """Return the open choices of the paper that may explain these claims.
 
     Parameters
@@ -77,10 +77,10 @@ def relevant_choices(
 
     Returns
     -------
-    list of (Choice, str, list of str)
+    list of (OpenChoice, str, list of str)
         Each choice with its value in the study and the identifiers of the claims.
     """
-    claims_of: dict[Choice, list[str]] = {}
+    claims_of: dict[OpenChoice, list[str]] = {}
     for result in results:
         for choice in result.claim.choices:
             claims_of.setdefault(choice, []).append(result.claim.id)
@@ -123,7 +123,7 @@ def changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) ->
     list of str
         Sentences on changed settings, on the variant and on the number of runs.
     """
-    declared = paper.own()
+    declared = paper.study_names()
     variants = [
         describe_variant(experiment, paper)
         for name, experiment in select_foragers(conditions).items()
