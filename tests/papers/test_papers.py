@@ -125,7 +125,7 @@ def test_a_folder_is_a_paper_and_its_presets_are_named_by_it(tmp_path: Path) -> 
 
 def test_the_order_of_what_it_runs_is_its_own(tmp_path: Path) -> None:
     paper = papers.load(folder(tmp_path, paper=PAPER + 'conditions = ["taught", "plain"]\n'))
-    assert paper.own() == ["taught/near", "plain/near"]
+    assert paper.study_names() == ["taught/near", "plain/near"]
 
 
 def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_none(
