@@ -88,7 +88,7 @@ def main() -> None:
             continue
         experiments = paper.experiments()
         with TemporaryDirectory() as folder:
-            bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
+            bl.run(experiments, runs=paper.metadata.runs, out=Path(folder) / "study")
             figure = DRAWN[name](bl.open_runs(Path(folder) / "study"), experiments)
             figures.save_figure(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())

@@ -244,29 +244,29 @@ The built-in papers, by year, with their claims, presets and variants.
 
 def papers_by_year() -> list[Paper]:
     """Return the built-in papers in the order of their years."""
-    return sorted(papers.built_in().values(), key=lambda paper: (paper.about.year, paper.name))
+    return sorted(papers.built_in().values(), key=lambda paper: (paper.metadata.year, paper.name))
 
 
 def short_citation(paper: Paper) -> str:
     """Return the authors and the year of a paper, for example "Nolfi and Parisi 1993"."""
-    *first, last = (author.split()[-1] for author in paper.about.authors)
+    *first, last = (author.split()[-1] for author in paper.metadata.authors)
     conjunction = " and " if first else ""
-    return f"{', '.join(first)}{conjunction}{last} {paper.about.year}"
+    return f"{', '.join(first)}{conjunction}{last} {paper.metadata.year}"
 
 
 def _paper(paper: Paper) -> str:
     page = Path("../..") / (paper.folder / "README.md").relative_to(ROOT)
     card = f"![]({(page.parent / CARD).as_posix()})" if (paper.folder / CARD).exists() else ""
     text = f"""
-## {paper.about.title}
+## {paper.metadata.title}
 
 {card}
 
-{capitalized(paper.about.description)}. [Results]({page.as_posix()}).
+{capitalized(paper.metadata.description)}. [Results]({page.as_posix()}).
 
     baldwinlab reproduce {paper.name}
 
-Source: {paper.about.citation}
+Source: {paper.metadata.citation}
 
 """
     if paper.claims:
@@ -283,8 +283,8 @@ def citation() -> str:
     source = (ROOT / "CITATION.cff").read_text("utf-8")
     fields = dict(re.findall(r'^(\w+): "?(.*?)"?$', source, re.MULTILINE))
     authors = ", ".join(re.findall(r'^  - name: "(.*)"$', source, re.MULTILINE))
-    cited = [paper for paper in papers_by_year() if paper.about.authors != ("baldwinlab",)]
-    entries = "\n".join(f"- {paper.about.citation}" for paper in cited)
+    cited = [paper for paper in papers_by_year() if paper.metadata.authors != ("baldwinlab",)]
+    entries = "\n".join(f"- {paper.metadata.citation}" for paper in cited)
     return f"""# How to cite
 
 {fields["message"]}

@@ -211,7 +211,7 @@ def test_every_recorded_variable_is_on_its_page(site: Path) -> None:
 def test_every_paper_is_on_its_page_with_its_presets(site: Path) -> None:
     text = text_of(site, "docs/reference/papers.html")
     for paper in papers.built_in().values():
-        assert f"baldwinlab reproduce {paper.name}" in text and paper.about.citation in text
+        assert f"baldwinlab reproduce {paper.name}" in text and paper.metadata.citation in text
         for kind in ("conditions", "controls", "maps", "variants"):
             for name in paper.names(kind):
                 description = paper.describe(kind, name).replace("`", "")

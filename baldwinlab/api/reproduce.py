@@ -67,7 +67,7 @@ class Reproduction:
     @property
     def runs_of_condition(self) -> int:
         """Return the number of runs of each condition."""
-        return self.paper.about.runs if self.runs is None else self.runs
+        return self.paper.metadata.runs if self.runs is None else self.runs
 
     @property
     def directory(self) -> Path:
@@ -258,9 +258,9 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
     def run_assays() -> None:
         """Run the missing assays, after the first report."""
         console.info("The report lacks the assays. They run now; then it is written again.")
-        run_missing_assays(study, paper.about.assays, options)
+        run_missing_assays(study, paper.metadata.assays, options)
 
-    has_missing_assays = any(find_missing_assays(study, paper.about.assays).values())
+    has_missing_assays = any(find_missing_assays(study, paper.metadata.assays).values())
     report(
         study,
         last=request.last,
@@ -310,7 +310,7 @@ def describe_too_few_runs(
     if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
         yield f"Claims: {claims}"
     plan = _plan_assays(experiments, paper)
-    assays = plan.select_applicable(paper.about.assays)
+    assays = plan.select_applicable(paper.metadata.assays)
     if effect := describe_too_few(planned_designs(plan.experiments, assays, runs)):
         yield f"Baldwin effect: {effect}"
 
@@ -327,7 +327,7 @@ def _need_after_runs(
     """Return the memory and disk of the assays and the report."""
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
-    need = plan.need(runs, workers or available_cores(), paper.about.assays)
+    need = plan.need(runs, workers or available_cores(), paper.metadata.assays)
     tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
-    shown = by_name.get(paper.about.emergence, experiments[0])
+    shown = by_name.get(paper.metadata.emergence, experiments[0])
     return need.add_later(tables).add_later(replay_memory(shown))

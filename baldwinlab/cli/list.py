@@ -38,7 +38,7 @@ def _list_papers() -> None:
     listed = papers.built_in().values()
     indent = max(len(paper.name) for paper in listed)
     for paper in listed:
-        console.info(f"{paper.name:<{indent}} {paper.about.source}")
+        console.info(f"{paper.name:<{indent}} {paper.metadata.source}")
         for line in _describe_paper(paper):
             console.info(f"{'':<{indent}} {line}")
     console.info(
@@ -53,16 +53,16 @@ def _describe_paper(paper: Paper) -> list[str]:
     more = len(conditions) - MAX_CONDITIONS
     names = ", ".join(conditions[:MAX_CONDITIONS]) + (f" and {more} more" if more > 0 else "")
     return [
-        paper.about.description,
-        ", ".join(filter(None, [counts, paper.about.link])),
-        f"{paper.about.year}, {names}",
+        paper.metadata.description,
+        ", ".join(filter(None, [counts, paper.metadata.link])),
+        f"{paper.metadata.year}, {names}",
         f"command: baldwinlab reproduce {paper.name}",
     ]
 
 
 def _list_presets() -> None:
     for paper in papers.built_in().values():
-        console.info(f"{paper.name}: {paper.about.title}")
+        console.info(f"{paper.name}: {paper.metadata.title}")
         for kind in presets.KINDS:
             _list_presets_of_kind(paper, kind)
     console.info(

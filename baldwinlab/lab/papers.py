@@ -95,7 +95,7 @@ def _stored_paper(lab: Lab, study: StudyStore) -> Paper:
 
 
 def _card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
-    facts = paper.about.model_dump(
+    facts = paper.metadata.model_dump(
         include={"name", "title", "authors", "year", "published", "description", "link", "runs"}
     )
     counts = {
@@ -139,7 +139,7 @@ def _live_preset(paper: Paper) -> str | None:
         for other_paper in reversed(papers.built_in().values())
         for name in other_paper.experiment_names()
     }
-    candidates = (paper.about.emergence, *paper.study_names())
+    candidates = (paper.metadata.emergence, *paper.study_names())
     names = [name for name in candidates if owners.get(name) == paper.name]
     learners = (name for name in names if paper.experiment(name).learns)
     return next(learners, names[0] if names else None)

@@ -215,7 +215,7 @@ def is_viewable(experiment: BaseExperiment) -> bool:
 def _main_condition(study: StudyStore) -> str:
     """Return the condition that a page shows first: that of the paper's main figure, or ""."""
     try:
-        return papers.of_study(study.directory, study.paper).about.emergence
+        return papers.of_study(study.directory, study.paper).metadata.emergence
     except papers.PaperError:
         return ""
 
@@ -223,7 +223,7 @@ def _main_condition(study: StudyStore) -> str:
 def _default_preset() -> str:
     """Return the preset of the first live run: the main condition of the first paper, first map."""
     paper = papers.load()
-    return f"{paper.factors()[paper.about.emergence].learner}/{paper.names('maps')[0]}"
+    return f"{paper.factors()[paper.metadata.emergence].learner}/{paper.names('maps')[0]}"
 
 
 def _presets() -> list[dict[str, Any]]:
@@ -234,7 +234,7 @@ def _presets() -> list[dict[str, Any]]:
             "learner": factors.learner,
             "map": factors.map,
             "description": "; ".join(_descriptions(factors)),
-            "shown": name == papers.load().about.emergence,
+            "shown": name == papers.load().metadata.emergence,
             "world": _world_size(presets.load(name)),
         }
         for name, factors in presets.factors().items()

@@ -1,6 +1,6 @@
 """A paper: a folder of data that declares experiments, claims and texts.
 
-    paper.toml            name, title, authors and conditions: the fields of `About`
+    paper.toml            name, title, authors and conditions: the fields of `PaperMetadata`
     conditions/*.toml     changes of the defaults of an experiment
     controls/*.toml       conditions that are not in the paper
     maps/*.toml           changes of a condition
@@ -45,7 +45,7 @@ MOST_RUNS = 2**31
 STANDARD = "standard"
 
 
-class About(Declared):
+class PaperMetadata(Declared):
     """The fields of `paper.toml`."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
@@ -100,12 +100,12 @@ class Paper:
     """
 
     folder: Path
-    about: About
+    metadata: PaperMetadata
     is_stored: bool = False
 
     @property
     def name(self) -> str:
-        return self.about.name
+        return self.metadata.name
 
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
@@ -218,7 +218,7 @@ class Paper:
 
     def missing_map(self, name: str) -> ExperimentError:
         """Return the error for a name without its map."""
-        maps = self.about.maps or self.names("maps")
+        maps = self.metadata.maps or self.names("maps")
         return ExperimentError(
             f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}"
         )
@@ -236,8 +236,8 @@ class Paper:
 
     def study_names(self) -> list[str]:
         """Return the names of the experiments of the study, in order."""
-        conditions = self.about.conditions or self.names("conditions")
-        maps = self.about.maps or self.names("maps")
+        conditions = self.metadata.conditions or self.names("conditions")
+        maps = self.metadata.maps or self.names("maps")
         return (
             [f"{condition}/{map_name}" for map_name, condition in product(maps, conditions)]
             if maps
@@ -252,7 +252,7 @@ class Paper:
 def open_paper(folder: Path, is_stored: bool = False) -> Paper:
     """Return the paper in a folder; only its paper.toml is checked. Raises PaperError."""
     path = folder / "paper.toml"
-    return Paper(folder, declared(About, read(path), path), is_stored)
+    return Paper(folder, declared(PaperMetadata, read(path), path), is_stored)
 
 
 def check(paper: Paper) -> Paper:
@@ -263,15 +263,15 @@ def check(paper: Paper) -> Paper:
             "default experiment"
         )
     _require_distinct_names(paper)
-    for kind, listed in (("conditions", paper.about.conditions), ("maps", paper.about.maps)):
+    for kind, listed in (("conditions", paper.metadata.conditions), ("maps", paper.metadata.maps)):
         _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
     names = paper.experiment_names()
     experiments = [paper.experiment(name) for name in names]
     for variant in paper.names("variants"):
         paper.experiment(names[0], variant)
-    emergence = [paper.about.emergence] if paper.about.emergence else []
+    emergence = [paper.metadata.emergence] if paper.metadata.emergence else []
     _require(emergence, names, f"{paper.folder / 'paper.toml'}: emergence")
-    _require(paper.about.compared, names, f"{paper.folder / 'paper.toml'}: compared")
+    _require(paper.metadata.compared, names, f"{paper.folder / 'paper.toml'}: compared")
     require_existing_names(paper.claims, paper.folder / "claims.toml", names, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:

@@ -45,7 +45,7 @@ def test_a_paper_is_reproduced_with_the_verdicts_of_its_page(
     assert command("reproduce", name, "--out", str(tmp_path / "study")).code == 0
     claims = json.loads((tmp_path / "study" / "claims.json").read_text())["claims"]
     assert {claim["id"]: claim["verdict"] for claim in claims} == VERDICTS[name]
-    has_assay = "innate" in papers.load(name).about.assays
+    has_assay = "innate" in papers.load(name).metadata.assays
     assert (tmp_path / "study" / "baldwin.json").exists() == has_assay
 
 

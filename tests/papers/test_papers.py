@@ -98,7 +98,7 @@ def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
     ]
     assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
     assert paper.experiments("literal") == presets.paper("literal")
-    assert "arXiv 1906.08854" in paper.about.citation and (paper.folder / "README.md").exists()
+    assert "arXiv 1906.08854" in paper.metadata.citation and (paper.folder / "README.md").exists()
     assert all(paper.names(kind) for kind in KINDS)
 
 
@@ -360,7 +360,9 @@ def test_no_condition_has_the_name_of_the_first_generations(tmp_path: Path) -> N
 
 def test_a_link_may_have_either_scheme(tmp_path: Path) -> None:
     for link in ("http://example.org/a", "https://example.org/?q=1", "HTTPS://EXAMPLE.ORG"):
-        assert papers.load(folder(tmp_path, paper=f'{PAPER}link = "{link}"\n')).about.link == link
+        assert (
+            papers.load(folder(tmp_path, paper=f'{PAPER}link = "{link}"\n')).metadata.link == link
+        )
 
 
 def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Path) -> None:

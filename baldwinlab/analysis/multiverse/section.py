@@ -121,7 +121,7 @@ def _standard_variant(multiverse: Multiverse) -> VariantResult | None:
 def compose_lead(multiverse: Multiverse) -> str:
     """Return the first paragraph of the page of a multiverse."""
     return (
-        f"{multiverse.source or load().about.source} does not specify all settings. This page "
+        f"{multiverse.source or load().metadata.source} does not specify all settings. This page "
         "shows which claims depend on these open choices. "
         f"Seed {multiverse.seed}; the value of a run is its average over the last "
         f"{multiverse.last} generations."

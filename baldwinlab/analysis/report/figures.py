@@ -45,7 +45,7 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
     ReportFigure
         The figures that apply to the study: those of its paper, or the standard ones.
     """
-    names = report.paper.about.figures if report.paper else FIGURES
+    names = report.paper.metadata.figures if report.paper else FIGURES
     captions = report.paper.words.captions if report.paper else {}
     is_foraging = bool(select_foragers(report.experiments))
     for name in names:
@@ -346,7 +346,9 @@ def _draw_senses(report: ReportData) -> ReportFigure | None:
     without_sector = [
         sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
     ]
-    more_inputs = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
+    more_inputs = (
+        f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
+    )
     last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
     item = f" The item is in the sector of {last_inputs}." if sectors else ""
     return ReportFigure(

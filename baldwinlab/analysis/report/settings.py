@@ -135,9 +135,9 @@ def changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) ->
             description = paper.describe("variants", variant)
             sentences.append(f"The variant is {variant}: {description}.")
     counts = count_runs(data)
-    if max(counts.values()) < paper.about.runs:
+    if max(counts.values()) < paper.metadata.runs:
         sentences.append(
             f"This study has {format_range(counts.values())} runs per condition, and the paper "
-            f"has {paper.about.runs}. Its intervals are therefore wider."
+            f"has {paper.metadata.runs}. Its intervals are therefore wider."
         )
     return sentences

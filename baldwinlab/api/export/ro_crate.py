@@ -165,7 +165,7 @@ def _variables(table: Table) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _article(study: StudyStore) -> tuple[str, str, dict[str, Any]]:
-    about = of_study(study.directory, study.paper).about
+    about = of_study(study.directory, study.paper).metadata
     told = {"name": about.title, "creditText": about.citation, "datePublished": str(about.year)}
     return about.link or f"#{about.name}", "ScholarlyArticle", told
 

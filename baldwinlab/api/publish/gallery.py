@@ -248,7 +248,7 @@ def _name_smaller(with_learning: float, without_learning: float) -> str:
 
 
 def _entry_record(entry: Entry) -> dict[str, Any]:
-    about = entry.paper.about
+    about = entry.paper.metadata
     return {
         "paper": about.name,
         "title": about.title,

@@ -133,7 +133,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
     for name, study in find_studies(folder).items():
         log(f"{study.directory}: {name}")
         entries.append(_read_entry(study, of_study(study.directory, name), last))
-    return sorted(entries, key=lambda entry: (entry.paper.about.year, entry.paper.name))
+    return sorted(entries, key=lambda entry: (entry.paper.metadata.year, entry.paper.name))
 
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
@@ -141,7 +141,7 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     present = [name for name in study.experiments if study.runs(name)]
     systems: list[System] = []
     if assays:
-        selected = [name for name in paper.about.compared if name in present]
+        selected = [name for name in paper.metadata.compared if name in present]
         data = open_conditions(study, present)
         systems = evaluate_systems(data, assays, study.experiments, selected, last)
     reason, commands = ("", ()) if systems else _explain_omission(study, present, bool(assays))

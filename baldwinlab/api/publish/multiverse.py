@@ -59,7 +59,7 @@ def publish_multiverse(
         last=plan.last,
         claims=analysis.list_claims(paper),
         variants=tuple(variants),
-        source=paper.about.source,
+        source=paper.metadata.source,
     )
     write_multiverse(multiverse, study.directory / FILE)
     log("drawing the figures")

@@ -79,9 +79,9 @@ def plan_report(
 
 def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
     """Return the condition of the figure of emergence: the paper's choice, or the first one."""
-    if "emergence" not in (paper.about.figures if paper else FIGURES):
+    if "emergence" not in (paper.metadata.figures if paper else FIGURES):
         return None
-    preferred = (paper.about.emergence if paper else "", *study.experiments)
+    preferred = (paper.metadata.emergence if paper else "", *study.experiments)
     for name in preferred:
         if name in study.experiments and study.runs(name) and can_replay(study, name):
             return name

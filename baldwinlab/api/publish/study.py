@@ -150,7 +150,7 @@ def _summarize_learners(
     study = plan.study
     experiments = study.experiments.values()
     is_foraging = all(isinstance(experiment, Experiment) for experiment in experiments)
-    has_overview = plan.paper is not None and "overview" in plan.paper.about.figures
+    has_overview = plan.paper is not None and "overview" in plan.paper.metadata.figures
     if not (is_foraging and has_overview):
         return None
     comparison = learner_comparison.compare_learners(results, study.factors, analysis)

@@ -147,7 +147,7 @@ def test_percents_are_whole_with_a_sign() -> None:
 @pytest.mark.parametrize("name", papers.built_in())
 def test_every_paper_names_conditions_that_it_has_and_that_learn(name: str) -> None:
     paper = papers.load(name)
-    assert all(paper.experiment(condition).learns for condition in paper.about.compared)
+    assert all(paper.experiment(condition).learns for condition in paper.metadata.compared)
 
 
 @pytest.mark.nightly  # minutes
