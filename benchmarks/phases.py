@@ -22,7 +22,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import list_hooks
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.items import eat_items
 from baldwinlab.models.miniworld.lookup import compute_outputs
 from baldwinlab.models.miniworld.map import move_agents
@@ -131,7 +131,7 @@ PHASES = (
 )
 
 
-def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
+def nanoseconds(phase: Phase, batch: CpuBatch, agents: int) -> float:
     """Return the time per agent-step, median over repetitions."""
     run = cached_jit(phase.run, list_hooks(batch.state))
     run(batch.model, batch.state, 1)
@@ -155,9 +155,9 @@ def nanoseconds_of_operation() -> float:
     return float(np.median(times))
 
 
-def make_batch(experiment: Experiment) -> Batch:
+def make_batch(experiment: Experiment) -> CpuBatch:
     """Return a batch after some steps of its first lifetime."""
-    batch = Batch(experiment, 0, range(CPU.worlds))
+    batch = CpuBatch(experiment, 0, range(CPU.worlds))
     batch.begin(
         0,
         np.stack([draw_genomes(experiment, GenerationKey(0, run, 0)) for run in range(CPU.worlds)]),

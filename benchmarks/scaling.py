@@ -23,7 +23,7 @@ from matplotlib import pyplot as plt
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.run import available_cores
 from benchmarks.compare import OUT
@@ -105,7 +105,7 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
     agents = worlds * experiment.population.size
     # The current step of all batches.
     step = [max(1, STEPS // agents)]
-    batches = [Batch(experiment, thread, range(worlds)) for thread in range(threads)]
+    batches = [CpuBatch(experiment, thread, range(worlds)) for thread in range(threads)]
     for batch in batches:
         batch.begin(
             0,

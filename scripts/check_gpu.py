@@ -69,8 +69,8 @@ def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
 def differences(experiment: Experiment, worlds: int) -> list[str]:
     """Return the names of arrays that differ between GPU and CPU, without scratch memory."""
     batches: list[Batch] = [
-        cpu.Batch(experiment, 7, range(worlds)),
-        cuda.Batch(experiment, 7, range(worlds)),
+        cpu.CpuBatch(experiment, 7, range(worlds)),
+        cuda.CudaBatch(experiment, 7, range(worlds)),
     ]
     for batch in batches:
         batch.begin(3, genomes(experiment, worlds))
@@ -84,7 +84,7 @@ def differences(experiment: Experiment, worlds: int) -> list[str]:
 
 def speed(experiment: Experiment, worlds: int) -> float:
     """Return agent-steps per second of complete generations, the best of three."""
-    batch = cuda.Batch(experiment, 7, range(worlds))
+    batch = cuda.CudaBatch(experiment, 7, range(worlds))
     population = genomes(experiment, worlds)
     seconds = []
     # The first generation may compile, so it is not counted.

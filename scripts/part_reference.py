@@ -299,9 +299,9 @@ Hooks of senses, bodies, learning rules and world features get `model` and `stat
 
 ## Model
 
-{_text(state.Model)}
+{_text(state.MiniWorldModel)}
 
-{table(("field", "meaning"), _attribute_rows(state.Model))}
+{table(("field", "meaning"), _attribute_rows(state.MiniWorldModel))}
 ## State
 
 {_text(state.State)}

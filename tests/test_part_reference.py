@@ -125,7 +125,7 @@ def test_every_declaration_of_a_kind_has_a_description(kind: type[parts.Part]) -
     assert all(entry.text for entry in attributes.values())
 
 
-@pytest.mark.parametrize("described", [state.Model, state.State])
+@pytest.mark.parametrize("described", [state.MiniWorldModel, state.State])
 def test_every_field_of_model_and_state_has_a_description(described: type) -> None:
     attributes = described_attributes(described)
     assert list(attributes) == list(described._fields)  # type: ignore[attr-defined]

@@ -237,8 +237,10 @@ def logarithm(x: float) -> float:
     """
     x = np.float64(x)
     exponent = np.int64(0)
+    if x == 0:
+        return -math.inf
     if not 0 < x < math.inf:
-        return x if x > 0 else -math.inf if x == 0 else math.nan
+        return x if x > 0 else math.nan
     if x < SMALLEST_NORMAL:
         x = x * 2.0**54
         exponent = np.int64(-54)
@@ -267,9 +269,11 @@ def power_of_ten(x: float) -> float:
     exp10.c of Cephes: S. L. Moshier, Methods and Programs for Mathematical Functions, 1989.
     """
     x = np.float64(x)
-    # The result is not a finite float64, or x is NaN.
-    if not -400.0 < x < 400.0:
-        return math.inf if x > 0 else 0.0 if x < 0 else x
+    # The result is infinite, zero or NaN.
+    if x >= 400.0:
+        return math.inf
+    if not x > -400.0:
+        return 0.0 if x < 0 else x
     doublings = x * LOG2_10
     exponent = np.int64(doublings + (0.5 if doublings > 0 else -0.5))
     rest = x - np.float64(exponent) * LOG10_2 - np.float64(exponent) * LOG10_2_REST
@@ -291,8 +295,12 @@ def normal_quantile(p: float) -> float:
     ----------
     M. J. Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988).
     """
+    if p == 0.0:
+        return -math.inf
+    if p == 1.0:
+        return math.inf
     if not 0.0 < p < 1.0:
-        return -math.inf if p == 0.0 else math.inf if p == 1.0 else math.nan
+        return math.nan
     q = p - 0.5
     if abs(q) <= 0.425:
         r = 0.180625 - q * q

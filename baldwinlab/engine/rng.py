@@ -40,9 +40,12 @@ FIRST_CUSTOM: Final = 1024
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 
-_M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
-_W0, _W1 = np.uint32(0x9E3779B9), np.uint32(0xBB67AE85)
-_LOW, _SHIFT = np.uint64(0xFFFFFFFF), np.uint64(32)
+_M0 = np.uint64(0xD2511F53)
+_M1 = np.uint64(0xCD9E8D57)
+_W0 = np.uint32(0x9E3779B9)
+_W1 = np.uint32(0xBB67AE85)
+_LOW = np.uint64(0xFFFFFFFF)
+_SHIFT = np.uint64(32)
 _UNIT = np.float32(2.0**-24)
 
 
@@ -64,8 +67,12 @@ def philox(
     tuple of uint32
         Four random words of 32 bits.
     """
-    c0, c1, c2, c3 = np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3)
-    k0, k1 = np.uint32(k0), np.uint32(k1)
+    c0 = np.uint32(c0)
+    c1 = np.uint32(c1)
+    c2 = np.uint32(c2)
+    c3 = np.uint32(c3)
+    k0 = np.uint32(k0)
+    k1 = np.uint32(k1)
     for _ in range(10):
         product0 = _M0 * np.uint64(c0)
         product1 = _M1 * np.uint64(c2)

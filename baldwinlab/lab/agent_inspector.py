@@ -23,7 +23,7 @@ from baldwinlab.lab.life_query import (
 )
 from baldwinlab.lab.query import number
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lookup import (
     ActionTable,
     DirectTeacher,
@@ -124,7 +124,7 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
 
 
 def _record_agent(
-    experiment: Experiment, batch: Batch, span: Span, agent: int
+    experiment: Experiment, batch: CpuBatch, span: Span, agent: int
 ) -> dict[str, npt.NDArray[Any]]:
     """Simulate the complete lifetime and record one agent.
 
@@ -150,7 +150,7 @@ def _record_agent(
 
 
 def _add_module_activations(
-    experiment: Experiment, batch: Batch, genome: Floats, arrays: dict[str, npt.NDArray[Any]]
+    experiment: Experiment, batch: CpuBatch, genome: Floats, arrays: dict[str, npt.NDArray[Any]]
 ) -> None:
     """Add the activations of the modules that do not learn; `genome` is [module, weight].
 
@@ -173,7 +173,9 @@ def _add_module_activations(
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))
 
 
-def _response_table(experiment: Experiment, batch: Batch, weights: Floats) -> npt.NDArray[np.uint8]:
+def _response_table(
+    experiment: Experiment, batch: CpuBatch, weights: Floats
+) -> npt.NDArray[np.uint8]:
     """Return the action of the largest output for each combination of inputs [sample, code]."""
     n_inputs = len(experiment.inputs)
     n_actions = len(experiment.actions)
@@ -186,7 +188,7 @@ def _response_table(experiment: Experiment, batch: Batch, weights: Floats) -> np
     return np.asarray(outputs.argmax(axis=2)[index.ravel()], np.uint8)
 
 
-def _evaluate_module(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
+def _evaluate_module(batch: CpuBatch, weights: Floats, inputs: Floats) -> Floats:
     """Return the activations [step, unit] of a module without memory, for inputs [step, input]."""
     unique, index = np.unique(inputs, axis=0, return_inverse=True)
     activations = np.zeros((len(batch.state.activations), len(unique)), np.float32)
@@ -197,7 +199,7 @@ def _evaluate_module(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
     return np.ascontiguousarray(activations.T[index.ravel()])
 
 
-def _links(batch: Batch, weights: Floats) -> Floats:
+def _links(batch: CpuBatch, weights: Floats) -> Floats:
     """Return the links [link, (from unit, to unit, weight)] of a network without layers."""
     buffer = np.empty((len(weights), 3), np.float32)
     units = len(batch.state.activations)

@@ -28,8 +28,8 @@ from baldwinlab.studies.records import StudyError
 MAX_SECONDS: Final = 60.0  # per generation
 
 
-class InterruptibleBatch(cpu.Batch):
-    """A batch that calls `check` every few steps. The results are bit-identical to `cpu.Batch`."""
+class InterruptibleBatch(cpu.CpuBatch):
+    """A batch that calls `check` every few steps. The results are bit-identical to `CpuBatch`."""
 
     def __init__(
         self, check: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]

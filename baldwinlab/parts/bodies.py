@@ -22,7 +22,7 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -52,7 +52,7 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.

@@ -19,7 +19,7 @@ def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> Non
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -41,7 +41,7 @@ def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> Non
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -61,7 +61,7 @@ def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> 
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -83,7 +83,7 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.

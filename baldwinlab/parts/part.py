@@ -16,7 +16,7 @@ columns. It must not read other agents, and reaches its lane only by `get` and `
 hook may read and write the arrays of all agents of its world: `prepare_senses`, `observe_others`,
 `init_world`, `end_step`.
 
-The fields of `model` and `state` are described in `Model` and `State` of
+The fields of `model` and `state` are described in `MiniWorldModel` and `State` of
 `baldwinlab/models/miniworld/state.py`.
 """
 

@@ -18,7 +18,7 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -45,7 +45,7 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -67,7 +67,7 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.

@@ -25,7 +25,7 @@ def init_world(part: Any, model: Any, state: Any, world: int) -> None:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.
@@ -44,7 +44,7 @@ def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> boo
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     x, y : float32
         Position, in units of length. y points down.
@@ -67,7 +67,7 @@ def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value,
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     x, y : float32
         Position of the agent, in units of length. y points down.
@@ -93,7 +93,7 @@ def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     x, y : float32, or a SIMD block
         New position, in units of length. y points down.
@@ -117,7 +117,7 @@ def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     ----------
     part : NamedTuple
         Numeric settings, derived values and arrays of the part.
-    model : Model
+    model : MiniWorldModel
         Constants of the lifetime. Read only.
     state : State
         Arrays of the step, and the other parts.

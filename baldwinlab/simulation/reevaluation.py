@@ -17,7 +17,7 @@ from baldwinlab.core.variables import to_storage
 from baldwinlab.evolution import GenerationKey, Genome, fitness, make_generation, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import make_simulator
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.parts import model_part
 from baldwinlab.simulation.replay import recompute_genomes
@@ -71,14 +71,14 @@ def reevaluate(
 
 def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
-) -> Batch:
+) -> CpuBatch:
     """Return a batch at the first step of these lifetimes; the parameters are those of `reevaluate`."""
-    batch = Batch(experiment, seed, runs)
+    batch = CpuBatch(experiment, seed, runs)
     batch.begin(generation, genomes[:, :, : len(experiment.modules)])
     return batch
 
 
-def collect_outcomes(experiment: Experiment, batch: Batch, genomes: Genome) -> Outcomes:
+def collect_outcomes(experiment: Experiment, batch: CpuBatch, genomes: Genome) -> Outcomes:
     """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
     return _make_outcomes(experiment, collect_results(experiment, batch, genomes), genomes)
 

@@ -20,7 +20,7 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.simulation.history import provenance
 from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
@@ -85,7 +85,7 @@ def replay(
         force=force,
     )
     genome = recompute_genomes(experiment, GenerationKey(seed, run, generation), energy)
-    batch = Batch(experiment, seed, [run])
+    batch = CpuBatch(experiment, seed, [run])
     batch.begin(generation, genome[None])
     arrays = _record(experiment, batch)
     arrays["weight_birth"] = genome
@@ -167,7 +167,7 @@ def recompute_genomes(
     return genome
 
 
-def _record(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]:
+def _record(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[Any]]:
     """Simulate a lifetime and record each step."""
     agents = slice(experiment.population.size)
     steps = experiment.lifetime.steps

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 import baldwinlab as bl
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.studies.run import available_cores
 from benchmarks.setting import Genomes, Setting, Simulate
 
@@ -26,12 +26,12 @@ def prepare(setting: Setting, genomes: Genomes) -> Simulate:
     newborns = np.asarray(genomes, np.float32)
     cores = available_cores()
     # A batch is created once, as in a run. Each call is a generation.
-    batches: dict[int, Batch] = {}
+    batches: dict[int, CpuBatch] = {}
 
     def simulate_batch(generation: int, number: int) -> npt.NDArray[np.int32]:
         runs = number * CPU.worlds + np.arange(CPU.worlds)
         if number not in batches:
-            batches[number] = Batch(experiment, 0, runs.tolist())
+            batches[number] = CpuBatch(experiment, 0, runs.tolist())
         batch = batches[number]
         batch.begin(generation, newborns[runs % len(newborns)])
         batch.simulate(0, setting.steps)

@@ -20,7 +20,7 @@ from baldwinlab.lab.experiment_form import find_errors
 from baldwinlab.lab.limits import check_size, memory_of, steps_at_once
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_run import LiveRun
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.open import open_runs
@@ -125,13 +125,13 @@ def test_a_live_run_stops_within_a_second_in_the_middle_of_a_life(endless: LiveR
 def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(
     endless: LiveRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lived, really = [0], Batch.simulate
+    lived, really = [0], CpuBatch.simulate
 
-    def counted(batch: Batch, first: int, last: int) -> None:
+    def counted(batch: CpuBatch, first: int, last: int) -> None:
         lived[0] += 1
         really(batch, first, last)
 
-    monkeypatch.setattr(Batch, "simulate", counted)
+    monkeypatch.setattr(CpuBatch, "simulate", counted)
     wait_until(lambda: lived[0] > 3)
     endless.pause()
     time.sleep(1)

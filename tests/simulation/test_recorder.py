@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.simulation.recorder import FirstTime, ItemMoves, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.replay import replay
@@ -15,7 +15,7 @@ from tests.small_studies import shorten_preset
 STEPS = 300
 
 
-def newborns(runs: int = 1) -> Batch:
+def newborns(runs: int = 1) -> CpuBatch:
     experiment = shorten_preset()
     return make_batch(
         experiment,

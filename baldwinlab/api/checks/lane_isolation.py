@@ -12,7 +12,7 @@ import numpy.typing as npt
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import Subject, is_of_miniworld, values_of
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.lane_check import PER_AGENT
 from baldwinlab.parts.part import overridden_hooks
@@ -32,7 +32,7 @@ def check_lane_isolation(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment) or not hooks:
         return "it has no hook per agent"
     experiment = subject.experiment
-    batch = Batch(experiment, subject.seed, [0])
+    batch = CpuBatch(experiment, subject.seed, [0])
     batch.begin(0, draw_genomes(experiment, GenerationKey(subject.seed, 0, 0))[None])
     batch.simulate(0, STEPS)
     for part, name in hooks:
@@ -41,7 +41,7 @@ def check_lane_isolation(subject: Subject) -> str:
     return ""
 
 
-def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | None) -> None:
+def _try(subject: Subject, batch: CpuBatch, part: Any, name: str, garbage: float | None) -> None:
     clean, dirty = _copied(batch.state), _copied(batch.state)
     random = np.random.default_rng(subject.seed)
     for array in (array for _, owner, array in _owned(dirty) if owner == "agent"):
@@ -68,7 +68,7 @@ def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | 
             raise FailsError(f"{part.__name__}.{name} writes {what} of other agents")
 
 
-def _call(experiment: Any, batch: Batch, state: Any, part: Any, name: str) -> Any:
+def _call(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: str) -> Any:
     """Call a hook, as the plain Python that it is, for one agent."""
     numbers = {
         "world": 0,

@@ -19,7 +19,7 @@ from baldwinlab.api.checks.reference import Agent, Item, Naive
 from baldwinlab.api.checks.signatures import require_signature, verified_hooks
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.allocation import item_kinds, item_regions
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.parts.part import overridden_hooks
 
@@ -94,7 +94,7 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
         The part.
     """
     experiment, seed = subject.experiment, subject.seed
-    naive, batch = naive_of(experiment), Batch(experiment, seed, [0])
+    naive, batch = naive_of(experiment), CpuBatch(experiment, seed, [0])
     genome = draw_genomes(experiment, GenerationKey(seed, 0, 0))
     batch.begin(0, genome[None])
     agents, values = range(experiment.population.size), values_of(experiment, part, batch.state)
@@ -138,7 +138,7 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
         own = [agent.own for agent in learning]
 
 
-def _seen(experiment: Any, batch: Batch) -> dict[str, Any]:
+def _seen(experiment: Any, batch: CpuBatch) -> dict[str, Any]:
     """The state of a batch of one world as plain lists, an entry an agent."""
     state, agents, sizes = batch.state, experiment.population.size, experiment.layer_sizes
     kinds = [item_kinds(experiment)[kind] for kind in batch.model.region_kind]
@@ -276,7 +276,7 @@ def _compare_feature(subject: Subject, part: Any) -> str:
         for name in overridden_hooks(part)
         if name in ("blocks_placement", "blocks_sight", "blocks_movement")
     ]
-    model = Batch(experiment, subject.seed, [0]).model
+    model = CpuBatch(experiment, subject.seed, [0]).model
     low, high = _around(experiment)
     true = 0
     for x, y, dx, dy in np.column_stack(

@@ -39,7 +39,7 @@ from baldwinlab.models.erl.world import (
     SIGHT,
     TREE,
     WALL,
-    World,
+    ErlWorld,
     clear_cell,
     draw_uniforms,
     neighbor_cell,
@@ -58,7 +58,7 @@ ZERO = np.float32(0)
 
 
 @compiled
-def sense(rules: Any, world: World, agent: int, inputs: Any) -> None:
+def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
     """Fill `inputs` [input] with the nearness of the nearest cell of each kind in each direction.
 
     The nearness is 1 in the next cell, 0.5 at the limit of sight, and 0 without such a cell.
@@ -106,7 +106,7 @@ def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any
 
 
 @compiled
-def step_agent(rules: Any, world: World, agent: int, inputs: Any) -> None:
+def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
     """Sense, learn from the last action, choose a random direction and go there.
 
     `inputs` is scratch.
@@ -146,7 +146,7 @@ def step_agent(rules: Any, world: World, agent: int, inputs: Any) -> None:
 
 
 @compiled
-def _move_or_attack(rules: Any, world: World, agent: int, direction: int) -> None:
+def _move_or_attack(rules: Any, world: ErlWorld, agent: int, direction: int) -> None:
     """Move the agent to the next cell and eat its content, or attack the occupant of the cell."""
     cell = neighbor_cell(rules, world.position[agent], direction)
     kind = world.kind[cell]
@@ -173,7 +173,7 @@ def _move_or_attack(rules: Any, world: World, agent: int, direction: int) -> Non
 
 
 @compiled
-def leave_cell(world: World, agent: int) -> None:
+def leave_cell(world: ErlWorld, agent: int) -> None:
     """Remove the agent from its cell."""
     cell = world.position[agent]
     world.occupant[cell] = NONE
@@ -182,7 +182,7 @@ def leave_cell(world: World, agent: int) -> None:
 
 
 @compiled
-def place_founders(rules: Any, world: World, genomes: Any) -> None:
+def place_founders(rules: Any, world: ErlWorld, genomes: Any) -> None:
     """Add the founders with the bits `genomes` [founder, bit] in random cells."""
     for number in range(genomes.shape[0]):
         cell = random_empty_cell(rules, world)
@@ -193,7 +193,7 @@ def place_founders(rules: Any, world: World, genomes: Any) -> None:
 
 
 @compiled
-def add_agent(rules: Any, world: World, cell: int) -> None:
+def add_agent(rules: Any, world: ErlWorld, cell: int) -> None:
     """Add an agent in a cell. Its bits must be in the first unused row of `world.bits`."""
     agent = world.counts[AGENTS]
     world.counts[AGENTS] += 1
@@ -221,7 +221,7 @@ def decode_weight(rules: Any, bits: Any, number: int) -> Any:
 
 
 @compiled
-def reproduce(rules: Any, world: World, agent: int) -> None:
+def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
     """Add a child next to an agent that has the energy, if a cell is empty.
 
     The parents are the agent and the nearest mate. Without a mate, the agent is the single parent.
@@ -249,7 +249,7 @@ def reproduce(rules: Any, world: World, agent: int) -> None:
 
 
 @compiled
-def _nearest_mate(rules: Any, world: World, agent: int) -> int:
+def _nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
     """Return the nearest other agent within reach, or the agent itself if there is none."""
     mate = agent
     nearest = REACH * REACH + 1
@@ -265,7 +265,7 @@ def _nearest_mate(rules: Any, world: World, agent: int) -> int:
 
 
 @compiled
-def _cross(rules: Any, world: World, first: int, second: int, child: int) -> None:
+def _cross(rules: Any, world: ErlWorld, first: int, second: int, child: int) -> None:
     """Copy the bits of `first`, with those of `second` between two cuts, and mutate each bit."""
     drawn = draw_uniforms(world)
     cuts = int(drawn[0] * np.float32(BITS + 1)), int(drawn[1] * np.float32(BITS + 1))
@@ -280,7 +280,7 @@ def _cross(rules: Any, world: World, first: int, second: int, child: int) -> Non
 
 
 @compiled
-def remove_dead_agents(world: World) -> None:
+def remove_dead_agents(world: ErlWorld) -> None:
     """Replace each agent without energy or health by a corpse.
 
     An agent in a tree leaves no corpse. The last agent gets the number of the removed agent.
@@ -298,7 +298,7 @@ def remove_dead_agents(world: World) -> None:
 
 
 @compiled
-def _renumber(world: World, old: int, new: int) -> None:
+def _renumber(world: ErlWorld, old: int, new: int) -> None:
     world.position[new] = world.position[old]
     world.energy[new] = world.energy[old]
     world.health[new] = world.health[old]

@@ -46,7 +46,7 @@ from baldwinlab.models.erl.world import (
     DRAWN,
     MAX_CARNIVORES,
     STEP,
-    World,
+    ErlWorld,
     add_carnivore,
     grow_plants,
     init_world,
@@ -278,12 +278,12 @@ class ErlPopulations(Model, name="erl-populations"):
             | strategy
         )
 
-    def world(self, *key: int) -> World:
+    def world(self, *key: int) -> ErlWorld:
         """Allocate a world. `key` is seed, run, generation and number of the population."""
         cells = self.grid_size * self.grid_size
         agents = self.max_agents
         carnivores = MAX_CARNIVORES
-        return World(
+        return ErlWorld(
             counts=np.zeros(7, np.int64),
             key=np.array(key, np.int64),
             kind=np.zeros(cells, np.int8),
@@ -330,7 +330,7 @@ class ErlPopulations(Model, name="erl-populations"):
 
 @jit_entry_point
 def simulate_population(
-    rules: Rules, world: World, genomes: Any, max_steps: int, inputs: Any, totals: Any
+    rules: Rules, world: ErlWorld, genomes: Any, max_steps: int, inputs: Any, totals: Any
 ) -> int:
     """Simulate a population and return the number of steps that it survives.
 
@@ -365,7 +365,7 @@ def simulate_population(
 
 
 @compiled
-def step_world(rules: Rules, world: World, inputs: Any) -> None:
+def step_world(rules: Rules, world: ErlWorld, inputs: Any) -> None:
     """Simulate one step: plants, agents, carnivores, deaths, then births."""
     grow_plants(rules, world)
     if world.counts[STEP] % CARNIVORE_INTERVAL == 0:

@@ -41,7 +41,7 @@ NONE: Final = -1
 AGENTS, CARNIVORES, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)
 
 
-class World(NamedTuple):
+class ErlWorld(NamedTuple):
     """State of a world. Agents and carnivores use the first rows of their arrays."""
 
     # Numbers as named above. DRAWN is the number of random draws in this step.
@@ -79,7 +79,7 @@ class World(NamedTuple):
 
 
 @compiled
-def draw_uniforms(world: World) -> Any:
+def draw_uniforms(world: ErlWorld) -> Any:
     """Draw four uniform numbers in (0, 1). Each call returns different numbers."""
     world.counts[DRAWN] += 1
     seed, run, generation, number = world.key[0], world.key[1], world.key[2], world.key[3]
@@ -102,7 +102,7 @@ def neighbor_cell(rules: Any, cell: int, direction: int) -> Any:
 
 
 @compiled
-def random_cell(rules: Any, world: World) -> Any:
+def random_cell(rules: Any, world: ErlWorld) -> Any:
     drawn = draw_uniforms(world)
     return int(drawn[0] * np.float32(rules.grid_size)) * rules.grid_size + int(
         drawn[1] * np.float32(rules.grid_size)
@@ -110,7 +110,7 @@ def random_cell(rules: Any, world: World) -> Any:
 
 
 @compiled
-def random_empty_cell(rules: Any, world: World) -> Any:
+def random_empty_cell(rules: Any, world: ErlWorld) -> Any:
     """Return a random empty cell, or -1 after a hundred failed draws."""
     for _ in range(100):
         cell = random_cell(rules, world)
@@ -120,7 +120,7 @@ def random_empty_cell(rules: Any, world: World) -> Any:
 
 
 @compiled
-def init_world(rules: Any, world: World) -> None:
+def init_world(rules: Any, world: ErlWorld) -> None:
     """Build walls at the edges and add plants, trees and carnivores in random cells."""
     world.counts[:] = 0
     for cell in range(rules.grid_size * rules.grid_size):
@@ -140,14 +140,14 @@ def init_world(rules: Any, world: World) -> None:
 
 
 @compiled
-def add_plant(rules: Any, world: World, cell: int) -> None:
+def add_plant(rules: Any, world: ErlWorld, cell: int) -> None:
     if cell >= 0 and world.kind[cell] == EMPTY:
         world.kind[cell] = PLANT
         world.counts[PLANTS] += 1
 
 
 @compiled
-def grow_plants(rules: Any, world: World) -> None:
+def grow_plants(rules: Any, world: ErlWorld) -> None:
     """Add plants in random cells and next to plants, at least up to the minimum number."""
     for _ in range(rules.sprouts_per_step):
         add_plant(rules, world, random_cell(rules, world))
@@ -164,14 +164,14 @@ def grow_plants(rules: Any, world: World) -> None:
 
 
 @compiled
-def clear_cell(world: World, cell: int) -> None:
+def clear_cell(world: ErlWorld, cell: int) -> None:
     """Empty a cell and count its plant as removed."""
     world.counts[PLANTS] -= int(world.kind[cell] == PLANT)
     world.kind[cell] = EMPTY
 
 
 @compiled
-def add_carnivore(rules: Any, world: World, cell: int) -> None:
+def add_carnivore(rules: Any, world: ErlWorld, cell: int) -> None:
     """Add a carnivore in a cell, if the maximum number is not reached."""
     carnivore = world.counts[CARNIVORES]
     if cell >= 0 and carnivore < MAX_CARNIVORES:
@@ -184,7 +184,7 @@ def add_carnivore(rules: Any, world: World, cell: int) -> None:
 
 
 @compiled
-def step_carnivore(rules: Any, world: World, carnivore: int) -> None:
+def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
     """Move a carnivore to the nearest visible prey, or in a random direction.
 
     It bites an agent and eats a corpse. It reproduces at full energy.
@@ -220,7 +220,7 @@ def step_carnivore(rules: Any, world: World, carnivore: int) -> None:
 
 
 @compiled
-def _prey_distance(rules: Any, world: World, cell: int, direction: int) -> int:
+def _prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) -> int:
     """Return the distance of the nearest agent or corpse in a direction.
 
     The result is above FAR_SIGHT if there is none. An agent in a tree is not visible.
@@ -235,7 +235,7 @@ def _prey_distance(rules: Any, world: World, cell: int, direction: int) -> int:
 
 
 @compiled
-def remove_dead_carnivores(world: World) -> None:
+def remove_dead_carnivores(world: ErlWorld) -> None:
     """Replace each dead carnivore by a corpse.
 
     The last carnivore gets the number of the removed one.

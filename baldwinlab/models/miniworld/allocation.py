@@ -26,7 +26,7 @@ from baldwinlab.models.miniworld.state import (
     HEADING_COUNT,
     WRITTEN_BY_LAUNCHERS,
     Floats,
-    Model,
+    MiniWorldModel,
     State,
 )
 from baldwinlab.parts.part import Part, compiled_values
@@ -117,7 +117,7 @@ def _heading_vectors() -> tuple[Floats, Floats]:
     return cosine, sine
 
 
-def make_model(experiment: Experiment, worlds: int) -> Model:
+def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
     """Return the constants of a batch of `worlds` worlds."""
     world = experiment.world
     contact = experiment.contact
@@ -134,7 +134,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     )
     images = [count_images(*_span(region), margin, world.width, world.height) for region in regions]
     sensed_kinds = {sense.item_kind for sense in experiment.parts("senses.kinds")}
-    return Model(
+    return MiniWorldModel(
         worlds=worlds,
         agents=experiment.population.size,
         width=np.float32(world.width),

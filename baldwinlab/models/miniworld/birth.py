@@ -11,7 +11,7 @@ from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.learning.self_taught import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import init_agent, load_genes
 from baldwinlab.parts.world_features import init_world
 
@@ -19,7 +19,7 @@ init_features = for_each_part(init_world)
 
 
 @compiled
-def load_genome(model: Model, state: State, world: int, agent: int) -> None:
+def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Set the weights, genes and learning rate of a newborn agent from its genome."""
     lane = world * model.agents + agent
     weights = state.weights.shape[0]
@@ -46,7 +46,7 @@ def reset_senses(state: State, lane: int) -> None:
 
 
 @compiled
-def init_agent_state(model: Model, state: State, world: int, agent: int) -> None:
+def init_agent_state(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Initialize the arrays of an agent at the start of a lifetime."""
     lane = world * model.agents + agent
     load_genome(model, state, world, agent)
@@ -60,7 +60,7 @@ def init_agent_state(model: Model, state: State, world: int, agent: int) -> None
 
 
 @compiled
-def init_generation(model: Model, state: State) -> None:
+def init_generation(model: MiniWorldModel, state: State) -> None:
     """Initialize all agents and items at the start of a lifetime."""
     # The lanes after the last agent are set, too.
     state.activations[:] = ZERO
@@ -85,7 +85,7 @@ def init_generation(model: Model, state: State) -> None:
 
 
 @compiled
-def replace_agent(model: Model, state: State, world: int, agent: int, number: int) -> None:
+def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, number: int) -> None:
     """Replace an agent that died by a newborn with the genome `state.genome[world, agent]`.
 
     `number` counts the births of this world and lifetime from 0, without those at the start.

@@ -21,7 +21,7 @@ from baldwinlab.models.miniworld.allocation import (
     poison_state,
 )
 from baldwinlab.models.miniworld.birth import init_generation
-from baldwinlab.models.miniworld.state import Floats, Model, State
+from baldwinlab.models.miniworld.state import Floats, MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
     act_and_learn,
     all_agents,
@@ -33,7 +33,9 @@ from baldwinlab.models.miniworld.step import (
 Numbers = npt.NDArray[np.float32]
 
 
-def simulate_steered(model: Model, state: State, newborn: bool, step: int, outputs: Floats) -> None:
+def simulate_steered(
+    model: MiniWorldModel, state: State, newborn: bool, step: int, outputs: Floats
+) -> None:
     """Take a step with the given `outputs` [action, lane], then set the inputs of the next step.
 
     If `newborn`, initialize the generation instead of taking a step.

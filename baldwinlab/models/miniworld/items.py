@@ -28,7 +28,7 @@ from baldwinlab.engine.simd import (
     simd_block,
 )
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 ZERO = np.float32(0)
 HALF = np.float32(0.5)
@@ -40,13 +40,13 @@ DIAGONAL = np.float32(1.5)
 
 
 @compiled
-def has_single_cell(model: Model, region: int) -> bool:
+def has_single_cell(model: MiniWorldModel, region: int) -> bool:
     """Return whether the items of a region are few, and not sorted."""
     return bool(model.region_cells[region + 1] - model.region_cells[region] == 1)
 
 
 @compiled
-def find_slots(model: Model, region: int) -> tuple[int, int]:
+def find_slots(model: MiniWorldModel, region: int) -> tuple[int, int]:
     """Return the first slot of a region, and the slot after its last."""
     return model.region_items[region] + region * WIDTH, model.region_items[
         region + 1
@@ -54,7 +54,7 @@ def find_slots(model: Model, region: int) -> tuple[int, int]:
 
 
 @compiled
-def place_item(model: Model, state: State, world: int, region: int, item: int) -> None:
+def place_item(model: MiniWorldModel, state: State, world: int, region: int, item: int) -> None:
     """Draw the next position of an item: uniform in its region, where no feature blocks it."""
     seed = state.keys[world, 0]
     run = state.keys[world, 1]
@@ -84,7 +84,7 @@ def place_item(model: Model, state: State, world: int, region: int, item: int) -
 
 
 @compiled
-def _assign_cells(model: Model, state: State, world: int, region: int) -> None:
+def _assign_cells(model: MiniWorldModel, state: State, world: int, region: int) -> None:
     """Set `item_cell` of the items of a region."""
     left = model.regions[region, 0]
     upper = model.regions[region, 2]
@@ -102,7 +102,7 @@ def _assign_cells(model: Model, state: State, world: int, region: int) -> None:
 
 
 @compiled
-def sort_into_cells(model: Model, state: State, world: int, region: int) -> None:
+def sort_into_cells(model: MiniWorldModel, state: State, world: int, region: int) -> None:
     """Sort the items of a region by cell, with a counting sort."""
     first = model.region_items[region]
     last = model.region_items[region + 1]
@@ -133,7 +133,7 @@ def sort_into_cells(model: Model, state: State, world: int, region: int) -> None
 
 @compiled
 def position_in_image(
-    model: Model, region: int, number: int, x: np.float32, y: np.float32
+    model: MiniWorldModel, region: int, number: int, x: np.float32, y: np.float32
 ) -> tuple[np.float32, np.float32]:
     """Return a position in the image `number` of the torus.
 
@@ -158,7 +158,7 @@ def nearest_image(position: Value, center: np.float32, span: np.float32) -> Valu
 
 @compiled
 def find_cells_within(
-    model: Model, region: int, axis: int, position: np.float32, radius: np.float32
+    model: MiniWorldModel, region: int, axis: int, position: np.float32, radius: np.float32
 ) -> tuple[int, int]:
     """Return the first column (axis 0) or row (axis 1) of cells within `radius`, and the end."""
     if model.grid[region, axis] == 1 and model.images[region] == 1:
@@ -176,7 +176,7 @@ def find_cells_within(
 
 @compiled
 def find_slots_in_row(
-    model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]
+    model: MiniWorldModel, state: State, world: int, region: int, row: int, columns: tuple[int, int]
 ) -> tuple[int, int]:
     """Return the first slot of the cells in a row of the grid, and the slot after the last."""
     cell = model.region_cells[region] + region + row * model.grid[region, 0]
@@ -187,7 +187,7 @@ def find_slots_in_row(
 
 @compiled
 def is_touching(
-    model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32
+    model: MiniWorldModel, state: State, world: int, slot: Lane, x: np.float32, y: np.float32
 ) -> Mask:
     """Return whether a body at (x, y) touches the item in a slot (R2)."""
     dx = get(state.slot_x, world, slot) - x
@@ -199,7 +199,7 @@ def is_touching(
 
 @compiled
 def _eat_in_region(
-    model: Model,
+    model: MiniWorldModel,
     state: State,
     world: int,
     region: int,
@@ -226,7 +226,7 @@ def _eat_in_region(
 
 
 @compiled
-def eat_items(model: Model, state: State, world: int, agent: int, step: int) -> None:
+def eat_items(model: MiniWorldModel, state: State, world: int, agent: int, step: int) -> None:
     """Eat every item that the agent touches, except those eaten earlier in this step.
 
     An eaten item reappears at once.
@@ -243,7 +243,7 @@ def eat_items(model: Model, state: State, world: int, agent: int, step: int) -> 
 
 
 @compiled
-def resort_stale_cells(model: Model, state: State, world: int) -> None:
+def resort_stale_cells(model: MiniWorldModel, state: State, world: int) -> None:
     """Sort the regions whose items have moved."""
     for region in range(model.regions.shape[0]):
         if state.stale[world, region] != 0:

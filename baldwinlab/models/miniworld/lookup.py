@@ -16,7 +16,7 @@ import numpy as np
 
 from baldwinlab.engine.phases import Array, hook, per_agent, per_lane
 from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
 
 # At most 64 entries in a table.
@@ -24,17 +24,17 @@ MAX_TABLE_INPUTS: Final = 6
 
 
 @hook
-def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
+def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
     """At birth: store the outputs for the first weights of `fixed` [weight, lane]."""
 
 
 @hook
-def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
+def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
     """After sensing: look up the outputs for the inputs of an agent."""
 
 
 @hook
-def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
+def compute_outputs(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
     """In every step: compute the outputs of the action module."""
     forward(state.network, state.weights, state.activations, lane)
 
@@ -56,7 +56,7 @@ class _LookupTable(DirectEvaluation):
     arrays: ClassVar[dict[str, Array]] = {"answers": per_lane("answers")}
 
     @staticmethod
-    def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
+    def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for code in range(1 << model.inputs):
@@ -77,7 +77,7 @@ class TeacherTable(_LookupTable):
     """Look up the outputs of the reinforcement module, which are the targets."""
 
     @staticmethod
-    def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
+    def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         for k in range(actions):
             put(
@@ -92,7 +92,7 @@ class ActionTable(_LookupTable):
     """Look up the outputs of the action module of an agent that does not learn."""
 
     @staticmethod
-    def look_up_outputs(part: Any, model: Model, state: State, lane: int) -> None:
+    def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for k in range(actions):
@@ -104,7 +104,7 @@ class ActionTable(_LookupTable):
             )
 
     @staticmethod
-    def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def compute_outputs(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         """Do nothing, as `look_up_outputs` has set the outputs."""
 
 
@@ -117,14 +117,14 @@ class DirectTeacher(DirectEvaluation):
     }
 
     @staticmethod
-    def fill_table(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
+    def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
         for weight in range(state.weights.shape[0]):
             put(part.weights, weight, lane, get(fixed, weight, lane))
         for unit in range(state.activations.shape[0]):
             put(part.activations, unit, lane, np.float32(0))
 
     @staticmethod
-    def compute_outputs(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def compute_outputs(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         forward(state.network, state.weights, state.activations, lane)
         for k in range(model.inputs):
             put(part.activations, k, lane, get(state.activations, k, lane))

@@ -14,7 +14,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each, select_by_type
 from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
 from baldwinlab.engine.simd import Lane, Mask, Value, choose, get, put
-from baldwinlab.models.miniworld.state import HEADING_COUNT, Model, State
+from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.bodies import move
 from baldwinlab.parts.world_features import blocks_movement, blocks_placement
 
@@ -55,7 +55,7 @@ def shortest_difference(difference: Value, span: np.float32) -> Value:
 
 
 @compiled
-def place_newborn(model: Model, state: State, world: int, agent: int, number: int) -> None:
+def place_newborn(model: MiniWorldModel, state: State, world: int, agent: int, number: int) -> None:
     """Set the position and heading of a newborn agent, uniform in the start disc.
 
     The heading is 0, or random with `model.random_headings`. `number` selects the random numbers.
@@ -90,7 +90,7 @@ def place_newborn(model: Model, state: State, world: int, agent: int, number: in
 
 @compiled
 def apply_motor_noise(
-    model: Model, state: State, world: int, lane: int, agent: int, step: int
+    model: MiniWorldModel, state: State, world: int, lane: int, agent: int, step: int
 ) -> None:
     """Replace the chosen action by a random first_mask, with probability `model.action_noise`."""
     words = philox(
@@ -101,7 +101,7 @@ def apply_motor_noise(
 
 
 @compiled
-def _move_unless_blocked(features: Any, model: Model, state: State, lane: Lane) -> None:
+def _move_unless_blocked(features: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
     """Move the agents. A blocked agent keeps its position."""
     old_x = get(state.positions, 0, lane)
     old_y = get(state.positions, 1, lane)
@@ -114,7 +114,7 @@ def _move_unless_blocked(features: Any, model: Model, state: State, lane: Lane) 
 
 
 @compiled
-def _move_freely(features: Any, model: Model, state: State, lane: Lane) -> None:
+def _move_freely(features: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
     """Move the agents, if no feature blocks movement."""
     move(state.body, model, state, lane)
 

@@ -1,4 +1,4 @@
-"""Data of compiled hooks: `Model`, which is constant in a lifetime, and `State`, which changes.
+"""Data of compiled hooks: `MiniWorldModel`, which is constant in a lifetime, and `State`, which changes.
 
 A batch simulates several worlds of the same experiment and generation at the same time.
 
@@ -44,7 +44,7 @@ NOWHERE: Final = 1e9
 """Coordinate out of reach of all sensors and agents."""
 
 
-class Model(NamedTuple):
+class MiniWorldModel(NamedTuple):
     """Constants of a batch, derived from the experiment.
 
     Attributes

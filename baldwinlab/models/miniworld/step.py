@@ -26,7 +26,7 @@ from baldwinlab.models.miniworld.senses.sight import (
     mark_agents_near_regions,
     perceive,
 )
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.bodies import choose_action
 from baldwinlab.parts.learning_rules import learn, observe_others
 from baldwinlab.parts.senses import prepare_senses
@@ -43,22 +43,22 @@ def lane_of(agents: Any, first: int) -> Lane:
 
 
 @hook
-def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+def prepare_senses_per_world(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Per world: call `prepare_senses` of all senses, before any agent senses."""
 
 
 @hook
-def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+def observe_others_per_world(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Per world: call `observe_others` of the learning rule, after all actions."""
 
 
 @hook
-def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Let the agents eat. The first agent in the order of the step gets a touched item."""
 
 
 @compiled
-def take_step(agents: Any, model: Model, state: State, step: int) -> None:
+def take_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Sense, compute the outputs, act, learn and eat."""
     sense_environment(agents, model, state, step)
     for first in range(agents.first, agents.last, agents.stride):
@@ -67,7 +67,7 @@ def take_step(agents: Any, model: Model, state: State, step: int) -> None:
 
 
 @compiled
-def sense_environment(agents: Any, model: Model, state: State, step: int) -> None:
+def sense_environment(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Set the inputs of the agents."""
     for first in range(agents.first, agents.last, agents.stride):
         mark_agents_near_regions(model, state, lane_of(agents, first))
@@ -85,7 +85,7 @@ def sense_environment(agents: Any, model: Model, state: State, step: int) -> Non
 
 
 @compiled
-def act_and_learn(agents: Any, model: Model, state: State, step: int) -> None:
+def act_and_learn(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Act on the outputs, then learn and eat."""
     for first in range(agents.first, agents.last, agents.stride):
         choose_action(state.body, model, state, lane_of(agents, first))
@@ -110,17 +110,21 @@ class _AllAgents:
         return simd_block(first)
 
     @staticmethod
-    def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    def prepare_senses_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
         for world in range(model.worlds):
             prepare_all_senses(state.senses, model, state, world, step)
 
     @staticmethod
-    def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    def observe_others_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
         for world in range(model.worlds):
             observe_others(state.rule, model, state, world, step)
 
     @staticmethod
-    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+    def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
         for world in range(model.worlds):
             alert = 0
             for agent in range(model.agents):
@@ -140,15 +144,19 @@ class _SingleAgent:
     lane_of = staticmethod(lane_of.default)
 
     @staticmethod
-    def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    def prepare_senses_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
         prepare_all_senses(state.senses, model, state, agents.first_world, step)
 
     @staticmethod
-    def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    def observe_others_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
         observe_others(state.rule, model, state, agents.first_world, step)
 
     @staticmethod
-    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+    def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
         eat_items(model, state, agents.first_world, agents.first_agent, step)
         resort_stale_cells(model, state, agents.first_world)
 
@@ -182,7 +190,7 @@ SingleAgent.part = _SingleAgent  # type: ignore[attr-defined]
 
 
 @compiled
-def all_agents(model: Model, state: State) -> AllAgents:
+def all_agents(model: MiniWorldModel, state: State) -> AllAgents:
     """Return the range of all agents of a batch."""
     return AllAgents(
         0, state.positions.shape[1], lanes_in_block(), 0, model.worlds, 0, model.agents
@@ -190,7 +198,7 @@ def all_agents(model: Model, state: State) -> AllAgents:
 
 
 def simulate_simultaneous(
-    model: Model, state: State, newborn: bool, first_step: int, last_step: int
+    model: MiniWorldModel, state: State, newborn: bool, first_step: int, last_step: int
 ) -> None:
     """Simulate the steps from `first_step` to `last_step` - 1, with all agents at the same time.
 
@@ -208,7 +216,7 @@ def simulate_simultaneous(
 
 
 def simulate_sequential(
-    model: Model, state: State, newborn: bool, first_step: int, last_step: int
+    model: MiniWorldModel, state: State, newborn: bool, first_step: int, last_step: int
 ) -> None:
     """Simulate steps as `simulate_simultaneous`, but one agent after another (R7)."""
     model = as_pointer(model)

@@ -41,7 +41,7 @@ from baldwinlab.models.erl.world import (
     STEP,
     TREE,
     WALL,
-    World,
+    ErlWorld,
     add_carnivore,
     add_plant,
     init_world,
@@ -66,7 +66,7 @@ SET = [
 EAST = 1
 
 
-def empty_world(**fields: Any) -> tuple[Any, World, npt.NDArray[np.float32]]:
+def empty_world(**fields: Any) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
     """Return rules, a world with walls only, and scratch."""
     model = ErlPopulations(
         **SMALL
@@ -78,13 +78,13 @@ def empty_world(**fields: Any) -> tuple[Any, World, npt.NDArray[np.float32]]:
     return rules, world, np.zeros(INPUTS, np.float32)
 
 
-def put_agent(rules: Any, world: World, cell: int, bits: int = 0) -> int:
+def put_agent(rules: Any, world: ErlWorld, cell: int, bits: int = 0) -> int:
     world.bits[world.counts[AGENTS]] = bits
     add_agent(rules, world, cell)
     return int(world.counts[AGENTS]) - 1
 
 
-def set_direction(world: World, agent: int, direction: int) -> None:
+def set_direction(world: ErlWorld, agent: int, direction: int) -> None:
     """Set the biases of the action network so that it almost certainly chooses a direction."""
     world.action_weights[agent] = 0
     world.action_weights[agent, :, -1] = [
@@ -141,7 +141,9 @@ def test_an_improvement_makes_the_last_action_more_likely() -> None:
     )
 
 
-def simulated_world(strategy: str, steps: int = 80) -> tuple[Any, World, npt.NDArray[np.float32]]:
+def simulated_world(
+    strategy: str, steps: int = 80
+) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
     """Return a population after a number of steps, with the genomes of its founders."""
     model = ErlPopulations(**SMALL, strategy=strategy)
     rules = model.rules()
@@ -229,7 +231,7 @@ def test_without_heredity_a_newborn_s_bits_are_coins() -> None:
 def test_carnivores_have_no_genome() -> None:
     assert {
         name
-        for name in World._fields
+        for name in ErlWorld._fields
         if len(getattr(ErlPopulations(**SMALL).world(0, 0, 0, 0), name)) == 200
     } == {
         "carnivore_position",

@@ -34,9 +34,9 @@ def simulated(experiment: Experiment, seed: int = 1) -> xr.Dataset:
         return simulate(experiment, seed=seed)
 
 
-def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.Batch:
+def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.CpuBatch:
     """The batch in which agents with `genome` [agent, module, weight] have lived so many steps of run 0 of seed 5."""
-    batch = cpu.Batch(experiment, 5, [0])
+    batch = cpu.CpuBatch(experiment, 5, [0])
     with np.errstate(all="ignore"):
         batch.begin(0, np.asarray(genome, np.float32)[None])
         batch.simulate(0, steps)

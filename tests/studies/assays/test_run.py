@@ -68,9 +68,9 @@ def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
 def test_all_that_is_lived_has_been_compiled_beforehand(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begin, ready, lived = cpu.Batch.__init__, set[Any](), set[Any]()
+    begin, ready, lived = cpu.CpuBatch.__init__, set[Any](), set[Any]()
 
-    def noted(self: cpu.Batch, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+    def noted(self: cpu.CpuBatch, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
         lived.add(cpu.code_key(experiment))
         begin(self, experiment, seed, runs)
 
@@ -79,7 +79,7 @@ def test_all_that_is_lived_has_been_compiled_beforehand(
         return 0.0
 
     monkeypatch.setattr("baldwinlab.studies.assays.run.compile_experiments", warm_up)
-    monkeypatch.setattr(cpu.Batch, "__init__", noted)
+    monkeypatch.setattr(cpu.CpuBatch, "__init__", noted)
     measured(tmp_path)
     assert lived == ready
 

@@ -41,7 +41,7 @@ MEASURED: Final = (
     "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
 """Numbers that `measure` computes, in this order."""
-# Columns of `Setting.regions`.
+# Columns of `BrowserSettings.regions`.
 REGION: Final = (
     "left",
     "right",
@@ -51,9 +51,9 @@ REGION: Final = (
     "energy",
     "kind",
 )
-# Sources of teachers, by the number in `Population.teacher`.
+# Sources of teachers, by the number in `BrowserPopulation.teacher`.
 TEACHERS: Final = ("inherited", "shuffled", "fresh")
-# Faults of a generation, in `Population.fault`.
+# Faults of a generation, in `BrowserPopulation.fault`.
 NAN_FITNESS, INVALID_FITNESS, INVALID_PARENT = (
     1,
     2,
@@ -61,7 +61,7 @@ NAN_FITNESS, INVALID_FITNESS, INVALID_PARENT = (
 )
 
 
-class Setting(NamedTuple):
+class BrowserSettings(NamedTuple):
     """The settings from which sizes and derived numbers follow."""
 
     regions: Any  # float64 [region, REGION]
@@ -85,7 +85,7 @@ class Setting(NamedTuple):
     learning_stops: int
 
 
-class Population(NamedTuple):
+class BrowserPopulation(NamedTuple):
     """A run: its generation, its arrays, and the parts of evolution."""
 
     seed: int
@@ -151,7 +151,7 @@ for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, bree
     compiled(_kernel)
 
 
-def measure(setting: Setting) -> None:
+def measure(setting: BrowserSettings) -> None:
     """Set `setting.measured`: the lengths of arrays, and derived numbers."""
     regions, items, cells = setting.regions.shape[0], 0, 0
     for region in range(regions):
@@ -201,7 +201,7 @@ def measure(setting: Setting) -> None:
 
 
 @compiled
-def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
+def _grid(setting: BrowserSettings, region: int) -> tuple[Any, Any]:
     """Return the numbers of columns and rows of the grid of a region."""
     left, right, upper, lower = _edges(setting, region)
     count = int(setting.regions[region, 4])
@@ -211,13 +211,15 @@ def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
 
 
 @compiled
-def _edges(setting: Setting, region: int) -> tuple[float, float, float, float]:
+def _edges(setting: BrowserSettings, region: int) -> tuple[float, float, float, float]:
     """Return the left, right, upper and lower edge of a region."""
     edges = setting.regions
     return edges[region, 0], edges[region, 1], edges[region, 2], edges[region, 3]
 
 
-def init_world(setting: Setting, model: Any, state: Any, population: Population) -> None:
+def init_world(
+    setting: BrowserSettings, model: Any, state: Any, population: BrowserPopulation
+) -> None:
     """Set the constants of a run: the arrays of regions, and the keys of random numbers."""
     state.keys[0, 0], state.keys[0, 1] = population.seed, population.run
     alert = compute_alert_radius(setting.reach, setting.square_contact, setting.stride)
@@ -252,46 +254,46 @@ def init_world(setting: Setting, model: Any, state: Any, population: Population)
     model.region_items[last], model.region_cells[last] = items, cells
 
 
-def init_founders(population: Population) -> None:
+def init_founders(population: BrowserPopulation) -> None:
     """Draw the genomes of the first generation."""
     _draw_founders(population, population.generation)
 
 
 @compiled
-def _draw_founders(population: Population, generation: int) -> None:
+def _draw_founders(population: BrowserPopulation, generation: int) -> None:
     key = GenerationKey(population.seed, population.run, generation)
     for module in range(population.purposes.size):
         draw_normal(key, population.purposes[module], population.genome, module)
     make_founders(population.variation, population.genome)
 
 
-def begin(model: Any, state: Any, population: Population) -> None:
+def begin(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Initialize a generation."""
     state.generation[0] = population.generation
     _copy(population.genome, state.genome[0])
     init_generation(dereference(model), dereference(state))
 
 
-def simulate_steps_simultaneous(model: Any, state: Any, population: Population) -> None:
+def simulate_steps_simultaneous(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Simulate `population.first_step` to `last_step` - 1, all agents at the same time."""
     simulate_simultaneous(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
-def simulate_steps_sequential(model: Any, state: Any, population: Population) -> None:
+def simulate_steps_sequential(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Simulate `population.first_step` to `last_step` - 1, one agent after another."""
     simulate_sequential(
         dereference(model), dereference(state), False, population.first_step, population.last_step
     )
 
 
-def evaluate_module(state: Any, population: Population) -> None:
+def evaluate_module(state: Any, population: BrowserPopulation) -> None:
     """Compute the outputs of a module for given inputs."""
     forward(dereference(state).network, population.asked_weights, population.asked_units, 0)
 
 
-def find_links(state: Any, population: Population) -> None:
+def find_links(state: Any, population: BrowserPopulation) -> None:
     """List the links between the units of a module that is not layered."""
     units, link_rows = population.asked_units.shape[0], population.asked_links
     population.asked_count[0] = links(
@@ -299,7 +301,7 @@ def find_links(state: Any, population: Population) -> None:
     )
 
 
-def compute_fitness(model: Any, state: Any, population: Population) -> None:
+def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Compute the fitness and the results of the simulated lifetimes."""
     eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
     of_kind[:] = 0
@@ -328,7 +330,7 @@ def compute_fitness(model: Any, state: Any, population: Population) -> None:
             population.fault[0], population.fault[1] = NAN_FITNESS, agent
 
 
-def breed(population: Population) -> None:
+def breed(population: BrowserPopulation) -> None:
     """Replace the genomes by those of the children."""
     if population.resamples_genomes:
         population.parents[:] = -1
@@ -374,7 +376,7 @@ def _copy(genome: Any, into: Any) -> None:
 
 
 @compiled
-def _choose_parents(population: Population) -> None:
+def _choose_parents(population: BrowserPopulation) -> None:
     agents, generation, uniforms = (
         population.genome.shape[0],
         population.generation + 1,
@@ -391,13 +393,13 @@ def _choose_parents(population: Population) -> None:
 
 
 @compiled
-def _has_teachers(population: Population) -> bool:
+def _has_teachers(population: BrowserPopulation) -> bool:
     """Return whether the second module of a genome is the reinforcement module."""
     return bool(population.purposes.size > 1 and population.purposes[1] == REINFORCEMENT_WEIGHTS)
 
 
 @compiled
-def _apply_teacher_control(population: Population, key: GenerationKey) -> None:
+def _apply_teacher_control(population: BrowserPopulation, key: GenerationKey) -> None:
     if population.teacher == 0 or not _has_teachers(population):
         return
     if population.teacher == 2:

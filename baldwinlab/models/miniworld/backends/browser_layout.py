@@ -149,12 +149,13 @@ class ModuleLayout:
         )
         self.inheritance = breeding_part(inheritance, "inheritance")[0]
         self.setting = _sample(
-            browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "measured": ("f8", 1)}
+            browser.BrowserSettings,
+            {"regions": ("f8", 2), "sizes": ("i8", 1), "measured": ("f8", 1)},
         )
         arrays = {name: (kind, len(shape)) for name, (kind, shape) in ARRAYS_OF_POPULATION.items()}
         custom = {"purposes": ("i8", 1), "least": ("f8", 1)}
         self.population = _sample(
-            browser.Population,
+            browser.BrowserPopulation,
             arrays | custom,
             schemes=tuple(breeding_part(member, "selection")[0] for member in self.schemes),
             variation=breeding_part(experiment, "variation")[0],

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 # Minimum number of worlds for the GPU. Fewer leave most of it idle. An estimate, not measured.
 MIN_GPU_WORLDS: Final = 128
@@ -19,7 +19,7 @@ MIN_GPU_WORLDS: Final = 128
 class Batch(Protocol):
     """Several runs of one experiment, simulated one generation at a time."""
 
-    model: Model
+    model: MiniWorldModel
 
     @property
     def state(self) -> State: ...
@@ -47,7 +47,7 @@ class Backend(NamedTuple):
 
 
 # 80 lanes, whose weights fit the first-level cache.
-CPU: Final = Backend("cpu", cpu.Batch, 4)
+CPU: Final = Backend("cpu", cpu.CpuBatch, 4)
 
 
 def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
@@ -71,4 +71,4 @@ def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Back
     if problem and name == "cuda":
         raise ValueError(problem)
     too_large = name == "auto" and agents > cuda.LARGEST_WORLD
-    return CPU if problem or too_large else Backend("cuda", cuda.Batch, 16384)
+    return CPU if problem or too_large else Backend("cuda", cuda.CudaBatch, 16384)

@@ -35,7 +35,7 @@ def _entry_point(experiment: Experiment) -> Any:
     )
 
 
-class Batch:
+class CpuBatch:
     """Several runs of one experiment, simulated one generation at a time. Runs are independent."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
@@ -82,7 +82,7 @@ class Batch:
 
 def compile_simulation(experiment: Experiment) -> None:
     """Compile the code of an experiment, or load it: simulate one step of one world."""
-    batch = Batch(experiment, seed=0, runs=[0])
+    batch = CpuBatch(experiment, seed=0, runs=[0])
     batch.begin(
         0,
         np.zeros(

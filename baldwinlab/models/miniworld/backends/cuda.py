@@ -53,7 +53,7 @@ def worlds_in_thread_block(agents: int, worlds: int) -> int:
 
 
 def _on_device(value: Any, stream: Any) -> Any:
-    """Return a copy of a `Model` or `State` with device_value arrays on the GPU."""
+    """Return a copy of a `MiniWorldModel` or `State` with arrays on the GPU."""
     if isinstance(value, np.ndarray):
         return cuda.to_device(value, stream)
     if not isinstance(value, tuple):
@@ -71,7 +71,7 @@ def _fetch(host: Any, device: Any, stream: Any) -> None:
             _fetch(host_value, device_value, stream)
 
 
-class Batch:
+class CudaBatch:
     """Several runs of one experiment, simulated one generation at a time. Runs are independent.
 
     Worlds are padded to complete thread blocks. Padding worlds are simulated, but not reported.
@@ -98,15 +98,14 @@ class Batch:
             )
         worlds = worlds_in_thread_block(agents, len(runs))
         padded = -(-len(runs) // worlds) * worlds
-        self.model, self._host = make_model(experiment, padded), make_state(experiment, padded)
+        self.model = make_model(experiment, padded)
+        self._host = make_state(experiment, padded)
         self._host.keys[: len(runs)] = [(seed, run) for run in runs]
         self._shape = (len(runs), agents)
         self._stream = cuda.stream()
         self._launch = (padded // worlds, worlds * agents, self._stream)
-        self._model, self._state = (
-            _on_device(self.model, self._stream),
-            _on_device(self._host, self._stream),
-        )
+        self._model = _on_device(self.model, self._stream)
+        self._state = _on_device(self._host, self._stream)
         self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
         self._genomes[:] = 0
         self._claims = cuda.device_array_like(self._host.touched, self._stream)
@@ -147,7 +146,8 @@ class Batch:
 
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""
-        state, worlds = self.state, self._shape[0]
+        state = self.state
+        worlds = self._shape[0]
         return np.stack([state.item_x[:worlds], state.item_y[:worlds]], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:

@@ -31,7 +31,7 @@ from baldwinlab.models.miniworld.items import (
 )
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
-from baldwinlab.models.miniworld.state import ARRAYS, Model, State
+from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
     SingleAgent,
     end_step_of_features,
@@ -55,7 +55,7 @@ def _copy(rows: Any, target: Any, lane: int) -> None:
 
 @device
 def _contend_for_items(
-    agents: Any, model: Model, state: State, step: int, claim: int, is_taking: bool
+    agents: Any, model: MiniWorldModel, state: State, step: int, claim: int, is_taking: bool
 ) -> bool:
     """Claim the items that the agent touches, or eat those with its claim.
 
@@ -90,7 +90,7 @@ def _contend_for_items(
 
 
 @device
-def _eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+def _eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Let all agents of a batch eat. No item moves until all agents have claimed."""
     agent = agents.first_agent
     count = model.agents
@@ -115,7 +115,7 @@ class _SingleAgentThread:
     observe_others_per_world = staticmethod(observe_others_per_world.default)
 
     @staticmethod
-    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+    def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
         _eat_all(agents, model, state, step)
 
 
@@ -123,20 +123,24 @@ class _AgentInBlock(_SingleAgentThread):
     """Hooks for agents that take a step at the same time, if a part reads all of a world."""
 
     @staticmethod
-    def prepare_senses_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    def prepare_senses_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
         if agents.first_agent == 0:
             prepare_all_senses(state.senses, model, state, agents.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
-    def observe_others_per_world(agents: Any, model: Model, state: State, step: int) -> None:
+    def observe_others_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
         cuda.syncthreads()
         if agents.first_agent == 0:
             observe_others(state.rule, model, state, agents.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
-    def eat_all(agents: Any, model: Model, state: State, step: int) -> None:
+    def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
         _eat_all(agents, model, state, step)
         cuda.syncthreads()
         if agents.first_agent == 0:
@@ -178,7 +182,13 @@ AgentInBlock.part = _AgentInBlock  # type: ignore[attr-defined]
 
 @device
 def _simulate_independent(
-    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+    model: MiniWorldModel,
+    state: State,
+    claims: Any,
+    world: int,
+    agent: int,
+    first_step: int,
+    last_step: int,
 ) -> None:
     """Simulate the steps of an agent that no part compares with others."""
     lane = world * model.agents + agent
@@ -193,7 +203,13 @@ def _simulate_independent(
 
 @device
 def _simulate_in_block(
-    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+    model: MiniWorldModel,
+    state: State,
+    claims: Any,
+    world: int,
+    agent: int,
+    first_step: int,
+    last_step: int,
 ) -> None:
     """Simulate the steps of an agent with barriers for per-world hooks."""
     lane = world * model.agents + agent
@@ -208,7 +224,13 @@ def _simulate_in_block(
 
 @device
 def _simulate_sequential(
-    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+    model: MiniWorldModel,
+    state: State,
+    claims: Any,
+    world: int,
+    agent: int,
+    first_step: int,
+    last_step: int,
 ) -> None:
     """Simulate steps with one agent after another, in the order of the step (R7)."""
     lane = world * model.agents + agent
@@ -232,9 +254,10 @@ def make_birth_kernel(threads: int) -> Any:
     """Return the kernel that initializes a generation. Agents share the placing of items."""
 
     @kernel(threads)
-    def begin(model: Model, state: State, claims: Any) -> None:
+    def begin(model: MiniWorldModel, state: State, claims: Any) -> None:
         lane = cuda.grid(1)
-        world, agent = lane // model.agents, lane % model.agents
+        world = lane // model.agents
+        agent = lane % model.agents
         init_agent_state(model, state, world, agent)
         if agent == 0:
             init_features(state.features, model, state, world)
@@ -261,33 +284,28 @@ def make_birth_kernel(threads: int) -> Any:
 _KERNEL_SOURCE = """
 def make(Network, any_lane):
     {constants}
-    def live(shared, state, claims, first_step, last_step):
+    def simulate(shared, state, claims, first_step, last_step):
         lane = cuda.grid(1)
-        world, agent = lane // shared.agents, lane % shared.agents
+        world = lane // shared.agents
+        agent = lane % shared.agents
         {arrays}
-        model = Model({model})
+        model = MiniWorldModel({model})
         local_state = State({state})
         {copies_in}
-        {live}(model, local_state, claims, world, agent, first_step, last_step)
+        {function}(model, local_state, claims, world, agent, first_step, last_step)
         {copies_out}
-    return live
+    return simulate
 """
 
 
-def make_kernel_source(model: Model, state: State, sequential: bool) -> str:
+def make_kernel_source(model: MiniWorldModel, state: State, sequential: bool) -> str:
     """Return the source of the kernel that simulates steps.
 
     Constants are literals, so that the compiler can unroll loops and remove branches.
     """
     needs_barriers = _needs_barriers(state)
-    concurrent = "_simulate_in_block" if needs_barriers else "_simulate_independent"
-    local_arrays = (
-        {}
-        if needs_barriers
-        else {
-            name: getattr(state, name) for name, array in ARRAYS.items() if array.owner == "agent"
-        }
-    )
+    local_names = [name for name, array in ARRAYS.items() if array.owner == "agent"]
+    local_arrays = {} if needs_barriers else {name: getattr(state, name) for name in local_names}
     derived = type(state.network).part.derived
     network = {
         name: f"network_{name}" if name in derived else f"state.network.{name}"
@@ -306,30 +324,39 @@ def make_kernel_source(model: Model, state: State, sequential: bool) -> str:
             f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived
         ),
         arrays=_lines(
-            f"{name} = cuda.local.array(({a.shape[0]}, 1), np.{a.dtype})"
-            for name, a in local_arrays.items()
+            f"{name} = cuda.local.array(({array.shape[0]}, 1), np.{array.dtype})"
+            for name, array in local_arrays.items()
         ),
         model=_arguments(
-            {name: f"shared.{name}" for name in Model._fields} | {"inputs": str(model.inputs)}
+            {name: f"shared.{name}" for name in MiniWorldModel._fields}
+            | {"inputs": str(model.inputs)}
         ),
         state=_arguments(local_state),
         copies_in=_lines(f"_copy(state.{name}, local_state.{name}, lane)" for name in local_arrays),
         copies_out=_lines(
             f"_copy(local_state.{name}, state.{name}, lane)" for name in local_arrays
         ),
-        live="_simulate_sequential" if sequential else concurrent,
+        function=_step_function(sequential, needs_barriers),
     )
+
+
+def _step_function(sequential: bool, needs_barriers: bool) -> str:
+    """Return the name of the function that simulates steps."""
+    if sequential:
+        return "_simulate_sequential"
+    return "_simulate_in_block" if needs_barriers else "_simulate_independent"
 
 
 def _needs_barriers(state: State) -> bool:
     """Return whether any part has a per-world hook in a step."""
-    surveys = any(
-        type(sense).part.prepare_senses is not prepare_senses.default for sense in state.senses
+    rule = type(state.rule).part
+    senses = [type(sense).part for sense in state.senses]
+    features = [type(feature).part for feature in state.features]
+    return (
+        rule.observe_others is not observe_others.default
+        or any(sense.prepare_senses is not prepare_senses.default for sense in senses)
+        or any(feature.end_step is not end_step.default for feature in features)
     )
-    advances = any(
-        type(feature).part.end_step is not end_step.default for feature in state.features
-    )
-    return surveys or advances or type(state.rule).part.observe_others is not observe_others.default
 
 
 def _lines(statements: Iterable[str]) -> str:

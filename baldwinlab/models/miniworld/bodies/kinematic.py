@@ -22,7 +22,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import Lane, Value, choose, get, lookup, put
 from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
-from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
+from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 
 MAX_SPEED = np.float32(STRIDE)
@@ -36,7 +36,9 @@ ROUNDING = np.float32(1.5 * 2**23)
 
 
 @compiled
-def _move_along(model: Model, state: State, heading: Value, speed: Value, lane: Lane) -> None:
+def _move_along(
+    model: MiniWorldModel, state: State, heading: Value, speed: Value, lane: Lane
+) -> None:
     """Set the heading, at most one turn out of range, and move in its direction."""
     heading = choose(heading < ZERO, heading + HEADINGS, heading)
     heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
@@ -61,7 +63,7 @@ class Stay(Body, name="stay"):
     stride: ClassVar[float] = STRIDE
 
     @staticmethod
-    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         action = get(state.action, 0, lane)
         turn = choose(action > TWO, ZERO, action - ONE)
         speed = choose((action > ZERO) & (action < TWO), TWO, choose(action > TWO, ZERO, ONE))
@@ -86,7 +88,7 @@ class Grid(Body, name="grid"):
     stride: ClassVar[float] = STRIDE
 
     @staticmethod
-    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         _move_along(model, state, get(state.action, 0, lane) * QUARTER, MAX_SPEED, lane)
 
     @staticmethod
@@ -128,7 +130,7 @@ class Continuous(Body, name="continuous"):
             )
 
     @staticmethod
-    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         rows = state.activations.shape[0]
         left = get(state.activations, rows - 2, lane)
         right = get(state.activations, rows - 1, lane)

@@ -11,7 +11,7 @@ import numpy as np
 
 from baldwinlab.engine.simd import Lane, choose, get, lookup, put
 from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
-from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, Model, State
+from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 
 HEADINGS = np.float32(HEADING_COUNT)
@@ -32,7 +32,7 @@ class Walker(Body, name="walker"):
     stride: ClassVar[float] = STRIDE
 
     @staticmethod
-    def choose_action(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def choose_action(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         """Choose the action with the largest output. A tie goes to the lowest index."""
         rows = state.activations.shape[0]
         left = get(state.activations, rows - 3, lane)
@@ -42,7 +42,7 @@ class Walker(Body, name="walker"):
         put(state.action, 0, lane, choose((right > left) & (right > forward), TWO, action))
 
     @staticmethod
-    def move(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         """Turn by the action, then move."""
         action = get(state.action, 0, lane)
         heading = get(state.heading, 0, lane) + (action - ONE)

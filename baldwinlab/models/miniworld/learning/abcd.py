@@ -40,7 +40,7 @@ from baldwinlab.engine.phases import Array, hook, per_agent
 from baldwinlab.engine.simd import Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.learning.hebbian import LAYERS
 from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 
 ZERO = np.float32(0)
@@ -134,7 +134,7 @@ class ABCD(_FixedCoefficients, name="abcd"):
     """
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_weights(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
@@ -154,7 +154,7 @@ class Modulated(_FixedCoefficients, name="modulated"):
     answers: ClassVar[tuple[str, ...]] = ("gate",)
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_weights(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
 
     @staticmethod
@@ -180,7 +180,7 @@ class _EvolvedCoefficients(LearningRule):
     }
 
     @staticmethod
-    def load_genes(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:
+    def load_genes(part: Any, model: MiniWorldModel, state: State, genes: Any, lane: Lane) -> None:
         weights = state.weights.shape[0]
         first = genes.shape[0] - 4 * weights
         for weight in range(weights):
@@ -210,7 +210,7 @@ class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
     modules: ClassVar[tuple[str, ...]] = ("action", *COEFFICIENTS)
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_weights(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
@@ -230,7 +230,7 @@ class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     answers: ClassVar[tuple[str, ...]] = ("gate",)
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_weights(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
 
     @staticmethod

@@ -30,7 +30,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 
 ZERO = np.float32(0)
@@ -106,7 +106,7 @@ class _StrengthRule(LearningRule):
             )
 
     @staticmethod
-    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         """Store the signs of the weights, and limit the strengths to 1."""
         lane = world * model.agents + agent
         for weight in range(state.weights.shape[0]):
@@ -142,7 +142,7 @@ class Hebb(_StrengthRule, name="hebb"):
     """
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_strengths(part, state, HEBB, lane)
 
     @staticmethod
@@ -159,7 +159,7 @@ class Postsynaptic(_StrengthRule, name="postsynaptic"):
     """
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_strengths(part, state, POSTSYNAPTIC, lane)
 
     @staticmethod
@@ -176,7 +176,7 @@ class Presynaptic(_StrengthRule, name="presynaptic"):
     """
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_strengths(part, state, PRESYNAPTIC, lane)
 
     @staticmethod
@@ -193,7 +193,7 @@ class Covariance(_StrengthRule, name="covariance"):
     """
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _update_strengths(part, state, COVARIANCE, lane)
 
     @staticmethod

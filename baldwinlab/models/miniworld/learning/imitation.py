@@ -27,7 +27,7 @@ from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox, unit
 from baldwinlab.engine.simd import Lane, choose, get, put
 from baldwinlab.models.miniworld.map import shortest_difference
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
 
@@ -64,7 +64,9 @@ def _choose_best_teacher(part: Any, state: State, first: int, end: int) -> None:
 
 
 @compiled
-def _choose_nearest_teacher(part: Any, model: Model, state: State, first: int, end: int) -> None:
+def _choose_nearest_teacher(
+    part: Any, model: MiniWorldModel, state: State, first: int, end: int
+) -> None:
     """Set the teacher to the nearest other agent. A tie goes to the first.
 
     The inner loop runs over agents, so that the compiler can vectorize it.
@@ -136,7 +138,9 @@ class Imitation(LearningRule, name="imitation"):
             )
 
     @staticmethod
-    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(
+        part: Any, model: MiniWorldModel, state: State, world: int, step: int
+    ) -> None:
         first, end = world * model.agents, (world + 1) * model.agents
         if part.is_nearest:
             _choose_nearest_teacher(part, model, state, first, end)
@@ -150,7 +154,7 @@ class Imitation(LearningRule, name="imitation"):
             part.teacher_index[0, lane] = teacher - first
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         for k in range(model.inputs):
             put(part.units, k, lane, get(state.activations, k, lane))
         forward(state.network, part.teacher, part.units, lane)
@@ -190,7 +194,7 @@ class Supervised(LearningRule, name="supervised"):
             )
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         left, front, right = (
             get(state.activations, 0, lane),
             get(state.activations, 1, lane),
@@ -233,7 +237,9 @@ class RandomTargets(LearningRule, name="random-targets"):
             )
 
     @staticmethod
-    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(
+        part: Any, model: MiniWorldModel, state: State, world: int, step: int
+    ) -> None:
         """Draw a random target for each action."""
         for agent in range(model.agents):
             words = philox(
@@ -244,7 +250,7 @@ class RandomTargets(LearningRule, name="random-targets"):
                 part.desired[k, lane] = unit(words[k])
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
         backward(
             state.network, rate, state.weights, state.activations, state.errors, part.desired, lane

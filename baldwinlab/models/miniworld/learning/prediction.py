@@ -35,7 +35,7 @@ from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox
 from baldwinlab.engine.simd import Lane, get, put
 from baldwinlab.models.miniworld.networks.feed_forward import backpropagate
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import forward
 
@@ -50,7 +50,9 @@ def _last_hidden(experiment: Any) -> int:
 
 
 @compiled
-def _learn_prediction(part: Any, model: Model, state: State, targets: Any, lane: Lane) -> None:
+def _learn_prediction(
+    part: Any, model: MiniWorldModel, state: State, targets: Any, lane: Lane
+) -> None:
     """Teach the prediction layer its `targets`, and set `part.desired` of the last hidden layer.
 
     The desired activations are the activations minus the gradient of the error.
@@ -92,7 +94,9 @@ def _learn_prediction(part: Any, model: Model, state: State, targets: Any, lane:
 
 
 @compiled
-def _learn(part: Any, model: Model, state: State, targets: Any, step: int, lane: Lane) -> None:
+def _learn(
+    part: Any, model: MiniWorldModel, state: State, targets: Any, step: int, lane: Lane
+) -> None:
     if step > 0:
         for k in range(model.inputs):
             put(part.units, k, lane, get(part.sensed, k, lane))
@@ -172,7 +176,7 @@ class _PredictionRule(LearningRule):
             )
 
     @staticmethod
-    def load_genes(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:
+    def load_genes(part: Any, model: MiniWorldModel, state: State, genes: Any, lane: Lane) -> None:
         for weight in range(state.weights.shape[0]):
             put(part.predictor, weight, lane, get(genes, weight, lane))
 
@@ -188,7 +192,7 @@ class Prediction(_PredictionRule, name="prediction"):
     """
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _learn(part, model, state, state.activations, step, lane)
 
     @staticmethod
@@ -215,7 +219,9 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
             )
 
     @staticmethod
-    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(
+        part: Any, model: MiniWorldModel, state: State, world: int, step: int
+    ) -> None:
         """Draw random bits: the bits of a random word, the highest first."""
         for agent in range(model.agents):
             words = philox(
@@ -227,7 +233,7 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
                 )
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _learn(part, model, state, part.coins, step, lane)
 
     @staticmethod

@@ -25,7 +25,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.allocation import item_regions
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
 
@@ -108,7 +108,7 @@ class _ReinforcementRule(LearningRule):
             )
 
     @staticmethod
-    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         """Clear the last action of a newborn."""
         lane = world * model.agents + agent
         part.worth[0, lane] = ZERO
@@ -139,7 +139,7 @@ class Complementary(_ReinforcementRule, name="crbp"):
     )
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _reinforce(part, state, get(state.targets, 0, lane), step, lane)
 
     @staticmethod
@@ -166,7 +166,9 @@ class Reward(_ReinforcementRule, name="reward"):
     }
 
     @staticmethod
-    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(
+        part: Any, model: MiniWorldModel, state: State, world: int, step: int
+    ) -> None:
         """Add up the energy that each agent has gained in this lifetime.
 
         The counts are integers, which only a per-world hook can read.
@@ -178,7 +180,7 @@ class Reward(_ReinforcementRule, name="reward"):
             part.gained[0, lane] = gained
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _reinforce(part, state, get(part.gained, 0, lane), step, lane)
 
     @staticmethod

@@ -16,7 +16,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
 from baldwinlab.engine.simd import Lane, get, put
-from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
 
@@ -50,7 +50,7 @@ class SelfTaught(LearningRule, name="self-taught"):
     supports_drift_control: ClassVar[bool] = True
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
         backward(
             state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
@@ -83,7 +83,7 @@ class Drift(LearningRule, name="drift"):
     }
 
     @staticmethod
-    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         """Draw the direction of the changes of each weight: as in self-teaching, or opposite."""
         lane = world * model.agents + agent
         seed, run = state.keys[world, 0], state.keys[world, 1]
@@ -97,7 +97,7 @@ class Drift(LearningRule, name="drift"):
             part.shadow_activations[unit, lane] = ZERO
 
     @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         for k in range(model.inputs):
             put(part.shadow_activations, k, lane, get(state.activations, k, lane))
         forward(state.network, part.shadow, part.shadow_activations, lane)

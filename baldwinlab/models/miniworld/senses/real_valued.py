@@ -44,7 +44,7 @@ from baldwinlab.models.miniworld.items import (
     position_in_image,
 )
 from baldwinlab.models.miniworld.senses.sight import select_visible
-from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, Model, State
+from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
 ZERO = np.float32(0)
@@ -59,7 +59,7 @@ DEGREES = tuple((ray - RAYS // 2) * HEADINGS_PER_RAY * 360 // HEADING_COUNT for 
 @hook
 def record_item(
     part: Any,
-    model: Model,
+    model: MiniWorldModel,
     state: State,
     lane: int,
     x: np.float32,
@@ -80,7 +80,7 @@ def _squared_distance(state: State, world: int, slot: Lane, x: np.float32, y: np
 @compiled
 def _record_region_items(
     part: Any,
-    model: Model,
+    model: MiniWorldModel,
     state: State,
     world: int,
     region: int,
@@ -104,7 +104,7 @@ def _record_region_items(
 
 
 @compiled
-def record_items(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+def record_items(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Per agent: call `record_item` for all items in range of the kind of the part."""
     lane = world * model.agents + agent
     for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
@@ -154,7 +154,7 @@ class Nearest(_ItemSense, name="nearest"):
     @staticmethod
     def record_item(
         part: Any,
-        model: Model,
+        model: MiniWorldModel,
         state: State,
         lane: int,
         x: np.float32,
@@ -169,7 +169,9 @@ class Nearest(_ItemSense, name="nearest"):
             part.nearest[2, lane] = dy
 
     @staticmethod
-    def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
+    def measure(
+        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
+    ) -> None:
         lane = world * model.agents + agent
         part.nearest[0, lane] = FAR
         record_items(part, model, state, world, agent)
@@ -245,7 +247,7 @@ class Smell(_ItemSense, name="smell"):
     @staticmethod
     def record_item(
         part: Any,
-        model: Model,
+        model: MiniWorldModel,
         state: State,
         lane: int,
         x: np.float32,
@@ -263,7 +265,9 @@ class Smell(_ItemSense, name="smell"):
                 part.strength[side, lane] += closeness * closeness
 
     @staticmethod
-    def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
+    def measure(
+        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
+    ) -> None:
         lane = world * model.agents + agent
         part.strength[0, lane] = ZERO
         part.strength[1, lane] = ZERO
@@ -312,7 +316,9 @@ class EnergySense(Sense, name="energy"):
     }
 
     @staticmethod
-    def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
+    def measure(
+        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
+    ) -> None:
         lane = world * model.agents + agent
         gained = ZERO
         for region in range(part.energies.size):
@@ -354,7 +360,7 @@ class Rays(_ItemSense, name="rays"):
     @staticmethod
     def record_item(
         part: Any,
-        model: Model,
+        model: MiniWorldModel,
         state: State,
         lane: int,
         x: np.float32,
@@ -380,7 +386,9 @@ class Rays(_ItemSense, name="rays"):
                 part.nearest[ray, lane] = squared
 
     @staticmethod
-    def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
+    def measure(
+        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
+    ) -> None:
         lane = world * model.agents + agent
         farthest = model.visual_radius * model.visual_radius
         for ray in range(RAYS):

@@ -39,7 +39,7 @@ from baldwinlab.models.miniworld.items import (
 )
 from baldwinlab.models.miniworld.lookup import look_up_outputs
 from baldwinlab.models.miniworld.map import combine_masks, shortest_difference
-from baldwinlab.models.miniworld.state import FOOD, Model, State
+from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense, measure, sense
 from baldwinlab.parts.world_features import blocks_sight
 
@@ -55,7 +55,13 @@ Hits = tuple[Mask, Mask, Mask, Mask]
 
 @compiled
 def _exclude_hidden(
-    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, in_range: Mask
+    features: Any,
+    model: MiniWorldModel,
+    x: np.float32,
+    y: np.float32,
+    dx: Value,
+    dy: Value,
+    in_range: Mask,
 ) -> Mask:
     """Return the lanes in range that no feature hides."""
     return in_range & negated(is_hidden(features, model, x, y, dx, dy))
@@ -63,7 +69,13 @@ def _exclude_hidden(
 
 @compiled
 def _exclude_nothing(
-    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, in_range: Mask
+    features: Any,
+    model: MiniWorldModel,
+    x: np.float32,
+    y: np.float32,
+    dx: Value,
+    dy: Value,
+    in_range: Mask,
 ) -> Mask:
     """Return the lanes in range, if no feature blocks sight."""
     return in_range
@@ -74,7 +86,7 @@ select_visible = select_by_type(_exclude_hidden, _exclude_nothing)
 
 
 @compiled
-def mark_agents_near_regions(model: Model, state: State, lane: Lane) -> None:
+def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) -> None:
     """Set `near` of the agents near any region. The others sense no items.
 
     An agent that was near in the last step senses once more, which clears its inputs.
@@ -101,7 +113,13 @@ def mark_agents_near_regions(model: Model, state: State, lane: Lane) -> None:
 
 @compiled
 def test_sectors(
-    model: Model, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value, heading: int
+    model: MiniWorldModel,
+    state: State,
+    x: np.float32,
+    y: np.float32,
+    dx: Value,
+    dy: Value,
+    heading: int,
 ) -> tuple[Mask, Mask, Mask]:
     """Return where an item (dx, dy) away from (x, y) is in the left, front and right sector."""
     u = dx * model.cosine[heading] + dy * model.sine[heading]
@@ -140,7 +158,13 @@ def _pack_hits(hits: Hits) -> int:
 
 @compiled
 def _test_items(
-    model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int
+    model: MiniWorldModel,
+    state: State,
+    world: int,
+    slot: Lane,
+    x: np.float32,
+    y: np.float32,
+    heading: int,
 ) -> Hits:
     """Return where the items in `slot` are in a sector, or near enough to be touched soon."""
     dx = get(state.slot_x, world, slot) - x
@@ -152,7 +176,7 @@ def _test_items(
 
 @compiled
 def _test_slots(
-    model: Model,
+    model: MiniWorldModel,
     state: State,
     world: int,
     slots: tuple[int, int],
@@ -173,7 +197,13 @@ def _test_slots(
 
 @compiled
 def _scan_cells(
-    model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int
+    model: MiniWorldModel,
+    state: State,
+    world: int,
+    region: int,
+    x: np.float32,
+    y: np.float32,
+    heading: int,
 ) -> int:
     """Return what an agent at (x, y) senses of a region, as bits.
 
@@ -193,7 +223,7 @@ def _scan_cells(
 
 
 @compiled
-def _scan_region(model: Model, state: State, world: int, region: int, lane: int) -> int:
+def _scan_region(model: MiniWorldModel, state: State, world: int, region: int, lane: int) -> int:
     """Return what an agent senses of a region, as bits.
 
     Most regions can be reached from one image only, whose position is already computed.
@@ -216,7 +246,7 @@ def _scan_region(model: Model, state: State, world: int, region: int, lane: int)
 
 
 @compiled
-def sense_items(model: Model, state: State, world: int, agent: int, kind: int) -> int:
+def sense_items(model: MiniWorldModel, state: State, world: int, agent: int, kind: int) -> int:
     """Return the sectors with items of a kind, as bits. `kind` is the number of the kind.
 
     Set `alert` if an item is near enough to be touched after the next move.
@@ -244,7 +274,7 @@ class Sight(Sense, name="food"):
     only_items: ClassVar[bool] = True
 
     @staticmethod
-    def sense(part: Any, model: Model, state: State, world: int, agent: int) -> int:
+    def sense(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> int:
         return sense_items(model, state, world, agent, 0)
 
     @staticmethod
@@ -320,14 +350,18 @@ write_inputs = register(_write_inputs, _choose_write_inputs)
 
 
 @compiled
-def _set_continuous_inputs(senses: Any, model: Model, state: State, world: int, agent: int) -> None:
+def _set_continuous_inputs(
+    senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
+) -> None:
     """Set the inputs of an agent, some of them real-valued. Nothing is looked up."""
     write_inputs(senses, model, state, world, agent, 0)
     state.code[0, world * model.agents + agent] = 0
 
 
 @compiled
-def _set_binary_inputs(senses: Any, model: Model, state: State, world: int, agent: int) -> None:
+def _set_binary_inputs(
+    senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
+) -> None:
     """Set the inputs of an agent, and look up the outputs that follow from them.
 
     Unchanged inputs are written, too: a mispredicted branch costs more than the write.
@@ -347,7 +381,7 @@ _set_inputs = select_by_type(
 
 
 @compiled
-def list_near_agents(model: Model, state: State, world: int, first: int, last: int) -> int:
+def list_near_agents(model: MiniWorldModel, state: State, world: int, first: int, last: int) -> int:
     """List the agents with `near` above 0 in `near_agents`, and return their number.
 
     The range is `first` to `last` - 1. Every agent is written, and the next one overwrites an agent
@@ -361,7 +395,7 @@ def list_near_agents(model: Model, state: State, world: int, first: int, last: i
 
 
 @compiled
-def perceive(model: Model, state: State, world: int, agent: int) -> None:
+def perceive(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Set the inputs of an agent with its senses."""
     lane = world * model.agents + agent
     put(state.alert, 0, lane, model.always_alert)

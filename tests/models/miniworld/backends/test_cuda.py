@@ -159,7 +159,8 @@ def simulate_gpu(path: str) -> None:
     """Live all experiments in the simulator, worlds in pairs, and write down what came of them."""
     cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
     lives = [
-        life(cuda.Batch(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()
+        life(cuda.CudaBatch(experiment, 5, range(WORLDS)), experiment)
+        for experiment in experiments()
     ]
     arrays: dict[str, Any] = {
         f"{number} {name}": array
@@ -202,7 +203,7 @@ def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None
     in_the_simulator(f"simulate_gpu({str(tmp_path / 'lives.npz')!r})")
     found = np.load(tmp_path / "lives.npz")
     for number, experiment in enumerate(experiments()):
-        expected = life(cpu.Batch(experiment, 5, range(WORLDS)), experiment)
+        expected = life(cpu.CpuBatch(experiment, 5, range(WORLDS)), experiment)
         assert expected["eaten"].any() == bool(experiment.world.food)
         for name, array in expected.items():
             assert found[f"{number} {name}"].tobytes() == array.tobytes(), (
@@ -225,7 +226,7 @@ def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
     genomes = (
         np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
     )
-    first, second = cpu.Batch(experiment, 5, [0]), cpu.Batch(experiment, 5, [0])
+    first, second = cpu.CpuBatch(experiment, 5, [0]), cpu.CpuBatch(experiment, 5, [0])
     first.begin(0, genomes)
     first.simulate(0, STEPS)
     for batch in (first, second):
@@ -318,7 +319,7 @@ def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(ValueError, match=re.escape(extra)):
         choose_backend("cuda")
     with pytest.raises(ValueError, match=re.escape(extra)):
-        cuda.Batch(make_small_experiment("evo"), 0, [0])
+        cuda.CudaBatch(make_small_experiment("evo"), 0, [0])
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
     monkeypatch.setattr("numba.cuda.is_available", lambda: False)
     assert cuda.unavailable_reason() == "backend cuda needs an NVIDIA GPU, and none was found"
@@ -331,11 +332,11 @@ def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
     assert choose_backend("auto", 1).name == "cpu"
     assert choose_backend("auto", MIN_GPU_WORLDS).name == "cuda"
     assert choose_backend("auto", MIN_GPU_WORLDS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
-    assert choose_backend("cuda").batch is cuda.Batch
+    assert choose_backend("cuda").batch is cuda.CudaBatch
     with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
         choose_backend("gpu")
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
-        cuda.Batch(make_small_experiment("evo", population={"size": 1025}), 0, [0])
+        cuda.CudaBatch(make_small_experiment("evo", population={"size": 1025}), 0, [0])
 
 
 @pytest.mark.parametrize(

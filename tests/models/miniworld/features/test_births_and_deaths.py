@@ -14,7 +14,7 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
 from baldwinlab.models.miniworld.senses.sight import perceive
 from baldwinlab.papers.presets import load
@@ -80,7 +80,7 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
     condition: str,
 ) -> None:
     experiment = turning_over(condition, learning={"rate": 0.5} if condition != "evo" else {})
-    batch = Batch(experiment, SEED, [0])
+    batch = CpuBatch(experiment, SEED, [0])
     genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))
     batch.begin(0, genome[None])
     accounts, born, eaten = first_accounts(), [0] * AGENTS, np.zeros(AGENTS)
@@ -134,7 +134,7 @@ def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_
     experiment = turning_over()
     run = simulate(experiment, seed=SEED)
     for generation in (0, 1):
-        batch = Batch(experiment, SEED, [0])
+        batch = CpuBatch(experiment, SEED, [0])
         batch.begin(generation, run["genome"].values[generation][None])
         batch.simulate(0, experiment.lifetime.steps)
         living, origin = batch.state.genome[0], batch.state.origin[0]
@@ -152,7 +152,7 @@ def test_a_life_in_pieces_and_one_agent_after_another_has_its_births_all_the_sam
     for update in ("simultaneous", "sequential"):
         experiment = turning_over("evo+self-taught", lifetime={"steps": 60, "update": update})
         genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None]
-        whole, pieces = Batch(experiment, SEED, [0]), Batch(experiment, SEED, [0])
+        whole, pieces = CpuBatch(experiment, SEED, [0]), CpuBatch(experiment, SEED, [0])
         for batch, cuts in ((whole, [0, 60]), (pieces, [0, 7, 31, 60])):
             batch.begin(0, genome)
             for first, last in pairwise(cuts):
@@ -167,7 +167,7 @@ def test_what_the_last_to_live_had_learned_is_inherited_from_generation_to_gener
     lamarckian = {"elite": AGENTS, "generations": 2, "lamarckian_share": 1.0}
     experiment = turning_over("evo+self-taught", evolution=lamarckian, learning={"rate": 0.5})
     run = simulate(experiment, seed=SEED)
-    batch = Batch(experiment, SEED, [0])
+    batch = CpuBatch(experiment, SEED, [0])
     batch.begin(0, run["genome"].values[0][None])
     batch.simulate(0, experiment.lifetime.steps)
     learned = {weights.tobytes() for weights in batch.weights()[0]}
@@ -192,7 +192,7 @@ def test_one_agent_is_its_own_heir_and_where_there_is_no_food_all_die_and_the_li
 @pytest.mark.usefixtures("in_plain_python")
 def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> None:
     experiment = turning_over(senses={"kinds": ["food", "energy"]}, fields=FIELDS | {"max_age": 20})
-    batch = Batch(experiment, SEED, [0])
+    batch = CpuBatch(experiment, SEED, [0])
     batch.begin(0, draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None])
     sensed: list[float] = []
     for step in range(experiment.lifetime.steps):
@@ -212,7 +212,7 @@ def test_in_the_neutral_twin_heterozygosity_falls_by_2_in_n_squared_a_birth() ->
         fields=fields, evolution={"selection": "neutral", "mutation_rate": 0.0, "generations": 1}
     )
     assert twin.evolution.elite == 0
-    batch = Batch(twin, 3, runs)
+    batch = CpuBatch(twin, 3, runs)
     of_agents = np.arange(AGENTS, dtype=np.float32)[:, None, None]
     batch.begin(0, np.broadcast_to(of_agents, (len(runs), AGENTS, 1, twin.genome_length)))
     batch.simulate(0, 100)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.learning.hebbian import (
     COVARIANCE,
     HEBB,
@@ -68,7 +68,7 @@ def test_no_step_leads_out_of_what_a_strength_may_be(
 
 def born_and_grown(experiment: Experiment) -> Iterator[tuple[float, float]]:
     """Each weight at birth, and at the end of a life."""
-    batch = Batch(experiment, 3, [0])
+    batch = CpuBatch(experiment, 3, [0])
     genomes = (
         np.random.default_rng(1)
         .normal(size=(1, experiment.population.size, 1, experiment.weight_count))

@@ -10,7 +10,7 @@ import pytest
 
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -19,7 +19,7 @@ Weights = npt.NDArray[np.float32]
 
 def grown(experiment: Experiment, steps: int) -> tuple[Weights, Weights, Any]:
     """Weights [agent, weight] at birth and after so many steps, and the state."""
-    batch, agents = Batch(experiment, 5, [0]), experiment.population.size
+    batch, agents = CpuBatch(experiment, 5, [0]), experiment.population.size
     batch.begin(0, draw_genomes(experiment, GenerationKey(5, 0, 0))[None])
     born = batch.state.weights[:, :agents].T.copy()
     batch.simulate(0, steps)
@@ -42,7 +42,7 @@ def test_food_makes_what_was_done_before_it_likelier() -> None:
     experiment = make_small_experiment("evo", lifetime={"steps": 200}).replace(
         learning={"rule": "reward", "rate": 0.2}
     )
-    batch, agents = Batch(experiment, 5, [0]), experiment.population.size
+    batch, agents = CpuBatch(experiment, 5, [0]), experiment.population.size
     batch.begin(0, draw_genomes(experiment, GenerationKey(5, 0, 0))[None])
     network, found, earlier = _network(experiment), 0, np.zeros(agents)
     for step in range(200):

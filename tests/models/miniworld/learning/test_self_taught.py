@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests import naive
@@ -112,7 +112,7 @@ def test_an_evolved_rate_is_the_standard_one_times_ten_to_the_gene() -> None:
     genomes = np.zeros((4, 2, experiment.genome_length), np.float32)
     genomes[:, 0, -1] = [0, 1, -2, 5]
     genomes[:, 1, -1] = 3  # of the reinforcement module, which does not learn
-    batch = Batch(experiment.replace(population={"size": 4}), 0, [0])
+    batch = CpuBatch(experiment.replace(population={"size": 4}), 0, [0])
     batch.begin(0, genomes[None])
     np.testing.assert_allclose(batch.state.rate[0, :4], [0.02, 0.2, 0.0002, 10], rtol=1e-6)
 

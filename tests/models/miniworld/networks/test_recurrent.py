@@ -17,7 +17,7 @@ import baldwinlab as bl
 from baldwinlab.api.checks import REQUIREMENTS
 from baldwinlab.api.checks.reference import Naive
 from baldwinlab.experiment import Experiment, ExperimentError, registry
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.networks.feed_forward import Rows
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
@@ -310,7 +310,7 @@ def test_under_drift_a_newborn_of_any_generation_remembers_nothing(
     )
     run = simulate(drifting, seed=2)
     weights = replay(drifting, seed=2, generation=2)["weight_death"].values
-    batch = Batch(drifting, 2, [0])
+    batch = CpuBatch(drifting, 2, [0])
     for generation in range(3):
         batch.begin(generation, run["genome"].values[generation][None])
         batch.simulate(0, 9)

@@ -12,7 +12,7 @@ import xarray as xr
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.backends.cpu import Batch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.parts import Body
 from tests.models.miniworld.plain import traced
 from tests.worlds import make_small_experiment
@@ -43,7 +43,7 @@ def test_an_agent_is_told_what_it_did_a_step_ago_even_if_it_was_by_chance_and_at
 
 def test_a_newborn_of_a_later_generation_knows_nothing_of_who_had_its_place_before() -> None:
     experiment = who_senses("last-action", "touch", steps=5)
-    batch = Batch(experiment, 1, [0])
+    batch = CpuBatch(experiment, 1, [0])
     with np.errstate(all="ignore"):
         for generation in range(2):
             batch.begin(generation, draw_genomes(experiment, GenerationKey(1, 0, generation))[None])
