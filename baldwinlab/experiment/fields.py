@@ -112,9 +112,9 @@ def as_text(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
-def renamed(path: str, current: str) -> str:
-    """Return the message for a setting whose path was renamed."""
-    return f"{path} was renamed to {current}: use the new name"
+def renamed(name: str, current: str) -> str:
+    """Return the message for a renamed setting or condition."""
+    return f"{name} was renamed to {current}: use the new name"
 
 
 def _sentence(fault: Any, model: type[BaseModel]) -> str:

@@ -1,7 +1,8 @@
-"""Settings and parts that were renamed after version 0.1.
+"""Settings, parts and conditions that were renamed after version 0.1.
 
-Stored experiments contain old names, and `upgrade` translates them when they are read. In user
-input an old name is an error, and `new_path` and `new_name` return the name for its message.
+Stored experiments contain old names of settings and parts, and `upgrade` translates them when they
+are read. In user input an old name is an error, and `new_path`, `new_name` and `new_condition`
+return the name for its message. The conditions of a stored study keep their names.
 """
 
 from __future__ import annotations
@@ -11,6 +12,12 @@ from typing import Any, Final
 
 # Kind of part -> old name of a part -> new name.
 PARTS: Final[Mapping[str, Mapping[str, str]]] = {"network": {"growing": "neat"}}
+# Old name of a condition of a built-in paper -> new name.
+CONDITIONS: Final[Mapping[str, str]] = {
+    "auto-teaching-twin": "auto-teaching-rate-0",
+    "evo+self-taught-twin": "evo+self-taught-rate-0",
+    "predicting-twin": "predicting-rate-0",
+}
 # Path of the setting that chooses a renamed part -> kind of part.
 CHOICES: Final[Mapping[str, str]] = {"network.kind": "network"}
 # Path of a part's table -> its new path.
@@ -188,6 +195,13 @@ def new_path(path: str) -> str | None:
 def new_name(kind: str, name: str) -> str | None:
     """Return the new name of a renamed part of a kind, and None for any other part."""
     return PARTS.get(kind, {}).get(name)
+
+
+def new_condition(name: str) -> str | None:
+    """Return the new name of a renamed condition, with the map of `name`, and None for others."""
+    condition, slash, map_name = name.partition("/")
+    current = CONDITIONS.get(condition)
+    return None if current is None else f"{current}{slash}{map_name}"
 
 
 def upgrade(tree: Mapping[str, Any], path: str = "") -> dict[str, Any]:

@@ -29,8 +29,9 @@ from pydantic import Field, field_validator
 from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.fields import renamed
 from baldwinlab.experiment.paths import look_up
-from baldwinlab.experiment.renamed import upgrade
+from baldwinlab.experiment.renamed import new_condition, upgrade
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, ClaimComparison, read_claims
 from baldwinlab.papers.loading import Declared, PaperError, declared, read
 from baldwinlab.papers.texts import FIGURES, Assay, Figure, Words, read_words
@@ -151,6 +152,9 @@ class Paper:
         if name not in names:
             if (kind, name) == ("variants", STANDARD):
                 return {"description": "the paper without changes"}
+            current = new_condition(name)
+            if current in (*self.names("conditions"), *self.names("controls")):
+                raise ExperimentError(renamed(name, current))
             raise ExperimentError(
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )

@@ -27,6 +27,8 @@ from baldwinlab.experiment import (
     validate,
 )
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.fields import renamed
+from baldwinlab.experiment.renamed import new_condition
 from baldwinlab.experiment.toml import faults_in, parse_tree
 from baldwinlab.papers.paper import KINDS, STANDARD, Paper
 
@@ -136,6 +138,8 @@ def _load_preset(text: str, variant: str) -> Experiment:
 
 def _unknown_name_error(name: str) -> ExperimentError:
     """Return the error for an unknown name, which says whether condition or map is wrong."""
+    if current := new_condition(name):
+        return ExperimentError(renamed(name, current))
     for candidate in papers.built_in().values():
         if candidate.lacks_map(name):
             return candidate.missing_map(name)

@@ -30,16 +30,16 @@ def learned_in(
     return weights
 
 
-def test_the_twin_that_learns_nothing_is_evolution_alone_to_the_bit() -> None:
-    """As every weight has a gate of its own, a second module that does nothing takes no mutation from the first."""
-    evo, twin = (
+def test_the_rate_0_control_is_bit_identical_to_evolution_without_learning() -> None:
+    """Every weight mutates independently, so an unused module takes no mutation from the first."""
+    evo, control = (
         simulate(make_small_experiment(name, learning=given), seed=2)
         for name, given in (("evo", {}), ("evo+self-taught", {"rate": 0}))
     )
     assert evo["food_eaten"].sum() > 0
     for name in ("food_eaten", "energy", "parents"):
-        np.testing.assert_array_equal(twin[name], evo[name])
-    np.testing.assert_array_equal(twin["genome"][:, :, 0], evo["genome"][:, :, 0])
+        np.testing.assert_array_equal(control[name], evo[name])
+    np.testing.assert_array_equal(control["genome"][:, :, 0], evo["genome"][:, :, 0])
 
 
 @pytest.mark.parametrize("share", [0.3, 1.0])

@@ -305,10 +305,10 @@ def test_auto_teaching_raises_food_within_life() -> None:
     """Five generations are enough. The effect is larger than the random effect in the control."""
     changes = ["evolution.generations=8", "population.size=60", "cell_foragers.environments=12"]
     gains = {}
-    for name in ("auto-teaching", "auto-teaching-twin"):
+    for name in ("auto-teaching", "auto-teaching-rate-0"):
         histories = simulate_histories(assign(bl.load(name), changes), 0, range(4))
         gains[name] = np.mean([history.recorded_values("gain")[4:].mean() for history in histories])
-    assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-twin"])
+    assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-rate-0"])
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
