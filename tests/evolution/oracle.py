@@ -1,6 +1,8 @@
-"""The oracle of evolution: selection, crossover, mutation, inheritance and fitness once more, in NumPy and SciPy.
+"""The oracle of evolution, in NumPy and SciPy.
 
-Arrays: genome float32 [agent, module, weight]; fitness float64 [agent]; parents int32 [child, 2], the fitter one first.
+It implements selection, crossover, mutation, inheritance and fitness a second time.
+Arrays: `genome` is float32 [agent, module, weight], `fitness` is float64 [agent], and `parents` is
+int32 [child, 2] with the fitter parent first.
 """
 
 from __future__ import annotations
@@ -16,15 +18,19 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.experiment import Evolution, Experiment
 
-_WEIGHTS_OF_MODULE = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
+_WEIGHT_PURPOSES = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
 
 
 def draw_genomes(experiment: Experiment, key: GenerationKey) -> Genome:
-    """Fresh genomes: every weight from N(0, 1). Paper, "The neural network controller"."""
-    agents, weights = experiment.population.size, experiment.genome_length
+    """Return new genomes with weights from N(0, 1).
+
+    Source: the paper, section "The neural network controller".
+    """
+    agents = experiment.population.size
+    weights = experiment.genome_length
     genome = np.empty((agents, len(experiment.modules), weights), np.float32)
     for module, name in enumerate(experiment.modules):
-        uniforms = key.uniforms(_WEIGHTS_OF_MODULE[name], (agents, -(-weights // 4)))
+        uniforms = key.uniforms(_WEIGHT_PURPOSES[name], (agents, -(-weights // 4)))
         genome[:, module] = ndtri(uniforms.reshape(agents, -1)[:, :weights])
     return genome
 
@@ -32,7 +38,10 @@ def draw_genomes(experiment: Experiment, key: GenerationKey) -> Genome:
 def breed(
     experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], key: GenerationKey
 ) -> tuple[Genome, Parents]:
-    """The children of a generation that has lived, and their parents. `key` is the children's."""
+    """Return the children of a simulated generation and their parents.
+
+    `key` is the key of the children's generation.
+    """
     agents, modules, weights = genome.shape
     evolution = experiment.evolution
     parents = select(evolution.selection, fitness, key.uniforms(rng.SELECTION, (agents, 2)))
@@ -40,8 +49,8 @@ def breed(
         agents, modules, weights, 4
     )
     children = cross_over(genome, parents, draws[..., 0])
-    of_child = key.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
-    gates = draws[..., 1] if evolution.mutation_gate == "weight" else of_child
+    gate_of_child = key.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
+    gates = draws[..., 1] if evolution.mutation_gate == "weight" else gate_of_child
     return apply_teacher_control(
         experiment, mutate(children, evolution, gates, draws[..., 2]), key
     ), parents
@@ -58,12 +67,15 @@ def apply_teacher_control(experiment: Experiment, genome: Genome, key: Generatio
     return genome
 
 
-def apply_inheritance(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
-    """The genomes that are inherited: as they were born, or nearer to what the action module [agent, weight] was at death.
+def inherit_genomes(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
+    """Return the genomes to inherit: the newborn genomes, moved toward the learned weights.
 
-    Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
+    `learned` is the action module [agent, weight] at death.
+    Sources: Lamarck, Philosophie zoologique, 1809. In evolved networks: Sasaki and Tokoro,
+    Artificial Life 5 (1999).
     """
-    share, weights = experiment.evolution.lamarckian_share, experiment.weight_count
+    share = experiment.evolution.lamarckian_share
+    weights = experiment.weight_count
     if learned is None or share == 0:
         return genome
     inherited = genome.copy()
@@ -76,46 +88,54 @@ def apply_inheritance(experiment: Experiment, genome: Genome, learned: Genome | 
 def fitness(
     experiment: Experiment, eaten: npt.NDArray[np.int32], genome: Genome, learned: Genome | None
 ) -> npt.NDArray[np.float64]:
-    """Energy [agent] of the items `eaten` [agent, region], less the cost of learning, but at least 0."""
-    of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
-    gained: npt.NDArray[np.float64] = (eaten * of_region).sum(axis=1)
-    return np.maximum(0, gained - compute_learning_cost(experiment, genome, learned))
+    """Return the energy [agent] of the items `eaten` [agent, region] minus the cost of learning.
+
+    The result is at least 0.
+    """
+    energies = np.array([region.energy for region in experiment.world.food] or [0.0])
+    total_energy: npt.NDArray[np.float64] = (eaten * energies).sum(axis=1)
+    return np.maximum(0, total_energy - compute_learning_cost(experiment, genome, learned))
 
 
 def compute_learning_cost(
     experiment: Experiment, genome: Genome, learned: Genome | None
 ) -> npt.NDArray[np.float64]:
-    """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
+    """Return the energy [agent] that learning costs in a lifetime.
 
-    Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary Computation 4 (1996).
+    The cost has two terms: the number of steps with learning, and the distance from the weights
+    at birth to `learned`.
+    Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary
+    Computation 4 (1996).
     """
     cost = np.zeros(len(genome))
     if experiment.learns:
-        lived, stops = experiment.lifetime.steps, experiment.learning.steps
-        cost += experiment.learning.cost_per_step * (lived if stops is None else min(stops, lived))
+        steps = experiment.lifetime.steps
+        if experiment.learning.steps is not None:
+            steps = min(experiment.learning.steps, steps)
+        cost += experiment.learning.cost_per_step * steps
         if learned is not None:
-            born = genome[:, 0, : experiment.weight_count].astype(np.float64)
+            newborn_weights = genome[:, 0, : experiment.weight_count].astype(np.float64)
             cost += experiment.learning.cost_per_change * np.sqrt(
-                ((learned - born) ** 2).sum(axis=1)
+                ((learned - newborn_weights) ** 2).sum(axis=1)
             )
     return cost
 
 
 def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
-    """Two parents for each child, drawn independently and with replacement; the fitter one comes first.
+    """Draw two parents for each child, independently and with replacement.
 
-    `uniforms` is [agent, 2, 4] in (0, 1).
+    The fitter parent comes first. `uniforms` is [agent, 2, 4] in (0, 1).
     """
     agents = fitness.size
     draws = uniforms[:, 0]
     if scheme == "tournament":
-        contestants = (
-            (draws * agents).astype(np.int32).reshape(agents, 2, 2)
-        )  # child, parent, contestant
+        # Axes: child, parent, contestant.
+        contestants = (draws * agents).astype(np.int32).reshape(agents, 2, 2)
         drawn: npt.NDArray[Any] = _fitter_first(contestants, fitness)[..., 0]
     elif scheme == "truncation":
         half = max(1, agents // 2)
-        best = np.lexsort((uniforms[:, 1, 0], -fitness))[:half]  # equals in random order
+        # Agents of equal fitness are in random order.
+        best = np.lexsort((uniforms[:, 1, 0], -fitness))[:half]
         drawn = best[(draws[:, :2] * half).astype(np.int32)]
     elif scheme == "neutral":
         drawn = draws[:, :2] * agents
@@ -126,7 +146,7 @@ def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) ->
 
 
 def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.integer]:
-    """Roulette wheel: probability proportional to the share; uniform if nobody has one."""
+    """Draw with probability proportional to the share, uniformly if all shares are 0."""
     wheel = np.cumsum(shares if shares.any() else np.ones_like(shares))
     drawn: npt.NDArray[np.integer] = np.minimum(
         np.searchsorted(wheel, uniforms * wheel[-1], side="right"), shares.size - 1
@@ -135,17 +155,17 @@ def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np
 
 
 def _fitter_first(pairs: Parents, fitness: npt.NDArray[np.float64]) -> Parents:
-    """Pairs [..., 2] of agents, the fitter one first; of equals, the one drawn first."""
+    """Order pairs [..., 2] of agents by fitness. Pairs of equal fitness keep their order."""
     swap = fitness[pairs[..., 1]] > fitness[pairs[..., 0]]
     return np.where(swap[..., None], pairs[..., ::-1], pairs)
 
 
 def cross_over(genome: Genome, parents: Parents, uniforms: Uniforms) -> Genome:
-    """Every weight is copied from the fitter parent with probability 0.5, else from the other."""
+    """Copy each weight from the fitter parent with probability 0.5, else from the second parent."""
     return np.where(uniforms < 0.5, genome[parents[:, 0]], genome[parents[:, 1]])
 
 
 def mutate(genome: Genome, evolution: Evolution, gates: Uniforms, uniforms: Uniforms) -> Genome:
-    """Where the gate is open (one a weight, or one a child), a weight changes by U(-size, size)."""
+    """Change a weight by U(-size, size) if its gate, per weight or per child, is open."""
     change = ((2 * uniforms - 1) * evolution.mutation_size).astype(np.float32)
     return np.where(gates < evolution.mutation_rate, genome + change, genome)

@@ -1,4 +1,4 @@
-"""The elite: the best of a generation live on unchanged, and everybody else is bred as if they did not."""
+"""The elite: the best agents survive unchanged, and the remaining children do not depend on it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
-BEST_FIRST = [5, 2, 7, 0]  # agents 2 and 7 are equals
-SCHEMES = [each for each in registry.packaged("selection") if each not in ("neutral", "species")]
+# The four fittest agents. Agents 2 and 7 have the same fitness.
+BEST_FIRST = [5, 2, 7, 0]
+SCHEMES = [name for name in registry.packaged("selection") if name not in ("neutral", "species")]
 
 
 def experiment_of(elite: int, selection: str = "roulette", **changes: Any) -> Experiment:
@@ -38,72 +39,73 @@ def bred(
     generation: int = 1,
     **changes: Any,
 ) -> tuple[Genome, Genome, Parents]:
-    """The genomes of a generation, of the next, and the parents."""
+    """Return the genomes of a generation, the genomes of its children, and the parents."""
     experiment = experiment_of(elite, selection, **changes)
     genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
     return genome, *breed(experiment, genome, fitness, GenerationKey(1, 0, generation))
 
 
 @pytest.mark.parametrize("selection", SCHEMES)
-def test_the_best_live_on_with_every_weight_and_are_both_of_their_own_parents(
+def test_the_best_agents_survive_with_all_weights_and_are_both_of_their_parents(
     selection: str,
 ) -> None:
     genome, children, parents = bred(4, selection)
-    living_on = parents[:4, 0].tolist()
+    survivors = parents[:4, 0].tolist()
     assert (parents[:4, 0] == parents[:4, 1]).all()
-    assert sorted(living_on) == sorted(BEST_FIRST) and living_on[0] == 5
-    np.testing.assert_array_equal(children[:4], genome[living_on])
+    assert sorted(survivors) == sorted(BEST_FIRST) and survivors[0] == 5
+    np.testing.assert_array_equal(children[:4], genome[survivors])
 
 
 @pytest.mark.parametrize("selection", [*SCHEMES, "neutral"])
-def test_the_others_are_those_that_there_would_be_without_an_elite(selection: str) -> None:
+def test_the_children_after_the_elite_are_the_same_without_an_elite(selection: str) -> None:
     _, children, parents = bred(3, selection)
-    _, without, parents_without = bred(0, selection)
-    np.testing.assert_array_equal(children[3:], without[3:])
+    _, children_without, parents_without = bred(0, selection)
+    np.testing.assert_array_equal(children[3:], children_without[3:])
     np.testing.assert_array_equal(parents[3:], parents_without[3:])
 
 
-def test_of_equals_anybody_lives_on() -> None:
+def test_agents_of_equal_fitness_survive_with_equal_probability() -> None:
     first = [
         bred(1, fitness=np.ones(8), generation=generation)[2][0, 0] for generation in range(1, 401)
     ]
     assert chisquare(np.bincount(first, minlength=8)).pvalue > 0.001
 
 
-def test_with_parents_at_random_anybody_lives_on_whatever_the_fitness() -> None:
-    """So an elitist population has a neutral twin: as many live on there."""
+def test_neutral_selection_chooses_survivors_at_random() -> None:
+    """The neutral control of an experiment with an elite has the same number of survivors."""
     assert experiment_of(2).neutral_control().evolution.elite == 2
-    kept = [bred(2, "neutral", generation=generation)[2][:2, 0] for generation in range(1, 301)]
-    assert all(one != other for one, other in kept)
-    assert chisquare(np.bincount(np.concatenate(kept), minlength=8)).pvalue > 0.001
+    survivors = [
+        bred(2, "neutral", generation=generation)[2][:2, 0] for generation in range(1, 301)
+    ]
+    assert all(first != second for first, second in survivors)
+    assert chisquare(np.bincount(np.concatenate(survivors), minlength=8)).pvalue > 0.001
 
 
-def test_a_population_that_is_all_elite_never_changes() -> None:
+def test_a_population_that_consists_of_the_elite_does_not_change() -> None:
     genome, children, parents = bred(8)
     assert sorted(parents[:, 0].tolist()) == list(range(8))
     np.testing.assert_array_equal(children, genome[parents[:, 0]])
 
 
-def test_what_is_said_of_teachers_is_said_of_the_elite_s_too() -> None:
+def test_the_teacher_control_also_applies_to_the_elite() -> None:
     genome, children, parents = bred(3, learning={"teacher": "fresh"})
     np.testing.assert_array_equal(children[:3, 0], genome[parents[:3, 0], 0])
     assert (children[:3, 1] != genome[parents[:3, 0], 1]).all()
 
 
-def test_in_a_whole_run_the_best_of_each_generation_is_found_again_in_the_next() -> None:
+def test_in_a_run_the_best_agent_of_a_generation_survives_to_the_next() -> None:
     run = simulate(make_small_experiment("evo", evolution={"generations": 4, "elite": 1}), seed=3)
     for generation in range(3):
-        best = run.parents.values[generation + 1, 0]
-        assert (
-            best[0] == best[1]
-            and run.energy.values[generation, best[0]] == run.energy.values[generation].max()
-        )
+        best, second_parent = run.parents.values[generation + 1, 0]
+        energy = run.energy.values[generation]
+        assert best == second_parent
+        assert energy[best] == energy.max()
         np.testing.assert_array_equal(
-            run.genome.values[generation + 1, 0], run.genome.values[generation, best[0]]
+            run.genome.values[generation + 1, 0], run.genome.values[generation, best]
         )
 
 
-def test_without_an_elite_a_run_is_what_it_was() -> None:
+def test_an_elite_of_0_does_not_change_a_run() -> None:
     assert simulate(make_small_experiment("evo", evolution={"elite": 0}), seed=3).equals(
         simulate(make_small_experiment("evo"), seed=3)
     )
@@ -116,15 +118,15 @@ def test_an_elite_larger_than_the_population_is_refused() -> None:
         experiment_of(9)
 
 
-def test_an_elite_of_agents_that_are_drawn_afresh_would_do_nothing() -> None:
+def test_an_elite_is_an_unused_setting_if_genomes_are_not_inherited() -> None:
     experiment = assign(load("self-taught/A"), ["evolution.elite=1"])
     assert "evolution.elite" in idle_settings(experiment)
 
 
 @pytest.fixture
-def one_lives_on() -> Iterator[str]:
-    class OneLivesOn(Selection, name="one-lives-on"):
-        """The last agent lives on, as the last child; the first has all the others."""
+def last_agent_survives() -> Iterator[str]:
+    class LastAgentSurvives(Selection, name="last-agent-survives"):
+        """Let the last agent survive as the last child. The first agent has all other children."""
 
         @staticmethod
         def select(
@@ -133,11 +135,11 @@ def one_lives_on() -> Iterator[str]:
             parents[:] = 0
             parents[-1, 0], parents[-1, 1] = fitness.size - 1, ITSELF
 
-    yield OneLivesOn.name
-    registry.remove("selection", OneLivesOn.name)
+    yield LastAgentSurvives.name
+    registry.remove("selection", LastAgentSurvives.name)
 
 
-def test_a_scheme_of_ones_own_may_let_an_agent_live_on(one_lives_on: str) -> None:
-    genome, children, parents = bred(1, one_lives_on)
+def test_a_custom_selection_can_let_an_agent_survive(last_agent_survives: str) -> None:
+    genome, children, parents = bred(1, last_agent_survives)
     assert parents.tolist() == [[5, 5]] + [[0, 0]] * 6 + [[7, 7]]
     np.testing.assert_array_equal(children[[0, 7]], genome[[5, 7]])

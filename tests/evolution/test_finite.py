@@ -1,4 +1,7 @@
-"""Genes that are unwritten or not finite end a run with one sentence: parts, generation, run, agent and gene."""
+"""Genes that are missing or not finite end a run.
+
+The error names the parts, the generation, the run, the agent and the gene in one sentence.
+"""
 
 from __future__ import annotations
 
@@ -53,45 +56,49 @@ def faulty_parts(tmp_path: Path, in_plain_python: None) -> None:
     load_file(tmp_path / "parts.py")
 
 
-def refused(experiment: Any, **arguments: Any) -> str:
-    with pytest.raises(RefusedError) as found, np.errstate(all="ignore"):
+def refusal_message(experiment: Any, **arguments: Any) -> str:
+    with pytest.raises(RefusedError) as error, np.errstate(all="ignore"):
         simulate(experiment, **arguments)
-    assert len(str(found.value).splitlines()) == 1
-    return str(found.value)
+    assert len(str(error.value).splitlines()) == 1
+    return str(error.value)
 
 
-def test_a_variation_that_leaves_a_module_out(faulty_parts: None) -> None:
-    said = refused(
+def test_a_variation_that_does_not_write_a_module_is_refused(faulty_parts: None) -> None:
+    message = refusal_message(
         make_small_experiment("evo+self-taught", evolution={"variation": "one-module-alone"}), run=4
     )
-    assert said.startswith(
-        "evolution.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' of agent 0"
+    assert message.startswith(
+        "evolution.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' "
+        "of agent 0"
     )
-    assert "in generation 1 of run 4" in said
+    assert "in generation 1 of run 4" in message
 
 
-def test_founders_that_are_infinite(faulty_parts: None) -> None:
-    said = refused(make_small_experiment("evo", evolution={"variation": "infinite-founders"}))
-    assert (
-        "gene 5 of the module 'action' of agent 2" in said
-        and "generation 0 of run 0" in said
-        and "(inf)" in said
+def test_infinite_weights_of_founders_are_refused(faulty_parts: None) -> None:
+    message = refusal_message(
+        make_small_experiment("evo", evolution={"variation": "infinite-founders"})
     )
+    assert "gene 5 of the module 'action' of agent 2" in message
+    assert "generation 0 of run 0" in message
+    assert "(inf)" in message
 
 
 @pytest.mark.parametrize("selection", ["roulette", "neutral"])
-def test_a_learning_rule_that_diverges_and_is_inherited(faulty_parts: None, selection: str) -> None:
-    learning, evolution = {"rule": "diverges"}, {"lamarckian_share": 1.0, "selection": selection}
-    said = refused(
+def test_infinite_learned_weights_that_are_inherited_are_refused(
+    faulty_parts: None, selection: str
+) -> None:
+    learning = {"rule": "diverges"}
+    evolution = {"lamarckian_share": 1.0, "selection": selection}
+    message = refusal_message(
         make_small_experiment("evo", learning=learning, evolution=evolution, lifetime={"steps": 9})
     )
-    assert said.startswith(
+    assert message.startswith(
         "learning.rule = 'diverges' and evolution.inheritance = 'darwinian' left gene 1"
     )
-    assert "in generation 0 of run 0" in said
+    assert "in generation 0 of run 0" in message
 
 
-def test_what_is_learned_and_not_inherited_may_diverge(faulty_parts: None) -> None:
+def test_learned_weights_that_are_not_inherited_can_be_infinite(faulty_parts: None) -> None:
     run = simulate(
         make_small_experiment("evo", learning={"rule": "diverges"}, lifetime={"steps": 9})
     )
@@ -99,21 +106,19 @@ def test_what_is_learned_and_not_inherited_may_diverge(faulty_parts: None) -> No
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_each_gene_of_each_agent_is_looked_at(value: float) -> None:
+def test_every_gene_of_every_agent_is_checked(value: float) -> None:
     experiment = bl.load("evo+self-taught/A").replace(evolution={"lamarckian_share": 1.0})
-    born = draw_genomes(experiment, GenerationKey(1, 0, 0))
-    for agent, gene in ((0, 0), (7, 3), (len(born) - 1, born.shape[2] - 1)):
-        learned = born[:, 0].copy()
+    newborns = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    for agent, gene in ((0, 0), (7, 3), (len(newborns) - 1, newborns.shape[2] - 1)):
+        learned = newborns[:, 0].copy()
         learned[agent, gene] = value
-        inherited = apply_inheritance(experiment, born, learned)
-        with pytest.raises(
-            RefusedError,
-            match=f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5",
-        ):
-            make_generation(experiment, GenerationKey(1, 5, 3), inherited, np.ones(len(born)))
+        inherited = apply_inheritance(experiment, newborns, learned)
+        message = f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5"
+        with pytest.raises(RefusedError, match=message):
+            make_generation(experiment, GenerationKey(1, 5, 3), inherited, np.ones(len(newborns)))
 
 
-def test_graphs_have_infinite_records_of_their_species_and_no_other_genes_that_are() -> None:
+def test_graph_genomes_can_have_infinite_species_records_but_no_other_infinite_genes() -> None:
     experiment = bl.load("neat-xor")
     genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
     assert np.isneginf(genome).any()

@@ -1,4 +1,4 @@
-"""A selection that breeds groups separately: settings that would mix its groups are refused."""
+"""Settings that mix the groups of a selection that breeds groups separately are refused."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from baldwinlab.parts.breeding import ITSELF
 
 
 class Halves(Selection, name="{name}"):
-    """A tournament in each half of the population: predators below, prey above."""
+    """A tournament in each half of the population: first the predators, then the prey."""
 
     has_groups = {declared}
 
@@ -29,30 +29,39 @@ class Halves(Selection, name="{name}"):
         for child in range(parents.shape[0]):
             first = 0 if child < half else half
             for side in range(2):
-                one = first + int(uniforms[child, side, 0] * half)
-                other = first + int(uniforms[child, side, 1] * half)
-                parents[child, side] = one if fitness[one] >= fitness[other] else other
-    {keep}
+                best = first + int(uniforms[child, side, 0] * half)
+                rival = first + int(uniforms[child, side, 1] * half)
+                if fitness[rival] > fitness[best]:
+                    best = rival
+                parents[child, side] = best
+    {survivors_hook}
 '''
-KEEP = """
+ELITE_OF_EACH_HALF = """
     @staticmethod
     def mark_survivors(part, count, fitness, uniforms, parents):
-        for place in range(count):  # one of each half in turn
-            child = place // 2 + (place % 2) * (fitness.size // 2)
-            parents[child, 0], parents[child, 1] = child, ITSELF
+        for survivor in range(count):
+            # The halves take turns.
+            child = survivor // 2 + (survivor % 2) * (fitness.size // 2)
+            parents[child, 0] = child
+            parents[child, 1] = ITSELF
 """
 
 
-def experiment_with(tmp_path: Path, name: str, *, declared: bool, keep: str = "") -> Experiment:
+def experiment_with_halves(
+    tmp_path: Path, name: str, *, declared: bool, survivors_hook: str = ""
+) -> Experiment:
     path = tmp_path / f"{name.replace('-', '_')}.py"
-    path.write_text(HALVES.format(name=name, declared=declared, keep=keep))
+    path.write_text(HALVES.format(name=name, declared=declared, survivors_hook=survivors_hook))
     load_file(path)
-    made: Experiment = load("evo+self-taught/A").replace(evolution={"selection": name})
-    return made
+    experiment: Experiment = load("evo+self-taught/A").replace(evolution={"selection": name})
+    return experiment
 
 
-def mixed_children(experiment: Experiment) -> int:
-    """Children with a parent of the other half; the prey, in the upper half, are the fitter."""
+def count_mixed_children(experiment: Experiment) -> int:
+    """Return the number of children with a parent from the opposite half.
+
+    The agents of the upper half, the prey, have the higher fitness.
+    """
     agents = experiment.population.size
     genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
     parents = breed(experiment, genome, np.arange(float(agents)), GenerationKey(1, 0, 1))[1]
@@ -60,16 +69,15 @@ def mixed_children(experiment: Experiment) -> int:
     return int((half[parents] != half[:, None]).any(axis=1).sum())
 
 
-def test_an_elite_of_the_whole_population_puts_prey_in_the_place_of_predators_unless_groups_are_declared(
+def test_an_elite_that_mixes_groups_is_refused_if_the_groups_are_declared(
     tmp_path: Path,
 ) -> None:
-    undeclared = experiment_with(tmp_path, "halves-undeclared", declared=False)
-    assert mixed_children(undeclared) == 0
-    assert mixed_children(undeclared.replace(evolution={"elite": 4})) == 4, (
-        "the fault that a declaration prevents"
-    )
-    declared = experiment_with(tmp_path, "halves", declared=True)
-    assert mixed_children(declared) == 0
+    undeclared = experiment_with_halves(tmp_path, "halves-undeclared", declared=False)
+    assert count_mixed_children(undeclared) == 0
+    # The declaration of groups prevents this fault.
+    assert count_mixed_children(undeclared.replace(evolution={"elite": 4})) == 4
+    declared = experiment_with_halves(tmp_path, "halves", declared=True)
+    assert count_mixed_children(declared) == 0
     with pytest.raises(
         ExperimentError,
         match=r"'halves' breeds groups of agents separately, and evolution\.elite = 4 would mix",
@@ -77,13 +85,15 @@ def test_an_elite_of_the_whole_population_puts_prey_in_the_place_of_predators_un
         declared.replace(evolution={"elite": 4})
 
 
-def test_a_scheme_that_keeps_an_elite_of_each_group_has_one(tmp_path: Path) -> None:
-    own = experiment_with(tmp_path, "halves-with-an-elite", declared=True, keep=KEEP)
-    assert mixed_children(own.replace(evolution={"elite": 4})) == 0
+def test_a_selection_can_have_an_elite_in_each_group(tmp_path: Path) -> None:
+    experiment = experiment_with_halves(
+        tmp_path, "halves-with-an-elite", declared=True, survivors_hook=ELITE_OF_EACH_HALF
+    )
+    assert count_mixed_children(experiment.replace(evolution={"elite": 4})) == 0
 
 
 @pytest.mark.parametrize(
-    ("changes", "named"),
+    ("changes", "setting"),
     [
         (["learning.teacher=shuffled"], "learning.teacher = 'shuffled'"),
         (['world.features=["births-and-deaths"]'], "births in mid-life"),
@@ -99,17 +109,18 @@ def test_a_scheme_that_keeps_an_elite_of_each_group_has_one(tmp_path: Path) -> N
         ),
     ],
 )
-def test_what_else_would_mix_groups_is_refused_in_one_sentence(
-    tmp_path: Path, changes: Any, named: str
+def test_settings_that_mix_groups_are_refused_in_one_sentence(
+    tmp_path: Path, changes: Any, setting: str
 ) -> None:
-    declared = experiment_with(tmp_path, "halves", declared=True)
+    declared = experiment_with_halves(tmp_path, "halves", declared=True)
     with pytest.raises(ExperimentError) as refused:
         assign(declared, changes)
-    assert named in str(refused.value) and "would mix them" in str(refused.value)
+    assert setting in str(refused.value)
+    assert "would mix them" in str(refused.value)
     assert len(str(refused.value).splitlines()) == 1
 
 
-def test_groups_have_no_neutral_twin(tmp_path: Path) -> None:
+def test_a_selection_with_groups_has_no_neutral_control(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match="no neutral control"):
-        experiment_with(tmp_path, "halves", declared=True).neutral_control()
+        experiment_with_halves(tmp_path, "halves", declared=True).neutral_control()
     assert load("evo/A").neutral_control().evolution.selection == "neutral"

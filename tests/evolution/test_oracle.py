@@ -1,4 +1,4 @@
-"""Evolution as compiled functions against the same in NumPy and SciPy: the same bits, whatever the numbers."""
+"""The compiled functions of evolution give the same bits as the oracle in NumPy and SciPy."""
 
 from __future__ import annotations
 
@@ -27,12 +27,16 @@ SCHEMES_AND_FITNESS = st.sampled_from(list(registry.BUILT_IN["selection"])).flat
     lambda scheme: st.tuples(
         st.just(scheme),
         st.lists(
-            st.one_of(st.sampled_from([0.0, 1.0, 2.0]), st.floats(0.0 if scheme == "roulette" else -1e6, 1e6)),
-            min_size=1, max_size=40,
+            st.one_of(
+                st.sampled_from([0.0, 1.0, 2.0]),
+                st.floats(0.0 if scheme == "roulette" else -1e6, 1e6),
+            ),
+            min_size=1,
+            max_size=40,
         ),
     )
-)  # fmt: skip
-MOMENTS = st.builds(GenerationKey, *[st.integers(0, 2**31 - 1)] * 3)
+)
+KEYS = st.builds(GenerationKey, *[st.integers(0, 2**31 - 1)] * 3)
 
 
 def experiment_of(agents: int, **changes: Any) -> Experiment:
@@ -43,10 +47,14 @@ def experiment_of(agents: int, **changes: Any) -> Experiment:
 
 @settings(max_examples=100, deadline=None)
 @given(
-    SCHEMES_AND_FITNESS, MOMENTS, st.sampled_from(["weight", "child"]), st.sampled_from(["inherited", "shuffled", "fresh"]),
-    st.floats(0, 1), st.floats(0, 1000),
-)  # fmt: skip
-def test_children_and_parents_are_the_oracles(
+    SCHEMES_AND_FITNESS,
+    KEYS,
+    st.sampled_from(["weight", "child"]),
+    st.sampled_from(["inherited", "shuffled", "fresh"]),
+    st.floats(0, 1),
+    st.floats(0, 1000),
+)
+def test_children_and_parents_equal_the_oracle(
     drawn: tuple[str, list[float]],
     key: GenerationKey,
     gate: str,
@@ -63,31 +71,31 @@ def test_children_and_parents_are_the_oracles(
     }
     experiment = experiment_of(len(values), evolution=evolution, learning={"teacher": teacher})
     genome = draw_genomes(experiment, key)
-    of_agents = np.array(values)
-    for found, expected in zip(
-        breed(experiment, genome, of_agents, key),
-        oracle.breed(experiment, genome, of_agents, key),
+    fitness_values = np.array(values)
+    for actual, expected in zip(
+        breed(experiment, genome, fitness_values, key),
+        oracle.breed(experiment, genome, fitness_values, key),
         strict=True,
     ):
-        assert found.dtype == expected.dtype
-        assert found.tobytes() == expected.tobytes()
+        assert actual.dtype == expected.dtype
+        assert actual.tobytes() == expected.tobytes()
 
 
 @settings(max_examples=30, deadline=None)
-@given(MOMENTS, st.integers(1, 50), st.booleans())
-def test_founders_are_the_oracles(key: GenerationKey, agents: int, evolved_rate: bool) -> None:
+@given(KEYS, st.integers(1, 50), st.booleans())
+def test_founders_equal_the_oracle(key: GenerationKey, agents: int, evolved_rate: bool) -> None:
     experiment = experiment_of(
         agents, learning={"evolved_rate": evolved_rate}, evolution={"inheritance": "none"}
     )
     founders = oracle.draw_genomes(experiment, key)
     np.testing.assert_array_equal(draw_genomes(experiment, key), founders)
-    found, parents = make_generation(experiment, key, founders + 1, np.ones(agents))
-    np.testing.assert_array_equal(found, founders)
+    actual, parents = make_generation(experiment, key, founders + 1, np.ones(agents))
+    np.testing.assert_array_equal(actual, founders)
     assert (parents == -1).all()
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
-def test_what_is_bequeathed_is_the_oracles(share: float) -> None:
+def test_inherited_genomes_equal_the_oracle(share: float) -> None:
     experiment = experiment_of(
         30, evolution={"lamarckian_share": share}, learning={"evolved_rate": True}
     )
@@ -99,7 +107,7 @@ def test_what_is_bequeathed_is_the_oracles(share: float) -> None:
 
 
 @pytest.mark.parametrize("regions", [0, 1, 7])
-def test_fitness_is_the_oracles(regions: int) -> None:
+def test_fitness_equals_the_oracle(regions: int) -> None:
     food = [{"x": [0, 9], "y": [0, 9], "energy": 0.1 * (number + 1)} for number in range(regions)]
     eaten = np.random.default_rng(1).integers(0, 100, (30, max(1, regions))).astype(np.int32)
     for learning in ({}, {"cost_per_step": 0.001, "steps": 700}):
@@ -107,20 +115,19 @@ def test_fitness_is_the_oracles(regions: int) -> None:
         genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
         learned = draw_genomes(experiment, GenerationKey(2, 0, 0))[:, 0]
         energies = np.array([region["energy"] for region in food] or [0.0])
-        found = fitness(
+        actual = fitness(
             experiment,
             sum_energy(energies, eaten),
             compute_learning_cost(experiment, genome, learned),
         )
         expected = oracle.fitness(experiment, eaten, genome, learned)
-        assert found.tobytes() == expected.tobytes()
+        assert actual.tobytes() == expected.tobytes()
 
 
-def test_the_cost_of_change_is_the_oracles_though_it_is_added_up_in_another_order() -> None:
+def test_the_cost_of_change_equals_the_oracle_up_to_rounding() -> None:
     experiment = experiment_of(30, learning={"cost_per_change": 0.3, "cost_per_step": 0.001})
     genome, learned = (draw_genomes(experiment, GenerationKey(seed, 0, 0)) for seed in (1, 2))
-    found, expected = (
-        each(experiment, genome, learned[:, 0])
-        for each in (compute_learning_cost, oracle.compute_learning_cost)
-    )
-    np.testing.assert_allclose(found, expected, rtol=1e-15)
+    actual = compute_learning_cost(experiment, genome, learned[:, 0])
+    expected = oracle.compute_learning_cost(experiment, genome, learned[:, 0])
+    # The two functions add the changes in a different order.
+    np.testing.assert_allclose(actual, expected, rtol=1e-15)

@@ -1,4 +1,4 @@
-"""Breeding in the library against theory: expected numbers of offspring, drift without selection, what children have of whom."""
+"""The selection schemes and variation operators agree with theory and with their oracles."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ Numbers = npt.NDArray[np.float64]
 
 
 @cache
-def breeding_by(**evolution: Any) -> Experiment:
+def experiment_with(**evolution: Any) -> Experiment:
     return load("evo/A").replace(evolution=evolution)
 
 
-def parents_of(scheme: str, fitness: Numbers, generation: int, **fields: Any) -> Parents:
+def draw_parents(scheme: str, fitness: Numbers, generation: int, **fields: Any) -> Parents:
     experiment = (
         load("evo/A").replace(evolution={"selection": scheme, **fields})
         if fields
-        else breeding_by(selection=scheme)
+        else experiment_with(selection=scheme)
     )
     return select(
         experiment,
@@ -48,110 +48,114 @@ def parents_of(scheme: str, fitness: Numbers, generation: int, **fields: Any) ->
     )
 
 
-def times_a_parent(scheme: str, fitness: Numbers, rounds: int) -> npt.NDArray[np.int64]:
-    """How often each agent is a parent, [round, agent]."""
-    of = [parents_of(scheme, fitness, generation).ravel() for generation in range(1, rounds + 1)]
-    return np.stack([np.bincount(each, minlength=fitness.size) for each in of])
+def count_parents(scheme: str, fitness: Numbers, rounds: int) -> npt.NDArray[np.int64]:
+    """Return how often each agent is a parent, [round, agent]."""
+    counts = [
+        np.bincount(draw_parents(scheme, fitness, generation).ravel(), minlength=fitness.size)
+        for generation in range(1, rounds + 1)
+    ]
+    return np.stack(counts)
 
 
-def test_every_agent_is_a_parent_its_expected_number_of_times_rounded_down_or_up() -> None:
+def test_expected_offspring_rounds_the_expected_number_of_children_down_or_up() -> None:
     expected = 2 * AGENTS * FITNESS / FITNESS.sum()
-    counts = times_a_parent("expected-offspring", FITNESS, 300)
+    counts = count_parents("expected-offspring", FITNESS, 300)
     assert (counts >= np.floor(expected)).all()
     assert (counts <= np.ceil(expected)).all()
     assert (counts.sum(axis=1) == 2 * AGENTS).all()
 
 
-def test_where_expected_numbers_are_whole_there_is_no_chance_left() -> None:
-    assert (
-        times_a_parent("expected-offspring", np.array([4.0, 1.0, 3.0, 0.0]), 50) == [4, 1, 3, 0]
-    ).all()
-    assert (times_a_parent("expected-offspring", np.full(6, 0.3), 50) == 2).all()
-    assert (times_a_parent("expected-offspring", np.zeros(6), 50) == 2).all(), (
-        "all are alike if nobody has any fitness"
-    )
+def test_integer_expected_numbers_of_children_are_met_exactly() -> None:
+    counts = count_parents("expected-offspring", np.array([4.0, 1.0, 3.0, 0.0]), 50)
+    assert (counts == [4, 1, 3, 0]).all()
+    assert (count_parents("expected-offspring", np.full(6, 0.3), 50) == 2).all()
+    # If all fitness values are 0, each agent has the same number of children.
+    assert (count_parents("expected-offspring", np.zeros(6), 50) == 2).all()
 
 
-def test_the_twin_of_roulette_has_its_mean_and_the_least_variance_that_there_is() -> None:
-    places, rounds = 2 * AGENTS, 1000
-    expected = places * FITNESS / FITNESS.sum()
-    noisy, even = (
-        times_a_parent(scheme, FITNESS, rounds) for scheme in ("roulette", "expected-offspring")
+def test_expected_offspring_has_the_mean_of_roulette_and_the_minimum_variance() -> None:
+    slots = 2 * AGENTS
+    rounds = 1000
+    expected = slots * FITNESS / FITNESS.sum()
+    roulette, expected_offspring = (
+        count_parents(scheme, FITNESS, rounds) for scheme in ("roulette", "expected-offspring")
     )
-    binomial, least = expected * (1 - expected / places), (expected % 1) * (1 - expected % 1)
-    for counts, variance in ((noisy, binomial), (even, least)):
+    binomial = expected * (1 - expected / slots)
+    minimum = (expected % 1) * (1 - expected % 1)
+    for counts, variance in ((roulette, binomial), (expected_offspring, minimum)):
         assert (np.abs(counts.mean(axis=0) - expected) <= 4.5 * np.sqrt(variance / rounds)).all()
         assert (np.abs(counts.var(axis=0) - variance) <= 0.25 * variance + 1e-12).all()
 
 
-def test_nobody_mates_with_itself_and_mates_are_drawn_by_fitness_among_the_others() -> None:
-    """The chance of a pair is that of the first by roulette, times that of the second by roulette without the first."""
+def test_outcrossing_draws_the_second_parent_by_fitness_from_the_remaining_agents() -> None:
+    """The first parent is drawn by roulette, the second by roulette without the first."""
     rounds = 1000
     pairs = np.concatenate(
-        [parents_of("outcrossing", FITNESS, generation) for generation in range(1, rounds + 1)]
+        [draw_parents("outcrossing", FITNESS, generation) for generation in range(1, rounds + 1)]
     )
     share = FITNESS / FITNESS.sum()
     ordered = np.outer(share, share) / (1 - share)[:, None] * (1 - np.eye(AGENTS))
     expected = len(pairs) * np.triu(ordered + ordered.T)
-    found = np.zeros_like(expected)
-    np.add.at(found, (pairs.min(axis=1), pairs.max(axis=1)), 1)
-    assert (found[expected == 0] == 0).all() and (np.diag(found) == 0).all()
-    assert chisquare(found[expected > 0], expected[expected > 0]).pvalue > 0.001
+    actual = np.zeros_like(expected)
+    np.add.at(actual, (pairs.min(axis=1), pairs.max(axis=1)), 1)
+    assert (actual[expected == 0] == 0).all()
+    assert (np.diag(actual) == 0).all(), "no agent mates with itself"
+    assert chisquare(actual[expected > 0], expected[expected > 0]).pvalue > 0.001
 
 
-@pytest.mark.parametrize("only", range(4))
-def test_where_one_alone_has_fitness_it_mates_with_any_other(only: int) -> None:
-    fitness = np.where(np.arange(4) == only, 2.0, 0.0)
+@pytest.mark.parametrize("fit_agent", range(4))
+def test_a_single_agent_with_fitness_mates_with_any_second_agent(fit_agent: int) -> None:
+    fitness = np.where(np.arange(4) == fit_agent, 2.0, 0.0)
     pairs = np.concatenate(
-        [parents_of("outcrossing", fitness, generation) for generation in range(1, 100)]
+        [draw_parents("outcrossing", fitness, generation) for generation in range(1, 100)]
     )
-    assert (pairs[:, 0] == only).all() and set(pairs[:, 1].tolist()) == set(range(4)) - {only}
-    assert (parents_of("outcrossing", fitness[:1], 1) == 0).all(), "who is alone has nobody else"
+    assert (pairs[:, 0] == fit_agent).all()
+    assert set(pairs[:, 1].tolist()) == set(range(4)) - {fit_agent}
+    # In a population of one agent, the agent is both parents.
+    assert (draw_parents("outcrossing", fitness[:1], 1) == 0).all()
 
 
-def test_who_mates_with_whom_is_left_to_chance() -> None:
-    """Of 12 places with two of each of 6 agents, the partner's is one of 11 others, and one of these is one's own."""
+def test_expected_offspring_pairs_parents_at_random() -> None:
+    """Each of 6 agents is a parent twice.
+
+    For each parent, one of the 11 remaining slots holds the same agent.
+    """
     rounds = 600
     pairs = np.concatenate(
         [
-            parents_of("expected-offspring", np.ones(6), generation)
+            draw_parents("expected-offspring", np.ones(6), generation)
             for generation in range(1, rounds + 1)
         ]
     )
-    alone = (pairs[:, 0] == pairs[:, 1]).mean()
-    assert abs(alone - 1 / 11) < 4 * np.sqrt(1 / 11 * 10 / 11 / len(pairs))
-    first = np.stack(
-        [
-            parents_of("expected-offspring", np.ones(6), generation)[0, 0]
-            for generation in range(1, rounds + 1)
-        ]
-    )
+    selfed = (pairs[:, 0] == pairs[:, 1]).mean()
+    assert abs(selfed - 1 / 11) < 4 * np.sqrt(1 / 11 * 10 / 11 / len(pairs))
+    # The first parent of the first child of each round.
+    first = pairs[::6, 0]
     assert chisquare(np.bincount(first, minlength=6)).pvalue > 0.001
 
 
-@pytest.mark.parametrize(
-    "edge", [2.0**-33, 1 - 2.0**-33, 1 - 2.0**-53]
-)  # the last is beyond any draw, but rounds as many places do
-def test_the_extreme_draws_never_choose_who_has_no_fitness(edge: float) -> None:
+# The last value is larger than any draw. It rounds as a draw does if there are many slots.
+@pytest.mark.parametrize("edge", [2.0**-33, 1 - 2.0**-33, 1 - 2.0**-53])
+def test_extreme_draws_never_select_an_agent_without_fitness(edge: float) -> None:
     fitness = np.array([0.0, 0.1, 0.3, 0.0])
-    parents = select(breeding_by(selection="expected-offspring"), fitness, np.full((4, 2, 4), edge))
+    parents = select(
+        experiment_with(selection="expected-offspring"), fitness, np.full((4, 2, 4), edge)
+    )
     assert (fitness[parents] > 0).all()
 
 
-def test_fitness_below_0_is_refused_where_it_is_a_number_of_offspring() -> None:
-    with pytest.raises(
-        ValueError,
-        match=r"'expected-offspring': the fitness of agent 1 is -1 and must be 0 or more",
-    ):
-        parents_of("expected-offspring", np.array([1.0, -1.0]), 1)
-    assert (
-        parents_of("best-copies", FITNESS - 100, 1) == parents_of("best-copies", FITNESS, 1)
-    ).all()
+def test_expected_offspring_refuses_negative_fitness() -> None:
+    message = r"'expected-offspring': the fitness of agent 1 is -1 and must be 0 or more"
+    with pytest.raises(ValueError, match=message):
+        draw_parents("expected-offspring", np.array([1.0, -1.0]), 1)
+    # A scheme that uses ranks accepts negative fitness.
+    negative = draw_parents("best-copies", FITNESS - 100, 1)
+    np.testing.assert_array_equal(negative, draw_parents("best-copies", FITNESS, 1))
 
 
-def test_the_best_20_of_100_have_five_children_each_as_in_the_source() -> None:
+def test_the_best_20_of_100_agents_have_five_children_each_as_in_the_source() -> None:
     fitness = np.random.default_rng(1).permutation(100).astype(float)
-    parents = parents_of("best-copies", fitness, 1)
+    parents = draw_parents("best-copies", fitness, 1)
     assert (parents[:, 0] == parents[:, 1]).all()
     counts = np.bincount(parents[:, 0], minlength=100)
     assert (counts[fitness >= 80] == 5).all()
@@ -162,50 +166,46 @@ def test_the_best_20_of_100_have_five_children_each_as_in_the_source() -> None:
     ("share", "children"),
     [(1e-9, [8]), (0.2, [4, 4]), (0.375, [3, 3, 2]), (0.625, [2, 2, 2, 1, 1]), (1.0, [1] * 8)],
 )
-def test_where_children_do_not_come_out_even_the_fittest_have_one_more(
-    share: float, children: list[int]
-) -> None:
-    parents = parents_of("best-copies", FITNESS, 1, best_copies={"parent_share": share})
+def test_the_fittest_parents_have_the_remaining_children(share: float, children: list[int]) -> None:
+    parents = draw_parents("best-copies", FITNESS, 1, best_copies={"parent_share": share})
     counts = np.bincount(parents[:, 0], minlength=AGENTS)
     ranked = counts[np.argsort(-FITNESS)]
     assert ranked.tolist() == children + [0] * (AGENTS - len(children))
 
 
-def test_as_often_as_asked_a_child_has_a_second_parent_and_it_is_any_of_the_best() -> None:
-    """Of 1000 children of 100, of whom the best 200 have five each."""
+def test_a_share_of_the_children_has_a_random_second_parent_among_the_best() -> None:
+    """The best 200 of 1000 agents have five children each."""
     fitness = np.random.default_rng(1).permutation(1000).astype(float)
-    alone, mated = (
-        parents_of(
-            "best-copies", fitness, 1, best_copies={"parent_share": 0.2, "two_parent_share": often}
+    single_parent, two_parents = (
+        draw_parents(
+            "best-copies", fitness, 1, best_copies={"parent_share": 0.2, "two_parent_share": share}
         )
-        for often in (0.0, 0.5)
+        for share in (0.0, 0.5)
     )
-    second = mated.sum(axis=1) - alone[:, 0]  # the fitter one stands first, whichever it is
-    assert (
-        np.sort(mated, axis=1) == np.sort(np.stack([alone[:, 0], second], axis=1), axis=1)
-    ).all()
-    with_two = mated[:, 0] != mated[:, 1]
-    assert abs(with_two.mean() - 0.5 * 199 / 200) < 4 * np.sqrt(0.25 / 1000)
-    assert (fitness[mated] >= 800).all(), "of the best alone"
-    assert (
-        chisquare(np.histogram(fitness[second[with_two]], bins=4, range=(800, 1000))[0]).pvalue
-        > 0.001
-    ), "any of them"
+    # Either parent can be the fitter one, which is recorded first.
+    second = two_parents.sum(axis=1) - single_parent[:, 0]
+    pairs = np.stack([single_parent[:, 0], second], axis=1)
+    assert (np.sort(two_parents, axis=1) == np.sort(pairs, axis=1)).all()
+    has_two = two_parents[:, 0] != two_parents[:, 1]
+    assert abs(has_two.mean() - 0.5 * 199 / 200) < 4 * np.sqrt(0.25 / 1000)
+    assert (fitness[two_parents] >= 800).all(), "all parents are among the best 200"
+    counts = np.histogram(fitness[second[has_two]], bins=4, range=(800, 1000))[0]
+    assert chisquare(counts).pvalue > 0.001
 
 
-def test_of_equals_anybody_is_among_the_best() -> None:
-    chosen = [
-        np.unique(parents_of("best-copies", np.ones(10), generation))
+def test_agents_of_equal_fitness_are_among_the_best_with_equal_probability() -> None:
+    parents = [
+        np.unique(draw_parents("best-copies", np.ones(10), generation))
         for generation in range(1, 301)
     ]
-    assert {each.size for each in chosen} == {2}
-    assert chisquare(np.bincount(np.concatenate(chosen), minlength=10)).pvalue > 0.001
+    assert {agents.size for agents in parents} == {2}
+    assert chisquare(np.bincount(np.concatenate(parents), minlength=10)).pvalue > 0.001
 
 
-def varied(
+def make_child(
     part: Any,
     fitter: OneGenome,
-    other: OneGenome,
+    second_parent: OneGenome,
     draws: Numbers,
     gate: float = 1.0,
     **settings: Any,
@@ -214,7 +214,7 @@ def varied(
     part.vary(
         SimpleNamespace(**{"one_gate": False, "rate": 0.0, "size": 1.0} | settings),
         fitter,
-        other,
+        second_parent,
         draws,
         gate,
         child,
@@ -222,15 +222,15 @@ def varied(
     return child
 
 
-def pair_and_draws(
+def parents_and_draws(
     seed: int, modules: int = 2, weights: int = 5
 ) -> tuple[OneGenome, OneGenome, Numbers]:
     random = np.random.default_rng(seed)
-    ones = np.ones((modules, weights), np.float32)
-    return ones, -ones, random.random((modules * weights, 4))
+    weights_of_1 = np.ones((modules, weights), np.float32)
+    return weights_of_1, -weights_of_1, random.random((modules * weights, 4))
 
 
-def test_a_normal_mutation_has_mean_0_and_the_mutation_size_as_its_standard_deviation() -> None:
+def test_a_gaussian_mutation_has_mean_0_and_the_mutation_size_as_standard_deviation() -> None:
     experiment = load("evo/A").replace(
         population={"size": 500},
         evolution={"variation": "gaussian", "mutation_rate": 0.3, "mutation_size": 0.25},
@@ -245,57 +245,63 @@ def test_a_normal_mutation_has_mean_0_and_the_mutation_size_as_its_standard_devi
     assert kstest(changes / 0.25, "norm").pvalue > 0.001
 
 
-def test_known_quantiles_make_known_mutations() -> None:
-    ones, zeros, draws = np.ones((1, 4), np.float32), np.zeros((1, 4), np.float32), np.zeros((4, 4))
-    draws[:, 0] = [0.0, 0.49, 0.5, 0.99]  # of the fitter, of the fitter, of the other, of the other
+def test_a_gaussian_mutation_is_the_quantile_of_its_draw() -> None:
+    weights_of_1 = np.ones((1, 4), np.float32)
+    weights_of_0 = np.zeros((1, 4), np.float32)
+    draws = np.zeros((4, 4))
+    # Two weights come from the fitter parent, two from the second parent.
+    draws[:, 0] = [0.0, 0.49, 0.5, 0.99]
+    # The gate of the last weight is closed.
     draws[:, 1] = [0.1, 0.1, 0.1, 0.9]
-    draws[:, 2] = [
-        0.5,
-        0.8413447460685429,
-        0.15865525393145707,
-        0.9,
-    ]  # 0, 1, -1 standard deviations; the last gate is shut
-    assert varied(Gaussian, ones, zeros, draws, rate=0.5, size=2.0).tolist() == [
-        [1.0, 3.0, -2.0, 0.0]
-    ]
+    # The quantiles of 0, 1 and -1 standard deviations.
+    draws[:, 2] = [0.5, 0.8413447460685429, 0.15865525393145707, 0.9]
+    child = make_child(Gaussian, weights_of_1, weights_of_0, draws, rate=0.5, size=2.0)
+    assert child.tolist() == [[1.0, 3.0, -2.0, 0.0]]
 
 
 @pytest.mark.parametrize("part", [Gaussian, OnePointCrossover, Copy])
-def test_the_child_s_one_gate_opens_for_all_its_weights_or_for_none(part: Any) -> None:
-    ones, _, draws = pair_and_draws(1)
-    assert (varied(part, ones, ones, draws, gate=0.29, one_gate=True, rate=0.3) != 1).all()
-    assert (varied(part, ones, ones, draws, gate=0.31, one_gate=True, rate=0.3) == 1).all()
+def test_a_gate_per_child_opens_for_all_its_weights_or_for_none(part: Any) -> None:
+    weights_of_1, _, draws = parents_and_draws(1)
+    assert (
+        make_child(part, weights_of_1, weights_of_1, draws, gate=0.29, one_gate=True, rate=0.3) != 1
+    ).all()
+    assert (
+        make_child(part, weights_of_1, weights_of_1, draws, gate=0.31, one_gate=True, rate=0.3) == 1
+    ).all()
 
 
 @pytest.mark.parametrize("part", [OnePointCrossover, Copy])
-def test_a_uniform_mutation_is_as_large_as_that_of_crossover(part: Any) -> None:
-    ones, draws = np.ones((1, 4), np.float32), np.zeros((4, 4))
-    draws[:, 1], draws[:, 2] = [0.0, 0.2499, 0.1, 0.25], [0.0, 1.0, 0.5, 0.0]
-    assert varied(part, ones, ones, draws, rate=0.25, size=0.5).tolist() == [[0.5, 1.5, 1.0, 1.0]]
+def test_one_point_crossover_and_copy_mutate_uniformly_like_crossover(part: Any) -> None:
+    weights_of_1 = np.ones((1, 4), np.float32)
+    draws = np.zeros((4, 4))
+    draws[:, 1] = [0.0, 0.2499, 0.1, 0.25]
+    draws[:, 2] = [0.0, 1.0, 0.5, 0.0]
+    assert make_child(part, weights_of_1, weights_of_1, draws, rate=0.25, size=0.5).tolist() == [
+        [0.5, 1.5, 1.0, 1.0]
+    ]
 
 
-def test_a_genome_is_cut_once_and_anywhere_and_either_parent_comes_first() -> None:
-    cuts, first = [], []
+def test_one_point_crossover_cuts_once_at_a_random_point_and_in_random_order() -> None:
+    cuts = []
+    starts_with_fitter = []
     for seed in range(900):
-        fitter, other, draws = pair_and_draws(seed)
-        child = varied(OnePointCrossover, fitter, other, draws).ravel()
+        fitter, second_parent, draws = parents_and_draws(seed)
+        child = make_child(OnePointCrossover, fitter, second_parent, draws).ravel()
         changes = np.flatnonzero(np.diff(child))
-        assert changes.size == 1, (
-            "of both parents there is something, in one piece each, across the modules"
-        )
+        assert changes.size == 1, "the child has one piece of each parent, across the modules"
         cuts.append(int(changes[0]))
-        first.append(bool(child[0] == 1))
+        starts_with_fitter.append(bool(child[0] == 1))
     assert chisquare(np.bincount(cuts, minlength=9)).pvalue > 0.001
-    assert abs(np.mean(first) - 0.5) < 4 * 0.5 / np.sqrt(900)
+    assert abs(np.mean(starts_with_fitter) - 0.5) < 4 * 0.5 / np.sqrt(900)
 
 
 def test_a_genome_of_one_weight_cannot_be_cut() -> None:
-    fitter, other, draws = pair_and_draws(0, 1, 1)
+    fitter, second_parent, draws = parents_and_draws(0, 1, 1)
     draws[0] = 0.0
-    assert varied(OnePointCrossover, fitter, other, draws).tolist() == [[1.0]]
+    assert make_child(OnePointCrossover, fitter, second_parent, draws).tolist() == [[1.0]]
 
 
-def test_a_copy_has_all_of_one_parent_where_nothing_mutates() -> None:
+def test_a_copy_without_mutation_equals_its_first_parent() -> None:
     genome = np.arange(20 * 60, dtype=np.float32).reshape(20, 1, 60)
     experiment = load("evo/A").replace(
         evolution={"variation": "copy", "selection": "best-copies", "mutation_rate": 0}
@@ -306,28 +312,30 @@ def test_a_copy_has_all_of_one_parent_where_nothing_mutates() -> None:
 
 
 def heterozygosity(variation: str, replicates: int, loci: int) -> Numbers:
-    """The chance that two draws from a population of 12 differ, [replicate, generation], from founders that are all different.
+    """Return the probability that two draws from 12 agents differ, [replicate, generation].
 
-    The fitter an agent, the lower its number: what favours the fitter parent would lose more.
+    All founders are different. The fitness falls with the number of the agent, so a bias toward
+    the fitter parent would reduce heterozygosity faster.
     """
-    agents, generations = 12, 16
+    agents = 12
+    generations = 16
     experiment = load("evo/A").replace(
         population={"size": agents},
         evolution={"selection": "neutral", "variation": variation, "mutation_rate": 0},
     )
-    found = np.empty((replicates, generations))
+    actual = np.empty((replicates, generations))
     for run in range(replicates):
         genome = np.repeat(np.arange(agents, dtype=np.float32), loci).reshape(agents, 1, loci)
         for generation in range(generations):
             shares = (genome[:, 0, :, None] == np.arange(agents)).mean(axis=0)
-            found[run, generation] = 1 - (shares**2).sum(axis=-1).mean()
+            actual[run, generation] = 1 - (shares**2).sum(axis=-1).mean()
             genome, _ = breed(
                 experiment,
                 genome,
                 -genome[:, 0].mean(axis=1).astype(float),
                 GenerationKey(9, run, generation + 1),
             )
-    return found
+    return actual
 
 
 @pytest.mark.parametrize(
@@ -339,21 +347,22 @@ def heterozygosity(variation: str, replicates: int, loci: int) -> Numbers:
         ("gene-pool", 60, 30, 1 - 1 / 24),
     ],
 )
-def test_without_selection_heterozygosity_falls_as_theory_says(
+def test_heterozygosity_without_selection_decays_at_the_theoretical_rate(
     variation: str, replicates: int, loci: int, pool: float
 ) -> None:
-    """As in the model of Wright and Fisher: H(t) = H(0) (1 - 1/N)^t, whatever the fitness.
+    """The Wright-Fisher model gives H(t) = H(0) (1 - 1/N)^t for any fitness.
 
-    A gene pool of 2N places is one more sample: both of two children have the same place with the probability 1/2N.
+    A gene pool of 2N genes adds one sampling step: two children copy the same gene with
+    probability 1/2N.
     """
-    found = heterozygosity(variation, replicates, loci)
-    expected = (1 - 1 / 12) * ((1 - 1 / 12) * pool) ** np.arange(found.shape[1])
-    error = found.std(axis=0, ddof=1) / np.sqrt(replicates)
-    assert (np.abs(found.mean(axis=0) - expected) <= 4 * error + 1e-6).all()
+    actual = heterozygosity(variation, replicates, loci)
+    expected = (1 - 1 / 12) * ((1 - 1 / 12) * pool) ** np.arange(actual.shape[1])
+    error = actual.std(axis=0, ddof=1) / np.sqrt(replicates)
+    assert (np.abs(actual.mean(axis=0) - expected) <= 4 * error + 1e-6).all()
 
 
-def test_each_weight_comes_from_a_parent_of_its_own_in_the_gene_pool() -> None:
-    """Of 20 agents, the best four are selected; a child has the weights of all of them, and neighbors are not linked."""
+def test_a_gene_pool_draws_the_parent_of_each_weight_independently() -> None:
+    """The best four of 20 agents are selected. Neighboring weights are not linked."""
     genome = np.broadcast_to(np.arange(20, dtype=np.float32)[:, None, None], (20, 2, 60)).copy()
     experiment = load("evo+self-taught/A").replace(
         evolution={"variation": "gene-pool", "selection": "best-copies", "mutation_rate": 0}
@@ -365,12 +374,13 @@ def test_each_weight_comes_from_a_parent_of_its_own_in_the_gene_pool() -> None:
         ]
     )
     counts = np.bincount(children.ravel().astype(int), minlength=20)
-    assert counts[:16].sum() == 0 and chisquare(counts[16:]).pvalue > 0.001
+    assert counts[:16].sum() == 0
+    assert chisquare(counts[16:]).pvalue > 0.001
     linked = (children[:, 1:] == children[:, :-1]).mean()
     assert abs(linked - 1 / 4) < 4 * np.sqrt(3 / 16 / children[:, 1:].size)
 
 
-def test_agents_that_live_on_keep_their_genomes_beside_a_gene_pool() -> None:
+def test_the_genomes_of_survivors_do_not_change_with_a_gene_pool() -> None:
     genome = np.random.default_rng(1).normal(size=(20, 1, 60)).astype(np.float32)
     experiment = load("evo/A").replace(
         evolution={"variation": "gene-pool", "elite": 3, "mutation_rate": 1}
@@ -378,35 +388,35 @@ def test_agents_that_live_on_keep_their_genomes_beside_a_gene_pool() -> None:
     children, parents = breed(experiment, genome, np.arange(20.0), GenerationKey(1, 0, 1))
     assert parents[:3].tolist() == [[19, 19], [18, 18], [17, 17]]
     np.testing.assert_array_equal(children[:3], genome[[19, 18, 17]])
-    assert not np.isin(children[3:], genome).any(), "all weights of the others have mutated"
+    assert not np.isin(children[3:], genome).any(), "all weights of the other children mutated"
 
 
 @pytest.mark.parametrize("name", NAMES["selection"])
-def test_parents_are_the_oracle_s_whatever_the_fitness_and_the_number_of_agents(name: str) -> None:
-    part, experiment = registry.find("selection", name), breeding_by(selection=name)
+def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str) -> None:
+    part = registry.find("selection", name)
+    experiment = experiment_with(selection=name)
     if name == "best-copies":
         experiment = experiment.replace(evolution={"best_copies": {"two_parent_share": 0.3}})
     values = SimpleNamespace(parent_share=np.float32(0.2), two_parent_share=np.float32(0.3))
     random = np.random.default_rng(4)
     for agents in (1, 2, 3, 7, 40):
-        fitness, uniforms = np.round(random.uniform(0, 3, agents)), random.random((agents, 2, 4))
-        found = np.sort(select(experiment, fitness, uniforms), axis=1)
-        assert (
-            found.tolist()
-            == np.sort(part.oracle(values, fitness.tolist(), uniforms.tolist()), axis=1).tolist()
-        )
+        fitness = np.round(random.uniform(0, 3, agents))
+        uniforms = random.random((agents, 2, 4))
+        parents = select(experiment, fitness, uniforms)
+        expected = part.oracle(values, fitness.tolist(), uniforms.tolist())
+        assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
 
 
-def test_the_parts_keep_the_contract_in_what_they_declare_and_in_their_arithmetic() -> None:
+def test_the_parts_pass_the_quick_checks() -> None:
     parts = [registry.find(kind, name) for kind, names in NAMES.items() for name in names]
-    found = bl.check_part(parts, requirements=["fields", "limits", "arithmetic", "oracle"])
-    assert all(each.holds is not False for each in found), "\n".join(map(str, found))
+    findings = bl.check_part(parts, requirements=["fields", "limits", "arithmetic", "oracle"])
+    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
 @pytest.mark.nightly
-def test_the_parts_keep_the_whole_contract() -> None:
+def test_the_parts_pass_all_compiled_checks() -> None:
     parts = [registry.find(kind, name) for kind, names in NAMES.items() for name in names]
-    found = bl.check_part(
+    findings = bl.check_part(
         parts,
         requirements=[
             "compiles",
@@ -419,13 +429,11 @@ def test_the_parts_keep_the_whole_contract() -> None:
             "simulator",
         ],
     )
-    assert all(each.holds is not False for each in found), "\n".join(map(str, found))
+    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
-def test_in_a_whole_run_the_parents_are_who_ate_most_and_their_children_have_their_weights() -> (
-    None
-):
-    """Nolfi, Elman and Parisi's way: the best three of six have two children each."""
+def test_best_copies_in_a_run_copies_the_agents_with_the_most_energy() -> None:
+    """The scheme of Nolfi, Elman and Parisi: the best three of six have two children each."""
     evolution = {
         "selection": "best-copies",
         "variation": "copy",
@@ -434,14 +442,15 @@ def test_in_a_whole_run_the_parents_are_who_ate_most_and_their_children_have_the
     }
     run = simulate(make_small_experiment("evo", evolution={"generations": 3, **evolution}), seed=3)
     for generation in (1, 2):
-        energy, parents = run.energy.values[generation - 1], run.parents.values[generation]
+        energy = run.energy.values[generation - 1]
+        parents = run.parents.values[generation]
         assert sorted(energy[parents[:, 0]]) == sorted(np.repeat(np.sort(energy)[3:], 2))
         np.testing.assert_array_equal(
             run.genome.values[generation], run.genome.values[generation - 1][parents[:, 0]]
         )
 
 
-def test_a_part_may_have_the_name_of_what_every_table_can_do() -> None:
-    assert breeding_by(variation="copy").part("evolution.variation").name == "copy"
+def test_a_part_can_have_the_name_of_a_method_of_settings_tables() -> None:
+    assert experiment_with(variation="copy").part("evolution.variation").name == "copy"
     with pytest.raises(ExperimentError, match="there is no such field"):
         load("evo/A").replace(evolution={"copy": {"parent_share": 1}})

@@ -1,4 +1,4 @@
-"""How children's networks come of their parents': alleles by historical marks, splits, links, and a ledger that gives numbers."""
+"""NEAT variation: matching genes by innovation number, node and link mutations, and the ledger."""
 
 from __future__ import annotations
 
@@ -10,16 +10,25 @@ from scipy.stats import kstest
 
 from baldwinlab.evolution import GenerationKey, Genome, breed
 from baldwinlab.evolution.neat.genome import LEDGER, count_entries
-from tests.evolution.neat.grown import experiment, first_network, genes, network, population
+from tests.evolution.neat.grown import (
+    first_network,
+    genes_of,
+    make_network,
+    neat_experiment,
+    population,
+)
 
 AGENTS = 300
 
 
-def bred(
+def breed_children(
     genome: Genome, fitness: Any = None, generation: int = 1, cloned: bool = True, **fields: Any
 ) -> Genome:
-    """Children of a population, each of one parent or of two, in which nothing mutates but as the fields say."""
-    of = experiment(
+    """Return the children of a population.
+
+    `cloned` children have one parent, others two. Only the given fields cause mutations.
+    """
+    settings = neat_experiment(
         len(genome),
         fields,
         evolution={
@@ -30,48 +39,52 @@ def bred(
             }
         },
     )
-    alike = np.ones(len(genome)) if fitness is None else np.asarray(fitness, float)
-    return breed(of, genome, alike, GenerationKey(2, 0, generation))[0]
+    values = np.ones(len(genome)) if fitness is None else np.asarray(fitness, float)
+    return breed(settings, genome, values, GenerationKey(2, 0, generation))[0]
 
 
-def alike(count: int = AGENTS) -> Genome:
+def equal_founders(count: int = AGENTS) -> Genome:
     return population(*[first_network()] * count)
 
 
-def test_where_nothing_mutates_children_have_their_parent_s_genes() -> None:
-    assert all(genes(child) == genes(first_network()) for child in bred(alike())[:, 0])
+def test_children_without_mutation_have_the_genes_of_their_parent() -> None:
+    assert all(
+        genes_of(child) == genes_of(first_network())
+        for child in breed_children(equal_founders())[:, 0]
+    )
 
 
-def test_a_split_adds_a_node_and_two_links_and_disables_one() -> None:
-    for child in bred(alike(), add_node_rate=1.0)[:, 0]:
-        found = genes(child)
-        assert len(found) == 5
-        (split,) = [number for number, gene in found.items() if not gene[3]]
-        node, onward = (number for number in found if number > 6)
-        assert found[node] == [found[split][0], node, 1.0, 1.0]
-        assert found[onward] == [node, found[split][1], found[split][2], 1.0]
+def test_splitting_a_link_adds_a_node_and_two_links_and_disables_the_link() -> None:
+    for child in breed_children(equal_founders(), add_node_rate=1.0)[:, 0]:
+        child_genes = genes_of(child)
+        assert len(child_genes) == 5
+        (split,) = [number for number, gene in child_genes.items() if not gene[3]]
+        node, onward = (number for number in child_genes if number > 6)
+        assert child_genes[node] == [child_genes[split][0], node, 1.0, 1.0]
+        assert child_genes[onward] == [node, child_genes[split][1], child_genes[split][2], 1.0]
 
 
-def test_any_enabled_link_is_split_but_for_those_from_the_bias() -> None:
-    graph = network(
+def test_any_enabled_link_can_be_split_except_links_from_the_bias() -> None:
+    graph = make_network(
         (4, 0, 3, 1, 0), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 0)
     )
-    children = bred(population(*[graph] * AGENTS), add_node_rate=1.0)[:, 0]
+    children = breed_children(population(*[graph] * AGENTS), add_node_rate=1.0)[:, 0]
     split = [
         source
         for child in children
-        for number, (source, _, _, _) in genes(child).items()
+        for number, (source, _, _, _) in genes_of(child).items()
         if number > 8 and source < 3
     ]
-    assert set(split) == {0, 1} and abs(split.count(1) - AGENTS / 2) < 4 * np.sqrt(AGENTS) / 2
+    assert set(split) == {0, 1}
+    assert abs(split.count(1) - AGENTS / 2) < 4 * np.sqrt(AGENTS) / 2
 
 
-def test_the_same_structure_that_arises_twice_in_a_generation_gets_the_same_numbers() -> None:
-    children = bred(alike(), add_node_rate=1.0)
+def test_equal_innovations_in_a_generation_have_the_same_numbers() -> None:
+    children = breed_children(equal_founders(), add_node_rate=1.0)
     by_source = {
         (number, *gene[:2])
         for child in children[:, 0]
-        for number, gene in genes(child).items()
+        for number, gene in genes_of(child).items()
         if number > 6
     }
     assert len(by_source) == 4, "two splits, of two links each"
@@ -79,23 +92,30 @@ def test_the_same_structure_that_arises_twice_in_a_generation_gets_the_same_numb
     assert (children[:, 0, LEDGER] == 10).all()
 
 
-def test_in_a_later_generation_it_is_another_innovation() -> None:
-    first = bred(alike(), add_node_rate=1.0)
-    founders = alike()
+def test_an_equal_innovation_in_a_later_generation_has_new_numbers() -> None:
+    first = breed_children(equal_founders(), add_node_rate=1.0)
+    founders = equal_founders()
     founders[:, 0, LEDGER] = first[0, 0, LEDGER]
-    later = bred(founders, generation=2, add_node_rate=1.0)
-    assert {number for child in later[:, 0] for number in genes(child)} == {4, 5, 6, *range(11, 15)}
+    later = breed_children(founders, generation=2, add_node_rate=1.0)
+    assert {number for child in later[:, 0] for number in genes_of(child)} == {
+        4,
+        5,
+        6,
+        *range(11, 15),
+    }
 
 
-def test_a_new_link_joins_nodes_that_were_not_joined() -> None:
-    graph = network(
+def test_a_new_link_connects_nodes_that_were_not_connected() -> None:
+    graph = make_network(
         (4, 0, 3, 1, 0), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
     )
-    children = bred(population(*[graph] * AGENTS), add_link_rate=1.0, weight_range=2.0)[:, 0]
+    children = breed_children(population(*[graph] * AGENTS), add_link_rate=1.0, weight_range=2.0)[
+        :, 0
+    ]
     new = [
-        (number, *genes(child)[number])
+        (number, *genes_of(child)[number])
         for child in children
-        for number in genes(child)
+        for number in genes_of(child)
         if number > 8
     ]
     assert {(source, target) for _, source, target, _, _ in new} == {(1, 7), (2, 7)}
@@ -103,20 +123,23 @@ def test_a_new_link_joins_nodes_that_were_not_joined() -> None:
     assert kstest([weight for *_, weight, _ in new], "uniform", (-2, 4)).pvalue > 0.001
 
 
-def test_where_all_is_joined_or_there_is_no_room_nothing_is_added() -> None:
-    assert all(len(genes(child)) == 3 for child in bred(alike(), add_link_rate=1.0)[:, 0])
-    of = experiment(20, {"add_node_rate": 1.0}).replace(neat_xor={"max_links": 4})
-    genome = np.ascontiguousarray(alike(20)[:, :, : count_entries(4)])
-    children, _ = breed(of, genome, np.ones(20), GenerationKey(1, 0, 1))
-    assert all(len(genes(child)) == 3 for child in children[:, 0])
+def test_fully_connected_or_full_graphs_do_not_grow() -> None:
+    assert all(
+        len(genes_of(child)) == 3
+        for child in breed_children(equal_founders(), add_link_rate=1.0)[:, 0]
+    )
+    settings = neat_experiment(20, {"add_node_rate": 1.0}).replace(neat_xor={"max_links": 4})
+    genome = np.ascontiguousarray(equal_founders(20)[:, :, : count_entries(4)])
+    children, _ = breed(settings, genome, np.ones(20), GenerationKey(1, 0, 1))
+    assert all(len(genes_of(child)) == 3 for child in children[:, 0])
 
 
-def test_weights_are_perturbed_or_drawn_anew_as_often_as_is_said() -> None:
+def test_weights_are_perturbed_or_replaced_with_the_given_probabilities() -> None:
     founders = population(*[first_network((10, 10, 10))] * AGENTS)
     weights = np.array(
         [
-            [gene[2] for gene in genes(child).values()]
-            for child in bred(founders, weight_mutation_rate=0.8)[:, 0]
+            [gene[2] for gene in genes_of(child).values()]
+            for child in breed_children(founders, weight_mutation_rate=0.8)[:, 0]
         ]
     )
     untouched = (weights == 10).all(axis=1)
@@ -126,45 +149,52 @@ def test_weights_are_perturbed_or_drawn_anew_as_often_as_is_said() -> None:
     assert abs(perturbed.mean() - 0.9) < 4 * np.sqrt(0.09 / changed.size)
 
 
-def parents() -> tuple[Any, Any]:
-    """Two with genes in common, of which one alone has a node, the other a gene that was disabled."""
-    one = network(
+def two_parents() -> tuple[Any, Any]:
+    """Return two networks with common genes and different hidden nodes and disabled genes."""
+    first = make_network(
         (4, 0, 3, 1, 0), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
     )
-    other = network(
+    second = make_network(
         (4, 0, 3, -1, 1), (5, 1, 3, -1, 0), (6, 2, 3, -1, 1), (9, 2, 9, -1, 1), (10, 9, 3, -1, 1)
     )
-    return one, other
+    return first, second
 
 
 @pytest.mark.parametrize("fitter", [0, 1])
-def test_what_only_one_parent_has_comes_from_the_fitter_one(fitter: int) -> None:
-    graphs = parents()
+def test_genes_of_one_parent_are_inherited_from_the_fitter_parent(fitter: int) -> None:
+    graphs = two_parents()
     fitness = [1.0 + (number % 2 == fitter) for number in range(AGENTS)]
-    children = bred(population(*graphs * (AGENTS // 2)), fitness, cloned=False)[:, 0]
+    children = breed_children(population(*graphs * (AGENTS // 2)), fitness, cloned=False)[:, 0]
     for child in children:
-        assert set(genes(child)) in (set(genes(graphs[0])), set(genes(graphs[1])))
+        assert set(genes_of(child)) in (set(genes_of(graphs[0])), set(genes_of(graphs[1])))
     crossed = [
-        genes(child) for child in children if len({gene[2] for gene in genes(child).values()}) == 2
+        genes_of(child)
+        for child in children
+        if len({gene[2] for gene in genes_of(child).values()}) == 2
     ]
-    assert crossed and all(set(found) == set(genes(graphs[fitter])) for found in crossed)
-    chosen = np.array([found[number][2] for found in crossed for number in (4, 5, 6)])
-    assert 0.35 < (chosen == 1).mean() < 0.65, "the weight of a matching gene is either parent's"
+    assert crossed
+    assert all(set(child_genes) == set(genes_of(graphs[fitter])) for child_genes in crossed)
+    chosen = np.array([child_genes[number][2] for child_genes in crossed for number in (4, 5, 6)])
+    # The weight of a matching gene comes from either parent.
+    assert 0.35 < (chosen == 1).mean() < 0.65
 
 
-def test_of_parents_that_are_equally_fit_a_coin_says_whose_structure_is_inherited() -> None:
-    children = bred(population(*parents() * (AGENTS // 2)), cloned=False)[:, 0]
-    of_one = np.mean([7 in genes(child) for child in children])
-    assert abs(of_one - 0.5) < 4 * 0.5 / np.sqrt(AGENTS)
+def test_the_structure_of_a_random_parent_is_inherited_if_fitness_is_equal() -> None:
+    children = breed_children(population(*two_parents() * (AGENTS // 2)), cloned=False)[:, 0]
+    share_of_first = np.mean([7 in genes_of(child) for child in children])
+    assert abs(share_of_first - 0.5) < 4 * 0.5 / np.sqrt(AGENTS)
 
 
-def test_a_link_that_a_parent_has_disabled_is_enabled_again_in_one_child_of_four() -> None:
-    one, other = parents()
+def test_a_link_disabled_in_one_parent_is_enabled_in_a_quarter_of_the_children() -> None:
     fitness = [2.0, 1.0] * (AGENTS // 2)
-    children = bred(population(*(one, other) * (AGENTS // 2)), fitness, cloned=False)[:, 0]
-    crossed = [
-        genes(child) for child in children if len({gene[2] for gene in genes(child).values()}) == 2
+    children = breed_children(population(*two_parents() * (AGENTS // 2)), fitness, cloned=False)[
+        :, 0
     ]
-    enabled = np.array([found[number][3] for found in crossed for number in (4, 5)])
+    crossed = [
+        genes_of(child)
+        for child in children
+        if len({gene[2] for gene in genes_of(child).values()}) == 2
+    ]
+    enabled = np.array([child_genes[number][3] for child_genes in crossed for number in (4, 5)])
     assert abs(enabled.mean() - 0.25) < 4 * np.sqrt(0.1875 / enabled.size)
-    assert all(found[number][3] for found in crossed for number in (6, 7, 8))
+    assert all(child_genes[number][3] for child_genes in crossed for number in (6, 7, 8))

@@ -21,7 +21,7 @@ from baldwinlab.models.neat.cart_pole import FORCE, PARTS, TRACK, UPRIGHT, is_ba
 from baldwinlab.models.neat.double_pole import SCALE, START, activate_once, order_links
 from baldwinlab.models.neat.double_pole_no_velocities import ENOUGH, STARTS, UnseenVelocities
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.evolution.neat.grown import genes, network, population
+from tests.evolution.neat.grown import genes_of, make_network, population
 
 NAME = "neat-poles-without-velocities"
 POLES = "stanley-miikkulainen-2002:poles-without-velocities"
@@ -187,7 +187,7 @@ def test_start_states_are_a_grid_of_balanced_states() -> None:
 
 
 def test_a_new_link_can_have_any_target_except_an_input() -> None:
-    graph = network(
+    graph = make_network(
         (4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
     )
     fields = {"add_link_rate": 1.0, "add_node_rate": 0.0, "weight_mutation_rate": 0.0}
@@ -199,7 +199,7 @@ def test_a_new_link_can_have_any_target_except_an_input() -> None:
     for child in breed(
         experiment.replace(population={"size": 300}), genome, np.ones(300), GenerationKey(2, 0, 1)
     )[0][:, 0]:
-        new_links |= {(gene[0], gene[1]) for number, gene in genes(child).items() if number > 8}
+        new_links |= {(gene[0], gene[1]) for number, gene in genes_of(child).items() if number > 8}
     assert new_links == {(1, 7), (2, 7), (3, 3), (3, 7), (7, 7)}
 
 

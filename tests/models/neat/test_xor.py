@@ -22,7 +22,7 @@ from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.models.neat.xor import ANSWERS, QUESTIONS, NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
-from tests.evolution.neat.grown import network
+from tests.evolution.neat.grown import make_network
 
 SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
 
@@ -58,14 +58,16 @@ def test_no_network_without_hidden_nodes_evolves_the_exclusive_or() -> None:
 def test_a_network_with_one_hidden_node_can_compute_the_exclusive_or() -> None:
     """The hidden node detects that both inputs are 1 and inhibits the output."""
     both = [(7, 0, 7, 9, 1), (8, 7, 3, -20, 1), (9, 1, 7, 9, 1), (10, 2, 7, -13, 1)]
-    results = simulate_graph(network((4, 0, 3, 9, 1), (5, 1, 3, 9, 1), (6, 2, 3, -4, 1), *both))
+    results = simulate_graph(
+        make_network((4, 0, 3, 9, 1), (5, 1, 3, 9, 1), (6, 2, 3, -4, 1), *both)
+    )
     assert results.records["right"].item() == 4
     assert (results.records["hidden"].item(), results.records["enabled"].item()) == (1, 7)
     assert results.energy.item() == pytest.approx(16, abs=1e-3)
 
 
 def test_an_output_of_one_half_is_never_correct() -> None:
-    results = simulate_graph(network((4, 0, 3, 0, 1), (5, 1, 3, 0, 1), (6, 2, 3, 0, 1)))
+    results = simulate_graph(make_network((4, 0, 3, 0, 1), (5, 1, 3, 0, 1), (6, 2, 3, 0, 1)))
     assert results.records["right"].item() == 0
     assert results.energy.item() == 4
 
