@@ -67,7 +67,7 @@ def apply_teacher_control(experiment: Experiment, genome: Genome, key: Generatio
     return genome
 
 
-def inherit_genomes(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
+def apply_inheritance(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
     """Return the genomes to inherit: the newborn genomes, moved toward the learned weights.
 
     `learned` is the action module [agent, weight] at death.
