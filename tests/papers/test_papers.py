@@ -113,7 +113,7 @@ def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None
 
 def test_a_folder_is_a_paper_and_its_presets_are_named_by_it(tmp_path: Path) -> None:
     place = folder(tmp_path / "tiny")
-    assert papers.load(place).own() == ["plain/near", "taught/near"]
+    assert papers.load(place).study_names() == ["plain/near", "taught/near"]
     experiment = presets.load(f"{place}:taught/near")
     assert (experiment.name, experiment.lifetime.steps, experiment.learning.rule) == (
         "taught/near",

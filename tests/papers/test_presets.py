@@ -63,7 +63,7 @@ def test_every_alternative_of_the_open_choices_has_a_variant() -> None:
 def test_every_part_of_the_library_is_in_a_preset() -> None:
     everything = [load(name) for name in factors()]
     everything += [
-        one.experiment(one.own()[0], name)
+        one.experiment(one.study_names()[0], name)
         for one in papers.built_in().values()
         for name in one.names("variants")
     ]
