@@ -54,19 +54,19 @@ REGION: Final = (
 # Sources of teachers, by the number in `BrowserPopulation.teacher`.
 TEACHERS: Final = ("inherited", "shuffled", "fresh")
 # Faults of a generation, in `BrowserPopulation.fault`.
-NAN_FITNESS, INVALID_FITNESS, INVALID_PARENT = (
-    1,
-    2,
-    3,
-)
+NAN_FITNESS: Final = 1
+INVALID_FITNESS: Final = 2
+INVALID_PARENT: Final = 3
 
 
 class BrowserSettings(NamedTuple):
     """The settings from which sizes and derived numbers follow."""
 
-    regions: Any  # float64 [region, REGION]
-    sizes: Any  # int64 [layer], units
-    # float64 [MEASURED], derived numbers
+    # float64 [region, REGION].
+    regions: Any
+    # int64 [layer], units.
+    sizes: Any
+    # float64 [MEASURED]: derived numbers.
     measured: Any
     agents: int
     modules: int
@@ -81,7 +81,7 @@ class BrowserSettings(NamedTuple):
     square_contact: bool
     stride: float
     steps: int
-    # -1: never
+    # -1: never.
     learning_stops: int
 
 
@@ -111,27 +111,37 @@ class BrowserPopulation(NamedTuple):
     purposes: Any
     # float64 [scheme]: minimum fitness.
     least: Any
-    energies: Any  # float64 [region]
+    # float64 [region].
+    energies: Any
     # int64 [region]: number of the kind of its items.
     kinds: Any
-    genome: Any  # float32 [agent, module, weight]
+    # float32 [agent, module, weight].
+    genome: Any
     inherited: Any
     children: Any
     # float32 [agent, weight]: action module at death.
     learned: Any
-    eaten: Any  # int32 [agent, region]
-    eaten_of_kind: Any  # int32 [kind, agent]
-    gained: Any  # float64 [agent]
+    # int32 [agent, region].
+    eaten: Any
+    # int32 [kind, agent].
+    eaten_of_kind: Any
+    # float64 [agent].
+    gained: Any
     cost: Any
     # Fitness of each agent.
     energy: Any
-    parents: Any  # int32 [child, 2]
+    # int32 [child, 2].
+    parents: Any
     # int32 [agent, 2]: the two ancestors among the first agents of the lifetime.
     origin: Any
-    uniforms: Any  # float64 [child, 2, 4]
-    draws: Any  # float64 [module and weight, 4], scratch
-    shares: Any  # float64 [agent], scratch
-    order: Any  # int64 [agent], scratch
+    # float64 [child, 2, 4].
+    uniforms: Any
+    # float64 [module and weight, 4], scratch.
+    draws: Any
+    # float64 [agent], scratch.
+    shares: Any
+    # int64 [agent], scratch.
+    order: Any
     # float32 [weight, 1]: weights of a module to evaluate.
     asked_weights: Any
     # float32 [unit, 1]: inputs, and computed outputs.
@@ -153,51 +163,44 @@ for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, bree
 
 def measure(setting: BrowserSettings) -> None:
     """Set `setting.measured`: the lengths of arrays, and derived numbers."""
-    regions, items, cells = setting.regions.shape[0], 0, 0
+    regions = setting.regions.shape[0]
+    items = 0
+    cells = 0
     for region in range(regions):
         columns, rows = _grid(setting, region)
         items += int(setting.regions[region, 4])
         cells += columns * rows
-    units, weights = setting.sizes[0], 0
+    units = setting.sizes[0]
+    weights = 0
     for layer in range(1, setting.sizes.size):
         units += setting.sizes[layer]
         weights += (setting.sizes[layer - 1] + int(setting.biases)) * setting.sizes[layer]
-    region_count, length, stops = (
-        max(1, regions),
-        weights + int(setting.evolved_rate),
-        setting.learning_stops,
-    )
-    answers = setting.actions << min(setting.inputs, MAX_TABLE_INPUTS)
-    lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
-    slots, ends, fixed = (
-        items + WIDTH * region_count,
-        cells + region_count,
-        max(1, setting.modules - 1) * weights,
-    )
+    region_count = max(1, regions)
+    genome_length = weights + int(setting.evolved_rate)
     lengths = (
         regions,
         regions + 1,
         region_count,
         items,
-        slots,
+        items + WIDTH * region_count,
         cells,
-        ends,
+        cells + region_count,
         units,
         weights,
-        answers,
-        lanes,
-        length,
-        fixed,
+        setting.actions << min(setting.inputs, MAX_TABLE_INPUTS),
+        (setting.agents + WIDTH - 1) // WIDTH * WIDTH,
+        genome_length,
+        max(1, setting.modules - 1) * weights,
     )
     for number in range(len(lengths)):
         setting.measured[number] = float(lengths[number])
-    setting.measured[len(lengths)] = float(setting.modules * length)
+    setting.measured[len(lengths)] = float(setting.modules * genome_length)
     setting.measured[len(lengths) + 1] = compute_alert_radius(
         setting.reach, setting.square_contact, setting.stride
     )
-    setting.measured[len(lengths) + 2] = float(
-        setting.steps if stops < 0 else min(stops, setting.steps)
-    )
+    stop = setting.learning_stops
+    learning_steps = setting.steps if stop < 0 else min(stop, setting.steps)
+    setting.measured[len(lengths) + 2] = float(learning_steps)
 
 
 @compiled
@@ -221,23 +224,24 @@ def init_world(
     setting: BrowserSettings, model: Any, state: Any, population: BrowserPopulation
 ) -> None:
     """Set the constants of a run: the arrays of regions, and the keys of random numbers."""
-    state.keys[0, 0], state.keys[0, 1] = population.seed, population.run
+    state.keys[0, 0] = population.seed
+    state.keys[0, 1] = population.run
     alert = compute_alert_radius(setting.reach, setting.square_contact, setting.stride)
     margin = max(setting.visual_radius, alert) + setting.stride
-    items, cells = 0, 0
-    population.energies[0], population.kinds[0] = 0.0, 0
+    items = 0
+    cells = 0
+    population.energies[0] = 0.0
+    population.kinds[0] = 0
     for region in range(setting.regions.shape[0]):
         left, right, upper, lower = _edges(setting, region)
         columns, rows = _grid(setting, region)
-        model.regions[region, 0], model.regions[region, 1] = (
-            np.float32(left),
-            np.float32(right - left),
-        )
-        model.regions[region, 2], model.regions[region, 3] = (
-            np.float32(upper),
-            np.float32(lower - upper),
-        )
-        model.grid[region, 0], model.grid[region, 1] = columns, rows
+        kind = int(setting.regions[region, 6])
+        model.regions[region, 0] = np.float32(left)
+        model.regions[region, 1] = np.float32(right - left)
+        model.regions[region, 2] = np.float32(upper)
+        model.regions[region, 3] = np.float32(lower - upper)
+        model.grid[region, 0] = columns
+        model.grid[region, 1] = rows
         for axis, count in ((0, columns), (1, rows)):
             model.cell_size[region, axis] = np.float32(
                 np.float64(model.regions[region, 2 * axis + 1]) / count
@@ -245,13 +249,16 @@ def init_world(
         model.images[region] = count_images(
             right - left, lower - upper, margin, setting.width, setting.height
         )
-        model.region_kind[region] = population.kinds[region] = int(setting.regions[region, 6])
+        model.region_kind[region] = kind
+        population.kinds[region] = kind
         population.energies[region] = setting.regions[region, 5]
-        model.region_items[region], model.region_cells[region] = items, cells
+        model.region_items[region] = items
+        model.region_cells[region] = cells
         items += int(setting.regions[region, 4])
         cells += columns * rows
     last = setting.regions.shape[0]
-    model.region_items[last], model.region_cells[last] = items, cells
+    model.region_items[last] = items
+    model.region_cells[last] = cells
 
 
 def init_founders(population: BrowserPopulation) -> None:
@@ -295,27 +302,29 @@ def evaluate_module(state: Any, population: BrowserPopulation) -> None:
 
 def find_links(state: Any, population: BrowserPopulation) -> None:
     """List the links between the units of a module that is not layered."""
-    units, link_rows = population.asked_units.shape[0], population.asked_links
+    network = dereference(state).network
+    units = population.asked_units.shape[0]
     population.asked_count[0] = links(
-        dereference(state).network, population.asked_weights, units, 0, link_rows
+        network, population.asked_weights, units, 0, population.asked_links
     )
 
 
 def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Compute the fitness and the results of the simulated lifetimes."""
-    eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
-    of_kind[:] = 0
+    eaten = population.eaten
+    eaten_of_kind = population.eaten_of_kind
+    cost = population.cost
+    eaten_of_kind[:] = 0
     # Births during life have changed genomes.
     _copy(state.genome[0], population.genome)
     for agent in range(model.agents):
-        population.origin[agent, 0], population.origin[agent, 1] = (
-            state.origin[0, agent, 0],
-            state.origin[0, agent, 1],
-        )
-        population.energy[agent], cost[agent] = np.nan, 0.0
+        population.origin[agent, 0] = state.origin[0, agent, 0]
+        population.origin[agent, 1] = state.origin[0, agent, 1]
+        population.energy[agent] = np.nan
+        cost[agent] = 0.0
         for region in range(eaten.shape[1]):
             eaten[agent, region] = state.eaten_in_life[region, agent]
-            of_kind[population.kinds[region], agent] += eaten[agent, region]
+            eaten_of_kind[population.kinds[region], agent] += eaten[agent, region]
         for weight in range(state.weights.shape[0]):
             population.learned[agent, weight] = state.weights[weight, agent]
         if population.learns:
@@ -327,7 +336,8 @@ def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> No
     population.fault[0] = 0
     for agent in range(model.agents):
         if np.isnan(population.energy[agent]):
-            population.fault[0], population.fault[1] = NAN_FITNESS, agent
+            population.fault[0] = NAN_FITNESS
+            population.fault[1] = agent
 
 
 def breed(population: BrowserPopulation) -> None:
@@ -338,29 +348,30 @@ def breed(population: BrowserPopulation) -> None:
         return
     invalid = find_invalid_fitness(population.energy, population.least[population.selection])
     if invalid >= 0:
-        population.fault[0], population.fault[1] = INVALID_FITNESS, invalid
+        population.fault[0] = INVALID_FITNESS
+        population.fault[1] = invalid
         return
     _copy(population.genome, population.inherited)
     if population.learns and population.wants_learned:
         for agent in range(population.genome.shape[0]):
-            at_birth, learned = population.genome[agent, 0], population.learned[agent]
-            inherit(population.inheritance, at_birth, learned, population.inherited[agent, 0])
+            innate = population.genome[agent, 0]
+            learned = population.learned[agent]
+            inherit(population.inheritance, innate, learned, population.inherited[agent, 0])
             if _has_teachers(population):
                 assign_teachers(
-                    population.inheritance, at_birth, learned, population.inherited[agent, 1]
+                    population.inheritance, innate, learned, population.inherited[agent, 1]
                 )
     _choose_parents(population)
     if population.fault[0] == 0:
         key = GenerationKey(population.seed, population.run, population.generation + 1)
-        inherited, energy, children = population.inherited, population.energy, population.children
         breed_children(
             population.variation,
             key,
-            inherited,
-            energy,
+            population.inherited,
+            population.energy,
             population.parents,
             population.draws,
-            children,
+            population.children,
         )
         remap_parents(population.origin, population.parents)
         _copy(population.children, population.genome)
@@ -377,15 +388,12 @@ def _copy(genome: Any, into: Any) -> None:
 
 @compiled
 def _choose_parents(population: BrowserPopulation) -> None:
-    agents, generation, uniforms = (
-        population.genome.shape[0],
-        population.generation + 1,
-        population.uniforms,
-    )
+    agents = population.genome.shape[0]
+    seed = population.seed
+    run = population.run
+    generation = population.generation + 1
     for child in range(agents):
-        draw_uniforms(
-            population.seed, population.run, generation, SELECTION, child, uniforms[child]
-        )
+        draw_uniforms(seed, run, generation, SELECTION, child, population.uniforms[child])
     population.parents[:] = -1
     draw_parents_by_scheme(population.schemes, population.selection, population)
     if has_invalid_parent(population.parents, agents):

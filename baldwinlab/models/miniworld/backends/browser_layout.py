@@ -1,14 +1,14 @@
-"""Memory layout of the tuples of `browser`, and the setting that member number comes from.
+"""Memory layout of the tuples of `browser`, and the setting that determines each number.
 
-JavaScript follows this layout, and has no knowledge of a model. The content is JSON:
+JavaScript reads this layout, and contains no code of a model. The content is JSON:
 
 - A value is 3, or {"path": "world.width"}. Further keys of a path change the value:
-  "is": whether it equals another; "among": its index in a list; "above": whether it is larger.
+  "is": whether the values are equal; "among": its index in a list; "above": whether it is larger.
   {"measured": "alert radius"} is a number that `measure` computes. {"given": "seed"} is an argument.
 - A number is {"at": offset, "type": "f8", "value": a value}.
 - An array is {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}.
   It can have a content. "values" is a list, whose entries can be lists.
-  "table" has a row for member entry of a list of the experiment.
+  "table" has a row for each entry of a list of the experiment.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.networks import Network
 from baldwinlab.parts.part import numeric_fields
 
-# A value of the plan, see above.
+# A value of the plan, as the docstring of the module describes.
 Value = Any
 
 
-def field(path: str, **how: Any) -> dict[str, Any]:
+def field(path: str, **changes: Any) -> dict[str, Any]:
     """Return the value of a setting."""
-    return {"path": path, **how}
+    return {"path": path, **changes}
 
 
 MODEL: Final[Mapping[str, Value]] = {
@@ -136,27 +136,26 @@ COMMON_INHERITANCES: Final = ("darwinian", "none")
 
 
 class ModuleLayout:
-    """The tuples of an experiment in Python, their types, and the source of member leaf."""
+    """The tuples of an experiment in Python, their types, and the source of each leaf."""
 
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
-        self.model, self.state = make_model(experiment, 1), make_state(experiment, 1)
+        self.model = make_model(experiment, 1)
+        self.state = make_state(experiment, 1)
         self.schemes = _schemes(experiment)
-        inheritance = (
-            experiment
-            if not self.has_common_inheritance
-            else experiment.replace(evolution={"inheritance": "darwinian"})
-        )
-        self.inheritance = breeding_part(inheritance, "inheritance")[0]
+        compiled_experiment = experiment
+        if self.has_common_inheritance:
+            compiled_experiment = experiment.replace(evolution={"inheritance": "darwinian"})
+        self.inheritance = breeding_part(compiled_experiment, "inheritance")[0]
         self.setting = _sample(
             browser.BrowserSettings,
             {"regions": ("f8", 2), "sizes": ("i8", 1), "measured": ("f8", 1)},
         )
         arrays = {name: (kind, len(shape)) for name, (kind, shape) in ARRAYS_OF_POPULATION.items()}
-        custom = {"purposes": ("i8", 1), "least": ("f8", 1)}
+        arrays |= {"purposes": ("i8", 1), "least": ("f8", 1)}
         self.population = _sample(
             browser.BrowserPopulation,
-            arrays | custom,
+            arrays,
             schemes=tuple(breeding_part(member, "selection")[0] for member in self.schemes),
             variation=breeding_part(experiment, "variation")[0],
             inheritance=self.inheritance,
@@ -170,9 +169,10 @@ class ModuleLayout:
 
     def entries(self) -> dict[str, wasm.Entry]:
         """Return the entry points by name, with the types of their arguments."""
-        setting, model, state, population = (
-            typeof(member) for member in (self.setting, self.model, self.state, self.population)
-        )
+        setting = typeof(self.setting)
+        model = typeof(self.model)
+        state = typeof(self.state)
+        population = typeof(self.population)
         simulate = (
             browser.simulate_steps_sequential
             if self.experiment.lifetime.update == "sequential"
@@ -264,13 +264,11 @@ class ModuleLayout:
         }
 
     def _layers(self) -> dict[str, Any]:
-        network, experiment = self.experiment.part("network.kind"), self.experiment
-        custom = type(network).layers is not Network.layers
-        sizes = (
-            list(experiment.layer_sizes)
-            if custom
-            else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
-        )
+        experiment = self.experiment
+        network = experiment.part("network.kind")
+        if type(network).layers is not Network.layers:
+            return {"type": "i8", "values": list(experiment.layer_sizes)}
+        sizes = [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
         return {"type": "i8", "values": sizes}
 
     def _model(self) -> dict[str, Any]:
@@ -289,7 +287,8 @@ class ModuleLayout:
         return leaves
 
     def _state(self) -> dict[str, Any]:
-        experiment, state = self.experiment, self.state
+        experiment = self.experiment
+        state = self.state
         leaves = _arrays("", ARRAYS)
         leaves |= _arrays("lookup.", type(state.lookup).part.arrays)
         chosen = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
@@ -302,7 +301,8 @@ class ModuleLayout:
 
     def _part(self, prefix: str, values: Any, path: str, part: Any) -> dict[str, Any]:
         """Return the leaves of a part: fields, derived values and arrays."""
-        leaves, table = {}, path.rpartition(".")[0]
+        leaves = {}
+        table = path.rpartition(".")[0]
         for name in numeric_fields(type(part)):
             source = field(f"{table}.{key_of(type(part).name)}.{name}")
             leaves[prefix + name] = {"type": _type(getattr(values, name)), "value": source}
@@ -332,16 +332,18 @@ class ModuleLayout:
     def _population(self) -> dict[str, Any]:
         experiment = self.experiment
         names = [member.evolution.selection for member in self.schemes]
-        least = [type(scheme).part.least for scheme in self.population.schemes]
-        ever, inheritance = self.has_common_inheritance, experiment.part("evolution.inheritance")
+        minimum_fitness = [type(scheme).part.least for scheme in self.population.schemes]
+        inheritance = experiment.part("evolution.inheritance")
+        resamples_genomes = inheritance.resamples_genomes
+        wants_learned = inheritance.wants_learned(experiment)
+        if self.has_common_inheritance:
+            inheritance = Darwinian()
+            resamples_genomes = field("evolution.inheritance", **{"is": "none"})
+            wants_learned = field("evolution.lamarckian_share", above=0)
         custom: dict[str, Any] = {
             "selection": field("evolution.selection", among=names),
-            "resamples_genomes": field("evolution.inheritance", **{"is": "none"})
-            if ever
-            else inheritance.resamples_genomes,
-            "wants_learned": field("evolution.lamarckian_share", above=0)
-            if ever
-            else inheritance.wants_learned(experiment),
+            "resamples_genomes": resamples_genomes,
+            "wants_learned": wants_learned,
             "learns": experiment.learns,
         }
         leaves = _numbers(self.population, {**POPULATION, **custom})
@@ -350,32 +352,27 @@ class ModuleLayout:
         leaves["purposes"] = {"type": "i8", "values": purposes(experiment)}
         leaves["least"] = {
             "type": "f8",
-            "values": ["-Infinity" if least == -math.inf else least for least in least],
+            "values": ["-Infinity" if least == -math.inf else least for least in minimum_fitness],
         }
         for number, member in enumerate(self.schemes):
             scheme = member.part("evolution.selection")
             leaves |= self._part(
                 f"schemes.{number}.", self.population.schemes[number], "evolution.selection", scheme
             )
-        for name, chosen in {"variation": "variation", "worth": "fitness"}.items():
-            path = f"evolution.{chosen}"
-            leaves |= self._part(
-                f"{name}.", getattr(self.population, name), path, experiment.part(path)
-            )
+        for name, kind in {"variation": "variation", "worth": "fitness"}.items():
+            path = f"evolution.{kind}"
+            values = getattr(self.population, name)
+            leaves |= self._part(f"{name}.", values, path, experiment.part(path))
         return leaves | self._part(
-            "inheritance.",
-            self.inheritance,
-            "evolution.inheritance",
-            Darwinian() if ever else inheritance,
+            "inheritance.", self.inheritance, "evolution.inheritance", inheritance
         )
 
 
 def _schemes(experiment: Experiment) -> list[Experiment]:
     """Return the experiment with each built-in selection scheme, and with a custom one."""
     names = list(registry.BUILT_IN["selection"])
-    custom = experiment.evolution.selection
-    changed = [experiment.replace(evolution={"selection": name}) for name in names]
-    return changed if custom in names else [*changed, experiment]
+    built_in = [experiment.replace(evolution={"selection": name}) for name in names]
+    return built_in if experiment.evolution.selection in names else [*built_in, experiment]
 
 
 def _sample(kind: Any, arrays: Mapping[str, tuple[str, int]], **further_values: Any) -> Any:
@@ -383,37 +380,40 @@ def _sample(kind: Any, arrays: Mapping[str, tuple[str, int]], **further_values: 
     numbers = {
         name: hint(0) for name, hint in get_type_hints(kind).items() if hint in (int, float, bool)
     }
-    made = {
+    samples = {
         name: np.zeros((1,) * dimensions, dtype) for name, (dtype, dimensions) in arrays.items()
     }
-    return kind(**numbers, **made, **further_values)
+    return kind(**numbers, **samples, **further_values)
 
 
 def _type(value: Any) -> str:
     """Return the type code of a value."""
     if isinstance(value, np.ndarray | np.generic):
         return "bool" if value.dtype == bool else value.dtype.str[1:]
-    return "bool" if isinstance(value, bool) else "i8" if isinstance(value, int) else "f8"
+    if isinstance(value, bool):
+        return "bool"
+    return "i8" if isinstance(value, int) else "f8"
 
 
 def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _numbers(of: Any, sources: Mapping[str, Value]) -> dict[str, Any]:
+def _numbers(values: Any, sources: Mapping[str, Value]) -> dict[str, Any]:
+    """Return the leaves of a tuple whose values come from `sources`."""
     return {
-        name: {"type": _type(getattr(of, name)), "value": value} for name, value in sources.items()
+        name: {"type": _type(getattr(values, name)), "value": source}
+        for name, source in sources.items()
     }
 
 
-def _constants(of: Any, names: Iterable[str]) -> dict[str, Any]:
-    return {name: _plain(getattr(of, name)) for name in names}
+def _constants(values: Any, names: Iterable[str]) -> dict[str, Any]:
+    return {name: _plain(getattr(values, name)) for name in names}
 
 
 def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
     """Return the leaves of declared arrays."""
-    shapes: dict[str, Callable[[Any], list[Any]]]
-    shapes = {
+    shapes: dict[str, Callable[[Any], list[Any]]] = {
         "agent": lambda rows: [*rows, "lanes"],
         "lane": lambda rows: ["lanes", *rows],
         "world": lambda rows: ["worlds", *rows],
@@ -429,10 +429,10 @@ def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
     }
 
 
-def _tuple_name(habitat: ModuleLayout, kind: Any) -> str:
+def _tuple_name(layout: ModuleLayout, kind: Any) -> str:
     """Return the name of the tuple with a type."""
     return next(
         name
         for name in ("setting", "model", "state", "population")
-        if typeof(getattr(habitat, name)) == kind
+        if typeof(getattr(layout, name)) == kind
     )
