@@ -253,7 +253,9 @@ def eat(
                 else -ONE
             )
             results.innate_by_color[run, agent] = _eats_by_color(genome, units, patch)
-            gained, by_color, by_smell = ZERO, ZERO, ZERO
+            gained = ZERO
+            by_color = ZERO
+            by_smell = ZERO
             for item in range(settings.items):
                 # One call of the generator gives the numbers of two items.
                 if item % 2 == 0:
@@ -262,7 +264,8 @@ def eat(
                         draw, agent, settings.generation, LIFE, settings.seed, runs[run]
                     )
                 else:
-                    first, second = third, fourth
+                    first = third
+                    second = fourth
                 food = ONE if unit(first) < HALF else -ONE
                 sweet = food if unit(second) < settings.accuracy else -food
                 gained += food if _eats(genome, units, patch * food, sweet) else ZERO

@@ -50,7 +50,8 @@ from baldwinlab.parts import (
     unit,
 )
 
-PIXELS, DIGITS = 35, 10
+PIXELS = 35
+DIGITS = 10
 # Generation number of the random numbers for the digits.
 BEFORE_LIFE: Final = 2**32 - 1
 # Number of levels of a weight.

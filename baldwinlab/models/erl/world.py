@@ -82,7 +82,10 @@ class ErlWorld(NamedTuple):
 def draw_uniforms(world: ErlWorld) -> Any:
     """Draw four uniform numbers in (0, 1). Each call returns different numbers."""
     world.counts[DRAWN] += 1
-    seed, run, generation, number = world.key[0], world.key[1], world.key[2], world.key[3]
+    seed = world.key[0]
+    run = world.key[1]
+    generation = world.key[2]
+    number = world.key[3]
     drawn = philox(
         world.counts[DRAWN], world.counts[STEP], generation, LIFE + (number << 16), seed, run
     )

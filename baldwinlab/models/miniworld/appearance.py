@@ -84,7 +84,8 @@ def describe_appearance(experiment: Experiment) -> Appearance:
     radius = experiment.senses.visual_radius
     senses = experiment.parts("senses.kinds")
     sectors = [sector for sense in senses for sector in sense.sectors]
-    rule, network = experiment.part("learning.rule"), experiment.part("network.kind")
+    rule = experiment.part("learning.rule")
+    network = experiment.part("network.kind")
     return Appearance(
         inputs=experiment.inputs,
         is_continuous=tuple(sense.is_continuous for sense in senses for _ in sense.inputs),

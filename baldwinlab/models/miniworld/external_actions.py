@@ -40,13 +40,15 @@ def simulate_steered(
 
     If `newborn`, initialize the generation instead of taking a step.
     """
-    model, state = as_pointer(model), as_pointer(state)
+    model = as_pointer(model)
+    state = as_pointer(state)
     batch_agents = all_agents(model, state)
     if newborn:
         init_generation(model, state)
         sense_environment(batch_agents, model, state, step)
         return
-    rows, actions = state.activations.shape[0], outputs.shape[0]
+    rows = state.activations.shape[0]
+    actions = outputs.shape[0]
     for first in range(0, state.positions.shape[1], lanes_in_block()):
         for action in range(actions):
             put(
@@ -78,10 +80,8 @@ class SteeredBatch:
             learning={"rule": "none"}, evolution={"lamarckian_share": 0}
         )
         self.experiment = without_learning
-        self._model, self._state = (
-            make_model(without_learning, len(runs)),
-            make_state(without_learning, len(runs)),
-        )
+        self._model = make_model(without_learning, len(runs))
+        self._state = make_state(without_learning, len(runs))
         self._state.keys[:] = [(seed, run) for run in runs]
         self._outputs = np.zeros(
             (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32

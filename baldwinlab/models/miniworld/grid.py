@@ -27,7 +27,8 @@ MANY_AGENTS: Final = 12
 @compiled
 def compute_cell_size(width: float, height: float, count: int) -> Any:
     """Return the width and height of a cell of a region. Cells of a thin strip are longer."""
-    area, items = width * height, max(1, count)
+    area = width * height
+    items = max(1, count)
     cell_height = min(
         height,
         max(

@@ -111,7 +111,9 @@ def _make_child(
 
     The parent with more energy is the fitter one. `number` selects the random numbers.
     """
-    seed, run, generation = state.keys[world, 0], state.keys[world, 1], state.generation[0]
+    seed = state.keys[world, 0]
+    run = state.keys[world, 1]
+    generation = state.generation[0]
     if _share(part.wheel[world], second_parent) > _share(part.wheel[world], first_parent):
         first_parent, second_parent = second_parent, first_parent
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])

@@ -295,7 +295,8 @@ class DriftingFood(WorldFeature, name="drifting-food"):
                         y = _drift(
                             state.item_y[world, item], part.velocity_y, upper, height, model.height
                         )
-                        state.item_x[world, item], state.item_y[world, item] = x, y
+                        state.item_x[world, item] = x
+                        state.item_y[world, item] = y
                         if is_placement_blocked(state.features, model, x, y):
                             place_item(model, state, world, region, item)
                 sort_into_cells(model, state, world, region)
@@ -333,14 +334,13 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
             changed = False
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 if state.touched[world, item] == step:
-                    part.x[world, item], part.due[world, item] = (
-                        state.item_x[world, item],
-                        step + part.delay,
-                    )
+                    part.x[world, item] = state.item_x[world, item]
+                    part.due[world, item] = step + part.delay
                     state.item_x[world, item] = AWAY * model.width
                     changed = True
                 elif part.due[world, item] == step:
-                    state.item_x[world, item], part.due[world, item] = part.x[world, item], -1
+                    state.item_x[world, item] = part.x[world, item]
+                    part.due[world, item] = -1
                     changed = True
             if changed:
                 sort_into_cells(model, state, world, region)

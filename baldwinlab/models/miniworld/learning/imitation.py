@@ -54,11 +54,13 @@ def _count_eaten(state: State, lane: int) -> int:
 @compiled
 def _choose_best_teacher(part: Any, state: State, first: int, end: int) -> None:
     """Set the teacher to the agent with the most eaten items. A tie goes to the first."""
-    best, most_eaten = first, -1
+    best = first
+    most_eaten = -1
     for lane in range(first, end):
         eaten = _count_eaten(state, lane)
         if eaten > most_eaten:
-            best, most_eaten = lane, eaten
+            best = lane
+            most_eaten = eaten
     for lane in range(first, end):
         part.teacher_index[0, lane] = best if most_eaten >= part.min_items else lane
 
@@ -80,7 +82,8 @@ def _choose_nearest_teacher(
         for lane in range(first, end):
             dx = shortest_difference(x - get(state.positions, 0, lane), model.width)
             dy = shortest_difference(y - get(state.positions, 1, lane), model.height)
-            distance, least = dx * dx + dy * dy, get(part.distance, 0, lane)
+            distance = dx * dx + dy * dy
+            least = get(part.distance, 0, lane)
             nearer = (distance < least) & (lane != candidate)
             put(
                 part.teacher_index,
@@ -141,7 +144,8 @@ class Imitation(LearningRule, name="imitation"):
     def observe_others(
         part: Any, model: MiniWorldModel, state: State, world: int, step: int
     ) -> None:
-        first, end = world * model.agents, (world + 1) * model.agents
+        first = world * model.agents
+        end = (world + 1) * model.agents
         if part.is_nearest:
             _choose_nearest_teacher(part, model, state, first, end)
         else:
@@ -195,11 +199,9 @@ class Supervised(LearningRule, name="supervised"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        left, front, right = (
-            get(state.activations, 0, lane),
-            get(state.activations, 1, lane),
-            get(state.activations, 2, lane),
-        )
+        left = get(state.activations, 0, lane)
+        front = get(state.activations, 1, lane)
+        right = get(state.activations, 2, lane)
         left = choose(front > HALF, ZERO, left)
         right = choose((front > HALF) | (left > HALF), ZERO, right)
         put(part.desired, 0, lane, left)

@@ -123,7 +123,8 @@ def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -
     Predictions are the outputs of a network with the hidden layers of the action module.
     """
     if agent.step > 0:
-        inputs, weights = len(agent.inputs), agent.own["predictor"]
+        inputs = len(agent.inputs)
+        weights = agent.own["predictor"]
         used = (part.hidden + naive.biases) * inputs
         layer = [weights[row : row + inputs] for row in range(0, used, inputs)]
         naive.backpropagate(

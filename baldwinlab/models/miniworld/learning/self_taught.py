@@ -86,7 +86,8 @@ class Drift(LearningRule, name="drift"):
     def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         """Draw the direction of the changes of each weight: as in self-teaching, or opposite."""
         lane = world * model.agents + agent
-        seed, run = state.keys[world, 0], state.keys[world, 1]
+        seed = state.keys[world, 0]
+        run = state.keys[world, 1]
         for weight in range(state.weights.shape[0]):
             words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
             part.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE

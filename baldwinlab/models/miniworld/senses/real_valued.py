@@ -52,7 +52,8 @@ HALF = np.float32(0.5)
 ONE = np.float32(1)
 FAR = np.float32(np.inf)
 # Number of rays, and the headings (of 9 degrees) between two rays.
-RAYS, HEADINGS_PER_RAY = 5, 3
+RAYS = 5
+HEADINGS_PER_RAY = 3
 DEGREES = tuple((ray - RAYS // 2) * HEADINGS_PER_RAY * 360 // HEADING_COUNT for ray in range(RAYS))
 
 

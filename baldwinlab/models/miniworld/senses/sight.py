@@ -47,7 +47,10 @@ ZERO = np.float32(0)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
-LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
+LEFT = 1
+FRONT = 2
+RIGHT = 4
+ALERT = 8
 
 # Where items are in the left, front and right sector, and near enough to be touched soon.
 Hits = tuple[Mask, Mask, Mask, Mask]
@@ -95,18 +98,16 @@ def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) ->
     # The margin covers rounding.
     reach = max(model.visual_radius, model.alert_radius) + ONE
     for region in range(model.regions.shape[0]):
-        half_width, half_height = model.regions[region, 1] * HALF, model.regions[region, 3] * HALF
-        center_x, center_y = (
-            model.regions[region, 0] + half_width,
-            model.regions[region, 2] + half_height,
-        )
-        x, y = get(state.positions, 0, lane), get(state.positions, 1, lane)
+        half_width = model.regions[region, 1] * HALF
+        half_height = model.regions[region, 3] * HALF
+        center_x = model.regions[region, 0] + half_width
+        center_y = model.regions[region, 2] + half_height
+        x = get(state.positions, 0, lane)
+        y = get(state.positions, 1, lane)
         put(state.image_x, region, lane, nearest_image(x, center_x, model.width))
         put(state.image_y, region, lane, nearest_image(y, center_y, model.height))
-        dx, dy = (
-            shortest_difference(x - center_x, model.width),
-            shortest_difference(y - center_y, model.height),
-        )
+        dx = shortest_difference(x - center_x, model.width)
+        dy = shortest_difference(y - center_y, model.height)
         near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
         put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
 
@@ -230,7 +231,8 @@ def _scan_region(model: MiniWorldModel, state: State, world: int, region: int, l
     """
     heading = int(get(state.heading, 0, lane))
     if model.images[region] == 1:
-        x, y = get(state.image_x, region, lane), get(state.image_y, region, lane)
+        x = get(state.image_x, region, lane)
+        y = get(state.image_y, region, lane)
         if has_single_cell(model, region):
             return _pack_hits(
                 _test_slots(model, state, world, find_slots(model, region), x, y, heading)
@@ -334,7 +336,8 @@ def _choose_write_inputs(
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first: None
     part = part_class(senses[0])
-    count, is_continuous = len(part.inputs), part.is_continuous
+    count = len(part.inputs)
+    is_continuous = part.is_continuous
 
     def write(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
         if is_continuous:
