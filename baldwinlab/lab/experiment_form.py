@@ -16,7 +16,7 @@ from baldwinlab.lab.limits import check_size
 from baldwinlab.lab.query import body, whole_number
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.description import about
+from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.simulation.simulate import check_seed
 
 # The text after the path in the error about an unknown field.
@@ -52,7 +52,7 @@ def appearance_of(experiment: Experiment) -> dict[str, Any]:
     return {
         "world": experiment.world.model_dump(mode="json"),
         "appearance": describe_appearance(experiment).to_dict(),
-        "topics": [topic._asdict() for topic in about(experiment)],
+        "topics": [topic._asdict() for topic in list_topics(experiment)],
     }
 
 

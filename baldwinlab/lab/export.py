@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.allocation import FOOD_COLOR, item_regions
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
-from baldwinlab.models.miniworld.description import about
+from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.papers import presets
 from baldwinlab.parts.networks import Network
@@ -198,7 +198,7 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "experiment": experiment.to_dict(),
         "appearance": _appearance_template(experiment),
         "has_parent_teachers": has_parent_teachers(experiment),
-        "topics": [topic._asdict() for topic in about(experiment)],
+        "topics": [topic._asdict() for topic in list_topics(experiment)],
     }
 
 

@@ -98,8 +98,8 @@ class ClaimComparison(Declared):
             )
         if self.a == self.b:
             raise ValueError(
-                f"a and b are the same condition, {self.a!r}; b must be another, or 'first' for its "
-                "first generations"
+                f"a and b are the same condition, {self.a!r}; b must be another, or 'first' for "
+                "its first generations"
             )
         return self
 

@@ -298,8 +298,8 @@ def _require_distinct_names(paper: Paper) -> None:
         )
     if FIRST in paper.experiment_names():
         raise PaperError(
-            f"{paper.folder}: no condition can be named {FIRST!r}, because claims use this name for "
-            "the first generations; rename its file"
+            f"{paper.folder}: no condition can be named {FIRST!r}, because claims use this name "
+            "for the first generations; rename its file"
         )
 
 

@@ -1,8 +1,9 @@
 """The parts that create generations: their first argument, and the survivor mark.
 
 The hooks of selection, variation, inheritance and fitness run on the CPU and read the entire
-population. Numbers are float64 unless stated otherwise. Genomes are float32
-[agent, module, weight]. Random numbers are passed as arrays. Only `vary_population` draws random numbers, by its key.
+population. Numbers are float64 unless stated otherwise. Genomes are float32 [agent, module,
+weight]. Random numbers are passed as arrays. Only `vary_population` draws random numbers, by its
+key.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Poison: a world feature with items that cost energy, a sense for them, and a fitness.
 
-    baldwinlab run evo/A --part examples/parts/poison.py --set world.features='["poison"]' senses.kinds='["food", "poison"]' \
-        evolution.fitness=above-the-worst
+    baldwinlab run evo/A --part examples/parts/poison.py --set world.features='["poison"]' \
+        senses.kinds='["food", "poison"]' evolution.fitness=above-the-worst
 """
 
 from baldwinlab.models.miniworld.allocation import kind_number

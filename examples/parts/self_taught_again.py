@@ -1,6 +1,7 @@
 """The learning rule of the first paper as a custom part, with identical results.
 
-    baldwinlab run evo+self-taught/A --part examples/parts/self_taught_again.py --set learning.rule=self-taught-again
+    baldwinlab run evo+self-taught/A --part examples/parts/self_taught_again.py \
+        --set learning.rule=self-taught-again
 
 In each step, backpropagation moves the outputs of the action module toward the outputs of the
 reinforcement module, which is inherited and does not learn.

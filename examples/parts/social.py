@@ -1,6 +1,7 @@
 """A learning rule: agents imitate the agent that has eaten most.
 
-    baldwinlab run evo/A --part examples/parts/social.py --set learning.rule=social --set learning.social.least=3
+    baldwinlab run evo/A --part examples/parts/social.py --set learning.rule=social \
+        learning.social.least=3
 
 The per-world hook `observe_others` finds the best agent, because it may read all agents of a world.
 The per-agent hook `learn` then changes the weights of each agent.
@@ -21,18 +22,22 @@ class Social(LearningRule, name="social"):
     @staticmethod
     def observe_others(part, model, state, world, step):
         first = world * model.agents
-        best, most = first, -1
+        best = first
+        most_eaten = -1
         for lane in range(first, first + model.agents):
             eaten = 0
             for region in range(state.eaten_in_life.shape[0]):
                 eaten += state.eaten_in_life[region, lane]
-            if eaten > most:
-                best, most = lane, eaten
-        rows, actions = state.activations.shape[0], state.targets.shape[0]
+            if eaten > most_eaten:
+                best = lane
+                most_eaten = eaten
+        actions = state.targets.shape[0]
+        first_output = state.activations.shape[0] - actions
         for lane in range(first, first + model.agents):
-            model_lane = best if most >= part.least else lane  # towards oneself is not to learn
+            # An agent whose targets are its own outputs does not learn.
+            teacher = best if most_eaten >= part.least else lane
             for k in range(actions):
-                state.targets[k, lane] = state.activations[rows - actions + k, model_lane]
+                state.targets[k, lane] = state.activations[first_output + k, teacher]
 
     @staticmethod
     def learn(part, model, state, step, lane):
@@ -43,6 +48,7 @@ class Social(LearningRule, name="social"):
 
     @staticmethod
     def oracle(part, agents, agent, naive):
-        best = max(agents, key=lambda other: other.eaten_in_life)  # of equals, the first
+        # `max` returns the first of equal agents.
+        best = max(agents, key=lambda candidate: candidate.eaten_in_life)
         target = (best if best.eaten_in_life >= part.least else agent).outputs
         naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)

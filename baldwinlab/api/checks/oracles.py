@@ -135,7 +135,7 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
                 known = {**place, **of_now, **of_before, **deepcopy(modules), "others": others}
                 found.append(Agent(**known, number=agent, step=number, own=own[agent]))
         yield Step(number, sensing, learning, np.array(after["weights"], np.float32), items)
-        own = [agent.own for agent in learning]
+        own = [agent.arrays for agent in learning]
 
 
 def _seen(experiment: Any, batch: CpuBatch) -> dict[str, Any]:
@@ -178,7 +178,7 @@ def _compare_rule(subject: Subject, part: Any) -> str:
         for number in range(len(step.learning)):
             agents = deepcopy(step.learning)
             part.oracle(values, agents, agents[number], naive)
-            step.learning[number].own = agents[number].own
+            step.learning[number].arrays = agents[number].arrays
             expected = naive.weights(agents[number].action_module)
             learned |= expected != naive.weights(step.learning[number].action_module)
             _require_close(
@@ -234,7 +234,7 @@ def _compare_sense(subject: Subject, part: Any) -> str:
             )
             remembering = deepcopy(agent)
             part.oracle(values, remembering, step.items, naive)
-            step.learning[number].own = remembering.own
+            step.learning[number].arrays = remembering.arrays
     return ""
 
 

@@ -70,7 +70,7 @@ class Agent:
         Number of the agent in its world.
     step : int
         Number of the step in the lifetime.
-    own : dict
+    arrays : dict
         Arrays of the part as `init_agent` set them.
         The oracle may store data for later steps here.
     """
@@ -90,7 +90,7 @@ class Agent:
     others: list[Item] = field(default_factory=list)
     number: int = 0
     step: int = 0
-    own: dict[str, Any] = field(default_factory=dict)
+    arrays: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

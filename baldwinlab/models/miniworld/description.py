@@ -1,4 +1,4 @@
-"""Describe a miniworld experiment in short sentences, from its settings and parts."""
+"""Describe a MiniWorld experiment in brief sentences, from its settings and parts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Topic(NamedTuple):
     text: str
 
 
-def about(experiment: Experiment) -> tuple[Topic, ...]:
+def list_topics(experiment: Experiment) -> tuple[Topic, ...]:
     """Return the topics that the lab shows for an experiment under "What is this?"."""
     appearance = describe_appearance(experiment)
     return (

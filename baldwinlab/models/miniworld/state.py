@@ -1,4 +1,4 @@
-"""Data of compiled hooks: `MiniWorldModel`, which is constant in a lifetime, and `State`, which changes.
+"""Data of compiled hooks: constants of a lifetime in `MiniWorldModel`, variables in `State`.
 
 A batch simulates several worlds of the same experiment and generation at the same time.
 

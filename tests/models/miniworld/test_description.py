@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.description import about
+from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.papers.presets import load
 
 
 def words(experiment: Experiment) -> dict[str, str]:
-    return {topic.title: topic.text for topic in about(experiment)}
+    return {topic.title: topic.text for topic in list_topics(experiment)}
 
 
 def test_every_topic_describes_the_experiment() -> None:

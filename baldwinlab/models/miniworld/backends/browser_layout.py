@@ -4,7 +4,8 @@ JavaScript reads this layout, and contains no code of a model. The content is JS
 
 - A value is 3, or {"path": "world.width"}. Further keys of a path change the value:
   "is": whether the values are equal; "among": its index in a list; "above": whether it is larger.
-  {"measured": "alert radius"} is a number that `measure` computes. {"given": "seed"} is an argument.
+  {"measured": "alert radius"} is a number that `measure` computes. {"given": "seed"} is an
+  argument.
 - A number is {"at": offset, "type": "f8", "value": a value}.
 - An array is {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}.
   It can have a content. "values" is a list, whose entries can be lists.

@@ -89,10 +89,10 @@ def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
 
 def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
     """Compute the update of all four rules in plain Python."""
-    inherited = "a" in agent.own
+    inherited = "a" in agent.arrays
     shared = [float(value) for value in (part.a, part.b, part.c, part.d)] if not inherited else []
     coefficients = (
-        zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(shared)
+        zip(*(agent.arrays[name] for name in "abcd"), strict=True) if inherited else repeat(shared)
     )
     for (row, unit, x, y), (a, b, c, d) in zip(
         list_synapses(naive, agent), coefficients, strict=inherited

@@ -117,7 +117,7 @@ class _StrengthRule(LearningRule):
 
 def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
     """Compute the update of a rule in plain Python."""
-    signs = iter(agent.own["signs"])
+    signs = iter(agent.arrays["signs"])
     for row, unit, x, y in list_synapses(naive, agent):
         sign = next(signs)
         w = row[unit] * sign

@@ -124,14 +124,14 @@ def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -
     """
     if agent.step > 0:
         inputs = len(agent.inputs)
-        weights = agent.own["predictor"]
+        weights = agent.arrays["predictor"]
         used = (part.hidden + naive.biases) * inputs
         layer = [weights[row : row + inputs] for row in range(0, used, inputs)]
         naive.backpropagate(
-            [*agent.action_module[:-1], layer], agent.own["sensed"], target, agent.rate
+            [*agent.action_module[:-1], layer], agent.arrays["sensed"], target, agent.rate
         )
-        agent.own["predictor"] = [weight for row in layer for weight in row] + weights[used:]
-    agent.own["sensed"] = agent.inputs
+        agent.arrays["predictor"] = [weight for row in layer for weight in row] + weights[used:]
+    agent.arrays["sensed"] = agent.inputs
 
 
 class _PredictionRule(LearningRule):

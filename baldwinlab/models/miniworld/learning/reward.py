@@ -51,7 +51,7 @@ def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> 
 
     Then store the inputs and the action of this step.
     """
-    risen = worth - get(part.worth, 0, lane)
+    change = worth - get(part.worth, 0, lane)
     actions = state.targets.shape[0]
     if step > 0:
         for k in range(part.sensed.shape[0]):
@@ -59,9 +59,9 @@ def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> 
         forward(state.network, state.weights, part.units, lane)
         for k in range(actions):
             done = get(part.done, k, lane)
-            put(part.desired, k, lane, choose(risen > ZERO, done, ONE - done))
+            put(part.desired, k, lane, choose(change > ZERO, done, ONE - done))
         rate = get(state.rate, 0, lane)
-        rate = choose(risen > ZERO, rate, choose(risen < ZERO, rate * part.punishment, ZERO))
+        rate = choose(change > ZERO, rate, choose(change < ZERO, rate * part.punishment, ZERO))
         backward(state.network, rate, state.weights, part.units, state.errors, part.desired, lane)
     put(part.worth, 0, lane, worth)
     for k in range(part.sensed.shape[0]):
@@ -77,18 +77,18 @@ def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> 
 
 def _oracle_reinforce(part: Any, agent: Any, naive: Any, worth: float) -> None:
     """Compute `_reinforce` in plain Python."""
-    risen = worth - agent.own["worth"][0]
-    done = agent.own["done"]
-    if risen and any(done):
+    change = worth - agent.arrays["worth"][0]
+    done = agent.arrays["done"]
+    if change and any(done):
         # A float32 factor would make the result float32.
-        rate = agent.rate if risen > 0 else agent.rate * float(part.punishment)
+        rate = agent.rate if change > 0 else agent.rate * float(part.punishment)
         naive.backpropagate(
             agent.action_module,
-            agent.own["sensed"],
-            done if risen > 0 else [1 - value for value in done],
+            agent.arrays["sensed"],
+            done if change > 0 else [1 - value for value in done],
             rate,
         )
-    agent.own |= {
+    agent.arrays |= {
         "worth": [worth],
         "sensed": agent.inputs,
         "done": [float(k == agent.action) for k in range(len(done))],

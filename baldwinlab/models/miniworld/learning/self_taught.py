@@ -123,12 +123,14 @@ class Drift(LearningRule, name="drift"):
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        shadow = naive.module(agent.own["shadow"])
+        shadow = naive.module(agent.arrays["shadow"])
         naive.backpropagate(
             shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate
         )
-        agent.own["shadow"] = naive.weights(shadow)
-        entries = zip(agent.own["newborn"], agent.own["signs"], agent.own["shadow"], strict=True)
+        agent.arrays["shadow"] = naive.weights(shadow)
+        entries = zip(
+            agent.arrays["newborn"], agent.arrays["signs"], agent.arrays["shadow"], strict=True
+        )
         agent.action_module = naive.module(
             [newborn + sign * (learned - newborn) for newborn, sign, learned in entries]
         )

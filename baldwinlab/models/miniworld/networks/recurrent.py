@@ -182,9 +182,9 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        """Store the states of the hidden units in `agent.own`."""
+        """Store the states of the hidden units in `agent.arrays`."""
         hidden, outputs = agent.action_module
-        states = agent.own.get("states", [0.0] * part.hidden)
+        states = agent.arrays.get("states", [0.0] * part.hidden)
         biases = hidden[-1] if part.biases else [0.0] * part.hidden
         sources = [*agent.inputs, *_oracle_logistic(states, biases)]
         drives = [
@@ -195,7 +195,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
             state + (drive - state) / part.time_constant
             for state, drive in zip(states, drives, strict=True)
         ]
-        agent.own["states"] = states
+        agent.arrays["states"] = states
         fired = _oracle_logistic(states, biases) + [1.0] * part.biases
         totals = [
             sum(x * row[unit] for x, row in zip(fired, outputs, strict=True))

@@ -110,9 +110,9 @@ class LastAction(Sense, name="last-action"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        """Use `agent.own`, which is empty at birth and persists during life."""
-        newborn = not agent.own
-        agent.own["alive"] = True
+        """Use `agent.arrays`, which is empty at birth and persists during life."""
+        newborn = not agent.arrays
+        agent.arrays["alive"] = True
         return [not newborn and agent.action == action for action in range(3)]
 
 
@@ -140,8 +140,8 @@ class Touch(Sense, name="touch"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        before = agent.own.get("before")
-        agent.own["before"] = (agent.x, agent.y)
+        before = agent.arrays.get("before")
+        agent.arrays["before"] = (agent.x, agent.y)
         return [before == (agent.x, agent.y)]
 
 

@@ -120,7 +120,7 @@ def test_a_step_of_learning_goes_down_the_gradient(rule: str) -> None:
 def test_a_fall_is_learned_from_as_a_rise_of_all_that_was_not_done() -> None:
     experiment = assign(of("crbp"), ["learning.crbp.punishment=0.5"])
     naive, agent = naive_of(experiment), an_agent(experiment, 1)
-    agent.own["worth"] = [2.0]
+    agent.arrays["worth"] = [2.0]
     before = naive.weights(agent.action_module)
     others = [1 - done for done in DONE]
     gradient = slopes(
@@ -140,7 +140,7 @@ def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_lead
     naive, agent = naive_of(experiment), an_agent(experiment, 1)
     acting, predicting, used = (
         naive.weights(agent.action_module),
-        agent.own["predictor"],
+        agent.arrays["predictor"],
         (3 + 1) * 3,
     )
 
@@ -152,11 +152,11 @@ def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_lead
 
     gradient = slopes(error, [*acting, *predicting[:used]])
     told(experiment, [agent], agent)
-    after = np.array([*naive.weights(agent.action_module), *agent.own["predictor"][:used]])
+    after = np.array([*naive.weights(agent.action_module), *agent.arrays["predictor"][:used]])
     np.testing.assert_allclose(after - [*acting, *predicting[:used]], -RATE * gradient, atol=1e-9)
     silent, to_actions = 4, 4 * 3  # the weights of the input that was 0
     assert (gradient[: len(acting)] != 0).sum() == len(acting) - silent - to_actions
-    assert agent.own["predictor"][used:] == predicting[used:]
+    assert agent.arrays["predictor"][used:] == predicting[used:]
 
 
 def test_towards_a_frozen_teacher_the_error_falls_geometrically() -> None:
