@@ -15,11 +15,12 @@ from docutils import nodes
 GLOSSARY: Final = "docs/reference/glossary"
 FILE: Final = Path(__file__).parents[1] / f"{GLOSSARY}.md"
 
-ALSO_VERBS: Final = (
+AMBIGUOUS: Final = (
     "Claim",
     "Guide",
     "Hide",
     "Map",
+    "Measure",
     "Model",
     "Paper",
     "Part",
@@ -28,6 +29,7 @@ ALSO_VERBS: Final = (
     "Run",
     "Study",
     "Sweep",
+    "System",
     "Trace",
 )
 """Terms with a second meaning: only a use after one of `DETERMINERS` counts."""
@@ -58,7 +60,7 @@ def pattern(term: str) -> re.Pattern[str]:
     """Return a pattern whose group "term" is a use of a term, in singular or plural."""
     words = re.escape(term.lower())
     plural = f"{words[:-1]}ies" if re.search("[^aeiou]y$", term) else f"{words}s"
-    before = rf"\b{DETERMINERS} " if term in ALSO_VERBS else r"(?<![\w/-])"
+    before = rf"\b{DETERMINERS} " if term in AMBIGUOUS else r"(?<![\w/-])"
     return re.compile(rf"{before}(?P<term>{plural}|{words})(?![\w-])", re.IGNORECASE)
 
 

@@ -8,18 +8,23 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
-from scripts import reference
 from tests.commands import Command
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+ALL_PAGES = [
+    *PAGES,
+    *sorted(ROOT.glob("C*.md")),
+    *sorted((ROOT / "notebooks").glob("*.md")),
+    *sorted((ROOT / "benchmarks").glob("*.md")),
+    *sorted((ROOT / "baldwinlab" / "papers").glob("*/README.md")),
+]
 GUIDES = [page for page in PAGES if page.parent.name in ("tutorials", "how-to")]
 SLOW_PAGES = {  # more than a quarter of a minute each
     "assays.md",
@@ -161,16 +166,16 @@ def links(page: Path) -> set[Path]:
     return {(page.parent / target).resolve() for target in targets}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_of_a_page_lead_to_files(page: Path) -> None:
-    missing = {path for path in links(page) if not path.exists()}
-    assert not missing or missing <= generated_pages()
+    assert {path for path in links(page) if not path.exists()} == set()
 
 
-@cache
-def generated_pages() -> set[Path]:
-    """Return the pages that `make docs` generates from the code."""
-    return {ROOT / page for page in reference.pages()}
+def test_every_page_is_two_clicks_from_the_front_page() -> None:
+    """A page of the repository is a target of the README, or of a page that the README links."""
+    first = links(ROOT / "README.md")
+    second = {target for page in first if page.suffix == ".md" for target in links(page)}
+    assert {page for page in ALL_PAGES if page.name != "README.md"} - first - second == set()
 
 
 @pytest.mark.nightly
