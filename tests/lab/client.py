@@ -1,4 +1,4 @@
-"""Labs that run, questions to them, and their answers."""
+"""A client of running labs: requests, responses and browser contexts."""
 
 from __future__ import annotations
 
@@ -14,21 +14,22 @@ from websockets.sync.client import ClientConnection, connect
 from baldwinlab.lab import binary_frames
 from baldwinlab.lab.access import cookie_name
 
-# Loads no certificates, as `httpx.get` does each time: that takes a tenth of a second, and a lab's own page needs none.
+# `httpx.get` loads certificates on each call, which takes 0.1 s. A lab on loopback needs none.
 CLIENT = httpx.Client(timeout=60, verify=False, limits=httpx.Limits(max_keepalive_connections=0))
-WINDOWS = {  # in which pages are tried: width, height, and dots of the screen for each of the page's
-    "desk": (1280, 800, 1),
+# Sizes of tested browser windows: width, height, and device pixels per CSS pixel.
+WINDOWS = {
+    "desktop": (1280, 800, 1),
     "phone": (390, 844, 3),
-    "phone on its side": (844, 390, 3),
-    "a desk at 200 %": (640, 400, 2),
-    "the narrowest": (320, 568, 2),
+    "phone in landscape": (844, 390, 3),
+    "desktop at 200 %": (640, 400, 2),
+    "smallest phone": (320, 568, 2),
 }
 SMALL = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
 
 
 @dataclass(frozen=True)
 class LabServer:
-    """A lab that runs, and the token that admits its owner."""
+    """A running lab, and the access token of its owner."""
 
     root: Path
     port: int
@@ -36,7 +37,7 @@ class LabServer:
 
     @classmethod
     def from_output(cls, root: Path, line: str) -> Self:
-        """Read the line that the command `baldwinlab lab` prints."""
+        """Create a server from the line that the command `baldwinlab lab` prints."""
         address = httpx.URL(line.split("is open at ")[1].split()[0])
         assert address.port is not None
         return cls(root, address.port, address.params["token"])
@@ -47,7 +48,7 @@ class LabServer:
 
     @property
     def entry(self) -> str:
-        """The address that the command prints."""
+        """The address with the token, which the command prints."""
         return f"{self.address}/?token={self.token}"
 
     @property
@@ -55,7 +56,7 @@ class LabServer:
         return f"{cookie_name(self.port)}={self.token}"
 
     def request(self, lines: str) -> bytes:
-        """The lines of a request, in which PORT and COOKIE stand for those of this lab."""
+        """Return the bytes of a request. PORT and COOKIE are replaced by those of this lab."""
         return (
             lines.replace("PORT", str(self.port))
             .replace("COOKIE", self.cookie)
@@ -64,11 +65,11 @@ class LabServer:
         )
 
     def admit_client(self) -> None:
-        """Let CLIENT, and with it all functions of this module, ask this lab."""
+        """Allow CLIENT, and all functions of this module, to send requests to this lab."""
         CLIENT.cookies.set(cookie_name(self.port), self.token)
 
     def context(self, browser: Browser, **options: Any) -> BrowserContext:
-        """A browser whose pages may ask this lab."""
+        """Return a browser context whose pages are admitted to this lab."""
         context = browser.new_context(base_url=self.address, **options)
         context.add_cookies(
             [{"name": cookie_name(self.port), "value": self.token, "url": self.address}]
@@ -76,31 +77,36 @@ class LabServer:
         return context
 
     def websocket(self, path: str, **options: Any) -> ClientConnection:
-        headers, address = {"Cookie": self.cookie}, f"ws://127.0.0.1:{self.port}{path}"
+        """Open a websocket as the owner of this lab."""
+        address = f"ws://127.0.0.1:{self.port}{path}"
+        headers = {"Cookie": self.cookie}
         connection: ClientConnection = connect(address, additional_headers=headers, **options)
         return connection
 
 
 def get_response(address: str, path: str, **query: Any) -> httpx.Response:
+    """Send a GET request to a path below /api."""
     return CLIENT.get(f"{address}/api/{path}", params=query)
 
 
 def get_json(address: str, path: str, **query: Any) -> Any:
-    answer = get_response(address, path, **query)
-    assert answer.status_code == 200, answer.text
-    return answer.json()
+    """Return the JSON of a successful response."""
+    response = get_response(address, path, **query)
+    assert response.status_code == 200, response.text
+    return response.json()
 
 
 def get_arrays(
     address: str, path: str, **query: Any
 ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    answer = get_response(address, path, **query)
-    assert answer.status_code == 200, answer.text
-    return binary_frames.unpack(answer.content)
+    """Return the header and the arrays of a successful binary response."""
+    response = get_response(address, path, **query)
+    assert response.status_code == 200, response.text
+    return binary_frames.unpack(response.content)
 
 
 def get_error(address: str, path: str, status: int, **query: Any) -> str:
-    """The sentence with which a question is refused."""
-    answer = get_response(address, path, **query)
-    assert answer.status_code == status, answer.text
-    return str(answer.json()["error"])
+    """Return the error message of a response with this status."""
+    response = get_response(address, path, **query)
+    assert response.status_code == status, response.text
+    return str(response.json()["error"])

@@ -1,4 +1,4 @@
-"""A real server over a small study, and a page that lets no fault pass."""
+"""Servers with small studies, and browser pages whose errors fail the test."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ HAWKS = Path(__file__).parent / "hawks.py"
 
 @contextmanager
 def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
-    """A server in a thread, on a free port of loopback, which says whether its engine is ready."""
+    """Run a server in a thread, on a free port of loopback.
+
+    `ready` returns whether the engine is compiled.
+    """
     access = Access()
     server = make_server(make_app(root, access, ready))
     with listening(0) as listener:
@@ -46,7 +49,7 @@ def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator
 
 @pytest.fixture(scope="package")
 def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """A server over one study of two conditions and two runs, called `small`."""
+    """Yield a server with the study `small`, of two conditions and two runs."""
     root = tmp_path_factory.mktemp("lab")
     make_small_study(root / "small", runs=2)
     with run_server(root) as server:
@@ -55,7 +58,10 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 @pytest.fixture(scope="package")
 def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """A server over a study of worlds, called `small`, and one of `strings`, which keeps all genomes of one condition only."""
+    """Yield a server with the studies `small` and `strings`.
+
+    `small` has worlds. `strings` has alleles, and stores all genomes of one condition only.
+    """
     root = tmp_path_factory.mktemp("strings")
     make_small_study(root / "small", [shorten_preset("evo/A")], runs=2)
     guessing = load("guessing").replace(
@@ -69,11 +75,15 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
         yield server
 
 
-@pytest.fixture(scope="module")  # as its model of hawks is known for as long
-def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """A server over a study of models that have views: cells, with genomes that are kept or not, climbers, and hawks."""
+# The model of hawks is registered during this scope.
+@pytest.fixture(scope="module")
+def views_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a server with a study of models that have views: cells, climbers and hawks.
+
+    The condition `sparse` of the cells does not store all genomes.
+    """
     load_file(HAWKS)
-    root = tmp_path_factory.mktemp("looks")
+    root = tmp_path_factory.mktemp("views")
     sizes = {
         "population": {"size": 20},
         "evolution": {"generations": 4},
@@ -89,7 +99,7 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     sparse = cells.replace(name="sparse", record={"genome_every": 3})
     still = climbers.replace(name="still", nk_climbers={"trials": 0})
     make_small_study(
-        root / "looks", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2
+        root / "views", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2
     )
     with run_server(root) as server:
         yield server
@@ -98,45 +108,52 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
 
 @contextmanager
 def open_offline_page(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
-    """A page with no network, and the addresses that it asks for; its test fails if the page has a fault."""
+    """Yield a page without a network, and the list of addresses that it requests.
+
+    The test fails if the page logs a message or does not catch an error.
+    """
     context = browser.new_context(offline=True, viewport={"width": 1280, "height": height})
-    page, faults, asked = context.new_page(), list[str](), list[str]()
-    page.on("console", lambda message: faults.append(message.text))
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("request", lambda request: asked.append(request.url))
-    yield page, asked
+    page = context.new_page()
+    messages = list[str]()
+    requests = list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    yield page, requests
     context.close()
-    assert not faults
+    assert not messages
 
 
 @pytest.fixture
 def offline_page(browser: Browser) -> Iterator[Page]:
-    """A page with no network; its test fails if it asks for anything but what it holds, or has a fault."""
-    with open_offline_page(browser, 900) as (page, asked):
+    """Yield a page without a network. The test fails if the page requests a remote address."""
+    with open_offline_page(browser, 900) as (page, requests):
         yield page
-    assert not [url for url in asked if not url.startswith(("data:", "blob:", "file:"))]
+    assert not [url for url in requests if not url.startswith(("data:", "blob:", "file:"))]
 
 
 @pytest.fixture
 def page(first_visit: Page) -> Page:
-    """A page that is not yet opened, of a reader who has closed what explains the tabs."""
+    """Return a blank page of a user that has closed the guides of all tabs."""
     closed = ("papers", "world", "live", "results")
-    kept = "".join(
+    # The page about:blank has no storage.
+    close_guides = "".join(
         f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed
     )
-    first_visit.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
+    first_visit.add_init_script(f"if (location.host) {{ {close_guides} }}")
     return first_visit
 
 
 @pytest.fixture
 def first_visit(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
-    """The page of a first visit; its test fails if the page writes an error to the console or does not catch one."""
+    """Yield a blank page of a first visit. The test fails if the page logs an error."""
     context = lab_server.context(browser, viewport={"width": 1280, "height": 800})
-    opened, faults = context.new_page(), list[str]()
-    opened.on(
-        "console", lambda message: faults.append(message.text) if message.type == "error" else None
+    new_page = context.new_page()
+    errors = list[str]()
+    new_page.on(
+        "console", lambda message: errors.append(message.text) if message.type == "error" else None
     )
-    opened.on("pageerror", lambda error: faults.append(str(error)))
-    yield opened
+    new_page.on("pageerror", lambda error: errors.append(str(error)))
+    yield new_page
     context.close()
-    assert not faults
+    assert not errors

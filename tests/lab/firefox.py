@@ -1,6 +1,8 @@
-"""A Firefox as a test drives it: by WebDriver BiDi, which it speaks by itself, since Playwright drives only its own builds.
+"""A driver of Firefox by WebDriver BiDi, because Playwright drives only its own builds.
 
-Source: W3C, WebDriver BiDi (editor's draft), for the names of commands.
+References
+----------
+W3C, WebDriver BiDi (editor's draft).
 """
 
 from __future__ import annotations
@@ -20,71 +22,79 @@ import pytest
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-SECONDS = 60  # in which a browser has begun, and in which it answers
+# Maximum time in seconds for the start of a browser, and for a response.
+TIMEOUT = 60
 
 
 class Firefox:
-    """One page of a browser. `faults` are what it logged as errors."""
+    """One page of a browser. `errors` contains the errors that it has logged."""
 
     def __init__(self, connection: ClientConnection) -> None:
-        self._connection, self._numbers, self.faults = connection, itertools.count(), list[str]()
-        self._do("session.new", capabilities={})
-        self._do("session.subscribe", events=["log.entryAdded"])
-        self._page = self._do("browsingContext.getTree")["contexts"][0]["context"]
+        self._connection = connection
+        self._numbers = itertools.count()
+        self.errors = list[str]()
+        self._send_command("session.new", capabilities={})
+        self._send_command("session.subscribe", events=["log.entryAdded"])
+        self._page = self._send_command("browsingContext.getTree")["contexts"][0]["context"]
 
-    def _do(self, command: str, **parameters: Any) -> Any:
+    def _send_command(self, command: str, **parameters: Any) -> Any:
+        """Send a command and return its result."""
         number = next(self._numbers)
         self._connection.send(json.dumps({"id": number, "method": command, "params": parameters}))
         while True:
-            told = json.loads(self._connection.recv(timeout=SECONDS))
-            if told.get("method") == "log.entryAdded" and told["params"]["level"] == "error":
-                self.faults.append(str(told["params"]["text"]))
-            if told.get("id") == number:
-                assert told["type"] == "success", told
-                return told["result"]
+            message = json.loads(self._connection.recv(timeout=TIMEOUT))
+            if message.get("method") == "log.entryAdded" and message["params"]["level"] == "error":
+                self.errors.append(str(message["params"]["text"]))
+            if message.get("id") == number:
+                assert message["type"] == "success", message
+                return message["result"]
 
     def open(self, address: str, width: int, height: int) -> None:
-        self._do(
+        """Open an address in a window of this size."""
+        self._send_command(
             "browsingContext.setViewport",
             context=self._page,
             viewport={"width": width, "height": height},
         )
-        self._do(
+        # Without this, an address that differs only after # would not load the page again.
+        self._send_command(
             "browsingContext.navigate", context=self._page, url="about:blank", wait="complete"
-        )  # or # alone changes
-        self._do("browsingContext.navigate", context=self._page, url=address, wait="complete")
+        )
+        self._send_command(
+            "browsingContext.navigate", context=self._page, url=address, wait="complete"
+        )
 
-    def inspect_agent(self) -> None:
-        """Ask the first frame of the page from now on, and not the page around it."""
-        (page,) = self._do("browsingContext.getTree", root=self._page)["contexts"]
+    def enter_frame(self) -> None:
+        """Evaluate later expressions in the first frame of the page."""
+        (page,) = self._send_command("browsingContext.getTree", root=self._page)["contexts"]
         self._page = page["children"][0]["context"]
 
-    def ask(self, expression: str) -> Any:
-        """The value of an expression of JavaScript, which is waited for."""
+    def evaluate(self, expression: str) -> Any:
+        """Return the value of a JavaScript expression. Wait for a promise."""
         text = f"(async () => JSON.stringify(await ({expression})))()"
-        found = self._do(
+        result = self._send_command(
             "script.evaluate", expression=text, target={"context": self._page}, awaitPromise=True
         )
-        assert found["type"] == "success", found
-        return json.loads(found["result"].get("value", "null"))
+        assert result["type"] == "success", result
+        return json.loads(result["result"].get("value", "null"))
 
     def wait_for(self, expression: str) -> None:
-        """Until it is true."""
-        until = time.monotonic() + SECONDS
-        while not self.ask(expression):
-            assert time.monotonic() < until, expression
+        """Wait until an expression is true."""
+        deadline = time.monotonic() + TIMEOUT
+        while not self.evaluate(expression):
+            assert time.monotonic() < deadline, expression
             time.sleep(0.1)
 
 
 @contextmanager
-def firefox(profile: Path) -> Iterator[Firefox]:
-    """A browser without a window, for a test; skips the test where there is none on this machine."""
+def open_firefox(profile: Path) -> Iterator[Firefox]:
+    """Yield a headless browser. Skip the test if Firefox is not installed."""
     program = shutil.which("firefox-esr") or shutil.which("firefox")
     if program is None:
-        pytest.skip("there is no Firefox on this machine")
-    with closing(socket.create_server(("127.0.0.1", 0))) as free:
-        port = free.getsockname()[1]
-    line = [
+        pytest.skip("Firefox is not installed")
+    with closing(socket.create_server(("127.0.0.1", 0))) as listener:
+        port = listener.getsockname()[1]
+    command = [
         program,
         "--headless",
         "--no-remote",
@@ -93,20 +103,21 @@ def firefox(profile: Path) -> Iterator[Firefox]:
         "--remote-debugging-port",
         str(port),
     ]
-    process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        with _connected(f"ws://127.0.0.1:{port}/session") as connection:
+        with _connect(f"ws://127.0.0.1:{port}/session") as connection:
             yield Firefox(connection)
     finally:
         process.terminate()
         process.wait()
 
 
-def _connected(address: str) -> ClientConnection:
-    until = time.monotonic() + SECONDS
+def _connect(address: str) -> ClientConnection:
+    """Connect to a browser that is starting."""
+    deadline = time.monotonic() + TIMEOUT
     while True:
         try:
             return connect(address, max_size=None)
         except (OSError, WebSocketException):
-            assert time.monotonic() < until, "Firefox did not begin"
+            assert time.monotonic() < deadline, "Firefox did not start"
             time.sleep(0.3)

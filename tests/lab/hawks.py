@@ -1,4 +1,4 @@
-"""Hawks and doves: a model whose view is a matrix, as small as one can be."""
+"""The game of hawks and doves: a minimal model whose view is a matrix."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from baldwinlab.parts import FOUNDER, LifeResults, MatrixView, Model, View
 
-PAYOFFS = np.array([[0.0, 4.0], [1.0, 2.0]])  # of hawk and dove, against hawk and dove
+# The payoffs [strategy of the row, strategy of the column] of hawk and dove.
+PAYOFFS = np.array([[0.0, 4.0], [1.0, 2.0]])
 
 
-def payoffs(model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
+def payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
     hawks = (genomes > 0.5).mean()
     names = [f"hawk ({hawks:.0%})", f"dove ({1 - hawks:.0%})"]
     return MatrixView(
@@ -22,26 +23,28 @@ def payoffs(model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: in
 
 
 class Hawks(Model, name="hawks-and-doves"):
-    """Hawks and doves, each of whom meets everybody."""
+    """Hawks and doves. Each agent plays against all agents."""
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 20},
         "evolution": {"generations": 4},
     }
     views: ClassVar[Mapping[str, View]] = {
-        "payoffs": View("What strategies get against each other.", payoffs, of_an_agent=False)
+        "payoffs": View(
+            "The payoff of each strategy against each strategy.", payoffs, of_an_agent=False
+        )
     }
 
     def weights(self) -> int:
         return 1
 
-    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        return moment.uniforms(FOUNDER, (agents, 1))[:, :, :1].astype(np.float32)  # type: ignore[no-any-return]
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        return key.uniforms(FOUNDER, (agents, 1))[:, :, :1].astype(np.float32)  # type: ignore[no-any-return]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         dove = (genomes[:, :, 0, 0] <= 0.5).astype(int)
-        met = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
-        energy = (PAYOFFS[dove] * met[:, None]).sum(axis=-1)
+        frequencies = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
+        energy = (PAYOFFS[dove] * frequencies[:, None]).sum(axis=-1)
         return LifeResults(energy, np.zeros_like(energy), None, {})

@@ -1,4 +1,4 @@
-"""How frequent each allele is at each locus: what a study holds, whether its genomes are kept or bred again."""
+"""Tests of allele frequencies, from stored genomes and from recomputed genomes."""
 
 from __future__ import annotations
 
@@ -17,27 +17,29 @@ RUN = {"study": "strings", "condition": "guessing", "run": 1}
 
 
 @pytest.mark.parametrize("condition", ["guessing", "sparse"])
-def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are_not_kept(
+def test_allele_frequencies_are_those_of_the_genomes_of_every_generation(
     strings_server: LabServer, condition: str
 ) -> None:
-    header, found = get_arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
+    header, arrays = get_arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
     assert header["alleles"] == ["0", "?", "1"] and "to 0 or 1 at random" in header["description"]
-    genomes = (
-        StudyStore(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]
-    )  # whose seeds are the same
-    assert found["share"].shape == (5, 6, 3)
+    # Both conditions have the same seed, and `guessing` stores all genomes.
+    record = StudyStore(strings_server.root / "strings").read("guessing", 1)
+    genomes = record.genome.values[:, :, 0]
+    assert arrays["share"].shape == (5, 6, 3)
     for allele, value in enumerate((0, 0.5, 1)):
-        assert np.allclose(found["share"][:, :, allele], (genomes == value).mean(axis=1))
+        assert np.allclose(arrays["share"][:, :, allele], (genomes == value).mean(axis=1))
 
 
-def test_over_all_loci_they_are_what_the_study_records(strings_server: LabServer) -> None:
-    _, found = get_arrays(strings_server.address, "alleles", **RUN)
+def test_the_mean_frequency_over_loci_is_the_recorded_one(strings_server: LabServer) -> None:
+    _, arrays = get_arrays(strings_server.address, "alleles", **RUN)
     recorded = bl.open_runs(strings_server.root / "strings").sel(condition="guessing", run=1)
     for allele, name in enumerate(("zeros", "unset", "ones")):
-        assert np.allclose(found["share"][:, :, allele].mean(axis=1), recorded[name].mean("agent"))
+        assert np.allclose(arrays["share"][:, :, allele].mean(axis=1), recorded[name].mean("agent"))
 
 
-def test_the_list_of_studies_says_which_conditions_have_alleles(strings_server: LabServer) -> None:
+def test_the_list_of_studies_contains_the_alleles_of_each_condition(
+    strings_server: LabServer,
+) -> None:
     small, strings = get_json(strings_server.address, "studies")["studies"]
     assert [condition["alleles"] for condition in small["conditions"]] == [[]]
     assert [condition["alleles"] for condition in strings["conditions"]] == [
@@ -47,31 +49,31 @@ def test_the_list_of_studies_says_which_conditions_have_alleles(strings_server: 
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_a_live_run_shows_the_pack_stored_frequencies_any_generation_that_has_lived(
+def test_a_live_run_has_the_frequencies_of_every_simulated_generation(
     strings_server: LabServer, every: int
 ) -> None:
-    """Whether its genomes are kept or not, they are those of the run that the command line makes."""
+    """Compare a live run, with and without stored genomes, with a run from Python."""
     guessing = (
         StudyStore(strings_server.root / "strings")
         .experiment("guessing")
         .replace(record={"genome_every": every})
     )
-    order = {"experiment": guessing.to_dict(), "runs": 2, "seed": 4}
-    id = CLIENT.post(f"{strings_server.address}/api/live", json=order).json()["id"]
-    wait_until(lambda: live_run(strings_server, id)["state"] == "done")
-    assert live_run(strings_server, id)["alleles"] == ["0", "?", "1"]
-    genomes = simulate(guessing.replace(record={"genome_every": 1}), seed=4, run=1).genome.values[
-        :, :, 0
-    ]
+    request = {"experiment": guessing.to_dict(), "runs": 2, "seed": 4}
+    id = CLIENT.post(f"{strings_server.address}/api/live", json=request).json()["id"]
+    wait_until(lambda: find_live_run(strings_server, id)["state"] == "done")
+    assert find_live_run(strings_server, id)["alleles"] == ["0", "?", "1"]
+    run = simulate(guessing.replace(record={"genome_every": 1}), seed=4, run=1)
+    genomes = run.genome.values[:, :, 0]
     for generation in (4, 1, 0):
-        header, found = get_arrays(
+        header, arrays = get_arrays(
             strings_server.address, "alleles", live=id, run=1, generation=generation
         )
-        assert header["first"] == generation and found["share"].shape == (1, 6, 3)
+        assert header["first"] == generation
+        assert arrays["share"].shape == (1, 6, 3)
         shares = np.stack(
             [(genomes[generation] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1
         )
-        assert np.allclose(found["share"][0], shares)
+        assert np.allclose(arrays["share"][0], shares)
     assert "is not finished: 5 generations are" in get_error(
         strings_server.address, "alleles", 400, live=id, run=1, generation=5
     )
@@ -80,17 +82,15 @@ def test_a_live_run_shows_the_pack_stored_frequencies_any_generation_that_has_li
     )
 
 
-def live_run(server: LabServer, id: str) -> dict[str, Any]:
-    found: dict[str, Any] = next(
-        run for run in get_json(server.address, "live")["runs"] if run["id"] == id
-    )
-    return found
+def find_live_run(server: LabServer, id: str) -> dict[str, Any]:
+    runs: list[dict[str, Any]] = get_json(server.address, "live")["runs"]
+    return next(run for run in runs if run["id"] == id)
 
 
-def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServer) -> None:
+def test_an_unknown_run_and_a_model_without_alleles_are_rejected(strings_server: LabServer) -> None:
     address = strings_server.address
-    foragers = get_error(address, "alleles", 404, study="small", condition="evo/A", run=0)
-    assert foragers == "evo/A: the model miniworld declares no alleles"
+    message = get_error(address, "alleles", 404, study="small", condition="evo/A", run=0)
+    assert message == "evo/A: the model miniworld declares no alleles"
     assert "has no condition 'x'" in get_error(address, "alleles", 404, **RUN | {"condition": "x"})
     assert "has no run 7 of guessing" in get_error(address, "alleles", 404, **RUN | {"run": 7})
     assert "must be a whole number" in get_error(address, "alleles", 400, **RUN | {"run": "x"})
@@ -98,13 +98,13 @@ def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServe
         get_error(address, "alleles", 400, study="strings")
         == "condition is missing from the request"
     )
-    watched = get_error(address, "recording", 404, **RUN, generation=0)
-    assert watched == "guessing has no world to show: its model is hinton-nowlan"
+    message = get_error(address, "recording", 404, **RUN, generation=0)
+    assert message == "guessing has no world to show: its model is hinton-nowlan"
 
 
-def test_more_than_one_answer_may_hold_is_refused(
+def test_a_response_above_the_size_limit_is_rejected(
     strings_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.alleles.MAX_BYTES", 4 * 5 * 6 * 3 - 1)
-    sentence = get_error(strings_server.address, "alleles", 400, **RUN)
-    assert sentence == "guessing has 5 generations of 6 loci, too many for one response"
+    message = get_error(strings_server.address, "alleles", 400, **RUN)
+    assert message == "guessing has 5 generations of 6 loci, too many for one response"

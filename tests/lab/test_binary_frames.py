@@ -1,4 +1,4 @@
-"""The container in which frames travel."""
+"""Tests of the binary container of arrays."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import pytest
 from baldwinlab.lab.binary_frames import DTYPES, narrow, pack, unpack
 
 
-def test_what_is_packed_is_unpacked() -> None:
+def test_unpack_returns_the_packed_header_and_arrays() -> None:
     arrays = {dtype: np.arange(15).astype(dtype).reshape(5, 3) for dtype in DTYPES} | {
         "none": np.empty((0, 2), np.float32)
     }
-    header, found = unpack(pack({"kind": "test", "größe": 3}, arrays))
+    header, unpacked = unpack(pack({"kind": "test", "größe": 3}, arrays))
     assert header["kind"] == "test"
     assert header["größe"] == 3
-    assert list(found) == list(arrays)
+    assert list(unpacked) == list(arrays)
     for name, array in arrays.items():
-        assert found[name].dtype == array.dtype
-        assert np.array_equal(found[name], array)
+        assert unpacked[name].dtype == array.dtype
+        assert np.array_equal(unpacked[name], array)
 
 
-def test_differences_from_row_to_row_are_exact_and_deflate_well() -> None:
+def test_row_differences_are_exact_and_compress_well() -> None:
     rng = np.random.default_rng(3)
     steps = np.float32(2) * np.sin(rng.integers(0, 40, (1, 4)).astype(np.float32))
     walk = (
@@ -48,7 +48,7 @@ def test_differences_from_row_to_row_are_exact_and_deflate_well() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "a", "ab", "abcdefg"])
-def test_every_array_begins_at_a_multiple_of_eight_bytes(text: str) -> None:
+def test_every_array_starts_at_a_multiple_of_eight_bytes(text: str) -> None:
     raw = pack(
         {"text": text}, {"a": np.arange(3, dtype=np.uint8), "b": np.arange(5, dtype=np.float32)}
     )
@@ -61,25 +61,25 @@ def test_every_array_begins_at_a_multiple_of_eight_bytes(text: str) -> None:
     assert raw[8 + length : 8 + length + 8] == bytes([0, 1, 2, 0, 0, 0, 0, 0])
 
 
-def test_numbers_are_little_endian_and_in_rows_whatever_they_were() -> None:
+def test_numbers_are_packed_little_endian_in_row_order() -> None:
     array = np.arange(6, dtype=">i4").reshape(2, 3).T
     raw = pack({}, {"a": array})
     assert raw.endswith(np.array([0, 3, 1, 4, 2, 5], "<i4").tobytes())
 
 
-def test_a_type_that_browsers_have_no_array_for_is_refused() -> None:
+def test_a_type_without_a_browser_array_is_rejected() -> None:
     with pytest.raises(
         ValueError, match="array a is of type float64; it must be one of int8, uint8"
     ):
         pack({}, {"a": np.zeros(1)})
 
 
-def test_other_bytes_are_no_container() -> None:
+def test_bytes_of_another_format_are_rejected() -> None:
     with pytest.raises(ValueError, match="they do not begin with BALD"):
         unpack(b"PNG")
 
 
-def test_counts_take_16_bits_where_they_fit() -> None:
+def test_counts_use_16_bits_if_possible() -> None:
     assert narrow(np.array([0, 65535], np.uint32)).dtype == np.uint16
     assert narrow(np.array([65536], np.uint32)).dtype == np.uint32
     assert narrow(np.empty(0, np.uint32)).dtype == np.uint16

@@ -1,4 +1,4 @@
-"""Memory that is bounded in bytes."""
+"""Tests of the cache, whose size in bytes is limited."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ import pytest
 from baldwinlab.lab.cache import Cache
 
 
-def never() -> bytes:
-    raise AssertionError("it should have been kept")
+def fail() -> bytes:
+    raise AssertionError("the value is not in the cache")
 
 
-def test_what_was_made_is_made_once() -> None:
+def test_a_value_is_computed_once() -> None:
     cache = Cache(100)
     assert cache.get("a", lambda: b"made") == b"made"
-    assert cache.get("a", never) == b"made"
+    assert cache.get("a", fail) == b"made"
 
 
-def test_what_was_asked_for_least_recently_gives_way() -> None:
+def test_the_least_recently_used_value_is_removed() -> None:
     cache = Cache(100)
     for key in "ab":
         cache.get(key, lambda: bytes(50))
-    cache.get("a", never)
+    cache.get("a", fail)
     cache.get("c", lambda: bytes(50))
     assert cache.size == 100
-    cache.get("a", never)
+    cache.get("a", fail)
     with pytest.raises(AssertionError):
-        cache.get("b", never)
+        cache.get("b", fail)
 
 
-def test_it_never_holds_more_than_its_limit() -> None:
+def test_the_cache_never_exceeds_its_limit() -> None:
     cache = Cache(1000)
     for key in range(500):
         assert len(cache.get(key, partial(bytes, key))) == key
@@ -40,7 +40,7 @@ def test_it_never_holds_more_than_its_limit() -> None:
     assert 0 < cache.size <= 1000
 
 
-def test_what_two_make_at_once_counts_once() -> None:
+def test_a_value_that_two_threads_compute_counts_once() -> None:
     cache = Cache(100)
     cache.get("a", lambda: cache.get("a", lambda: bytes(10)))
     assert cache.size == 10

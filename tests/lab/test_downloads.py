@@ -1,4 +1,4 @@
-"""What is shared plays anywhere, says how it came about, and stays small."""
+"""Tests of shared pages, movies and reports: they are complete, reproducible and small."""
 
 from __future__ import annotations
 
@@ -30,43 +30,45 @@ MEGABYTE = 1_000_000
 LIFE = urlencode(SMALL)
 
 
-def replay_in(page: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    return dict(json.loads(found[1]))
+def read_replay(page: str) -> dict[str, Any]:
+    """Return the data of a shared page."""
+    match = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    return dict(json.loads(match[1]))
 
 
-def recording_in(panel: dict[str, Any]) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+def read_recording(panel: dict[str, Any]) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     return binary_frames.unpack(
         zlib.decompress(base64.b64decode(panel["recording"]), -zlib.MAX_WBITS)
     )
 
 
-def shared(server: LabServer, **query: Any) -> str:
-    answer = get_response(server.address, "share", **query)
-    assert answer.status_code == 200, answer.text
-    assert answer.headers["content-disposition"].startswith("attachment")
-    return answer.text
+def share_page(server: LabServer, **query: Any) -> str:
+    """Return the shared page of a query."""
+    response = get_response(server.address, "share", **query)
+    assert response.status_code == 200, response.text
+    assert response.headers["content-disposition"].startswith("attachment")
+    return response.text
 
 
-def test_a_lifetime_of_the_paper_is_far_below_three_megabytes_and_two_side_by_side_are_as_well(
+def test_a_page_of_two_full_lifetimes_is_smaller_than_three_megabytes(
     lab_server: LabServer,
 ) -> None:
-    one, other = (
-        {"preset": name, "seed": 0, "run": 0, "generation": 0}
+    first, second = (
+        urlencode({"preset": name, "seed": 0, "run": 0, "generation": 0})
         for name in ("evo+self-taught/A", "evo/A")
     )
-    page = shared(lab_server, a=urlencode(one))
-    header, arrays = recording_in(replay_in(page)["panels"][0])
+    page = share_page(lab_server, a=first)
+    header, arrays = read_recording(read_replay(page)["panels"][0])
     assert arrays["x"].size == header["steps"] * header["agents"] == 5000 * 20
     assert len(page) < 1.5 * MEGABYTE
-    assert len(shared(lab_server, a=urlencode(one), b=urlencode(other))) < 3 * MEGABYTE
+    assert len(share_page(lab_server, a=first, b=second)) < 3 * MEGABYTE
 
 
-def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(
+def test_a_shared_page_is_bit_identical_to_the_replay_and_opens_at_the_step(
     lab_server: LabServer,
 ) -> None:
-    found = replay_in(shared(lab_server, a=LIFE, step=70))
+    page_data = read_replay(share_page(lab_server, a=LIFE, step=70))
     study = StudyStore(lab_server.root / "small")
     trace = replay(
         study.experiment("evo+self-taught/A"),
@@ -75,34 +77,37 @@ def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(
         generation=2,
         energy=study.read("evo+self-taught/A", 1).energy,
     )
-    _, arrays = recording_in(found["panels"][0])
+    _, arrays = read_recording(page_data["panels"][0])
     assert np.array_equal(arrays["x"], trace.x)
     assert np.array_equal(arrays["eaten_in_life"], trace.eaten.cumsum("step"))
-    assert found["step"] == 70
+    assert page_data["step"] == 70
 
 
-def test_a_shared_page_names_no_address_but_of_what_is_in_it(lab_server: LabServer) -> None:
-    page = shared(lab_server, a=LIFE)
+def test_a_shared_page_references_no_external_file(lab_server: LabServer) -> None:
+    page = share_page(lab_server, a=LIFE)
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page)
     assert "default-src 'none'" in page
 
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    found = single_page.collect_modules(downloads.PLAYER)
-    assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(found)
-    for name, code in found.items():
+    modules = single_page.collect_modules(downloads.PLAYER)
+    assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(
+        modules
+    )
+    for name, code in modules.items():
         imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)
-        assert set(imported) <= set(found), name
-        spoken = [line for line in code.splitlines() if not line.lstrip().startswith(("*", "/*"))]
-        assert not any("import(" in line for line in spoken), (
-            f"{name} imports in a way that downloads.py does not follow"
-        )
+        assert set(imported) <= set(modules), name
+        statements = [
+            line for line in code.splitlines() if not line.lstrip().startswith(("*", "/*"))
+        ]
+        # Static imports only: downloads.py does not detect dynamic ones.
+        assert not any("import(" in line for line in statements), name
 
 
-def test_the_commands_on_a_shared_page_bring_the_same_life_about_again(
+def test_the_commands_on_a_shared_page_reproduce_the_lifetime(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    panel = replay_in(shared(lab_server, a=LIFE))["panels"][0]
+    panel = read_replay(share_page(lab_server, a=LIFE))["panels"][0]
     monkeypatch.chdir(tmp_path)
     Path("experiment.toml").write_text(panel["experiment"], encoding="utf-8")
     for command in panel["commands"]:
@@ -110,24 +115,23 @@ def test_the_commands_on_a_shared_page_bring_the_same_life_about_again(
         with pytest.raises(SystemExit) as end:
             main()
         assert not end.value.code
-    with xr.open_dataset("life.nc", engine="scipy") as again:
-        assert np.array_equal(again.x, recording_in(panel)[1]["x"])
+    with xr.open_dataset("life.nc", engine="scipy") as reproduced:
+        assert np.array_equal(reproduced.x, read_recording(panel)[1]["x"])
 
 
-def test_a_preset_is_named_and_not_written_out(lab_server: LabServer) -> None:
+def test_the_commands_of_an_unchanged_preset_contain_its_name(lab_server: LabServer) -> None:
     preset = urlencode({"preset": "evo/A", "seed": 3, "run": 2, "generation": 0})
-    panel = replay_in(shared(lab_server, a=preset))["panels"][0]
+    panel = read_replay(share_page(lab_server, a=preset))["panels"][0]
     assert panel["experiment"] is None
     assert panel["commands"][0] == "baldwinlab run evo/A --seed 3 --runs 3 --out study"
 
 
-def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
+def test_the_movie_of_two_lifetimes_has_both_names_in_its_file_name(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "baldwinlab.analysis.movie.MAX_DURATION", 1
-    )  # second, for a picture is as large after a few
-    answer = get_response(
+    # One second is enough: the size of a frame does not depend on the duration.
+    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)
+    response = get_response(
         lab_server.address,
         "movie",
         a=LIFE,
@@ -135,21 +139,21 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
         format="gif",
     )
     name = "evo%2Bself-taught-A-run1-generation2-and-evo-A-run1-generation2.gif"
-    assert answer.headers["content-disposition"].endswith(f"''{name}")
-    (tmp_path / "life.gif").write_bytes(answer.content)
+    assert response.headers["content-disposition"].endswith(f"''{name}")
+    (tmp_path / "life.gif").write_bytes(response.content)
     with Image.open(tmp_path / "life.gif") as movie:
         assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
 
 
-def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
+def test_the_progress_of_a_movie_is_available_while_it_is_rendered(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[float] = []
+    shares: list[float] = []
 
-    def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
-        for part in (0.25, 0.75):
-            drawn(part)
-            told.append(get_json(lab_server.address, "movie/progress", ticket="mine")["share"])
+    def write(scenes: list[Scene], path: Path, report_progress: Callable[[float], object]) -> None:
+        for share in (0.25, 0.75):
+            report_progress(share)
+            shares.append(get_json(lab_server.address, "movie/progress", ticket="mine")["share"])
         path.write_bytes(b"GIF")
 
     monkeypatch.setattr(downloads, "write_scenes", write)
@@ -157,29 +161,28 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
         get_response(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content
         == b"GIF"
     )
-    assert told == [0.25, 0.75]
-    assert get_json(lab_server.address, "movie/progress", ticket="mine") == {
-        "share": 0
-    }  # nothing is kept of it
+    assert shares == [0.25, 0.75]
+    # The progress of a finished movie is removed.
+    progress = get_json(lab_server.address, "movie/progress", ticket="mine")
+    assert progress == {"share": 0}
 
 
-def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_live(
+def test_the_shown_conditions_are_shared_as_a_page_that_simulates_them(
     lab_server: LabServer,
 ) -> None:
-    answer = get_response(
+    response = get_response(
         lab_server.address, "laboratory", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"})
     )
-    assert answer.status_code == 200, answer.text
-    told = re.search(r'id="laboratory">(.*?)</script>', answer.text, re.DOTALL)
-    assert told is not None
-    names = [preset["name"] for preset in json.loads(told[1])["presets"]]
-    assert (names, json.loads(told[1])["seed"]) == (
-        ["evo+self-taught/A", "evo/A"],
-        StudyStore(lab_server.root / "small").seed,
-    )
+    assert response.status_code == 200, response.text
+    match = re.search(r'id="laboratory">(.*?)</script>', response.text, re.DOTALL)
+    assert match is not None
+    laboratory = json.loads(match[1])
+    names = [preset["name"] for preset in laboratory["presets"]]
+    assert names == ["evo+self-taught/A", "evo/A"]
+    assert laboratory["seed"] == StudyStore(lab_server.root / "small").seed
 
 
-def test_without_the_video_extra_the_page_gets_the_sentence(
+def test_a_video_without_its_extra_returns_the_installation_command(
     lab_server: LabServer, no_video_extra: None
 ) -> None:
     assert installation_command("video") in get_error(
@@ -187,7 +190,7 @@ def test_without_the_video_extra_the_page_gets_the_sentence(
     )
 
 
-def test_a_movie_that_would_take_the_machine_is_left_to_the_command_line(
+def test_a_large_movie_is_rejected_with_the_command(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(downloads, "MAX_MOVIE_SIZE", 100)
@@ -196,7 +199,7 @@ def test_a_movie_that_would_take_the_machine_is_left_to_the_command_line(
     )
 
 
-def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -> None:
+def test_an_invalid_request_is_rejected_with_a_message(lab_server: LabServer) -> None:
     address = lab_server.address
     assert get_error(address, "share", 400) == "a is missing from the request"
     assert (
@@ -209,30 +212,28 @@ def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -
     )
 
 
-def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
+def test_a_report_is_served_with_a_policy_against_scripts(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
     assert "run `baldwinlab report`" in get_error(
         lab_server.address, "report/small/report.html", 404
     )
     path.write_text("<script>alert(1)</script>")
     try:
-        answer = get_response(lab_server.address, "report/small/report.html")
-        assert answer.headers["content-security-policy"] == downloads.REPORT_POLICY
-        assert answer.text == path.read_text()
+        response = get_response(lab_server.address, "report/small/report.html")
+        assert response.headers["content-security-policy"] == downloads.REPORT_POLICY
+        assert response.text == path.read_text()
     finally:
         path.unlink()
 
 
-def test_the_files_that_a_report_leads_to_are_served_and_no_others(lab_server: LabServer) -> None:
+def test_only_the_files_that_a_report_links_to_are_served(lab_server: LabServer) -> None:
     folder = lab_server.root / "small" / "figures"
     folder.mkdir()
     (folder / "fitness.csv").write_text("condition,mean\n")
     try:
-        answer = get_response(lab_server.address, "report/small/figures/fitness.csv")
-        assert (answer.text, answer.headers["content-type"]) == (
-            "condition,mean\n",
-            "text/plain; charset=utf-8",
-        )
+        response = get_response(lab_server.address, "report/small/figures/fitness.csv")
+        assert response.text == "condition,mean\n"
+        assert response.headers["content-type"] == "text/plain; charset=utf-8"
         assert "no figures/other.svg yet" in get_error(
             lab_server.address, "report/small/figures/other.svg", 404
         )
@@ -244,10 +245,11 @@ def test_the_files_that_a_report_leads_to_are_served_and_no_others(lab_server: L
         shutil.rmtree(folder)
 
 
-def test_a_report_that_is_a_link_out_of_the_folder_is_refused(
+def test_a_report_that_is_a_link_out_of_the_folder_is_rejected(
     lab_server: LabServer, tmp_path: Path
 ) -> None:
-    path, secret = lab_server.root / "small" / "report.html", tmp_path / "secret.html"
+    path = lab_server.root / "small" / "report.html"
+    secret = tmp_path / "secret.html"
     secret.write_text("secret")
     path.symlink_to(secret)
     try:

@@ -1,4 +1,4 @@
-"""A form knows which fields an experiment has, whatever parts it chooses."""
+"""Tests of the form of an experiment, whose fields depend on the selected parts."""
 
 from __future__ import annotations
 
@@ -19,74 +19,76 @@ from tests.small_studies import shorten_preset
 
 @pytest.fixture
 def pulling() -> Iterator[str]:
-    """A learning rule of one's own, with a field."""
+    """Register a custom learning rule with a field."""
 
     class Pulling(LearningRule, name="pulling"):
-        """Is pulled towards others."""
+        """Moves the weights toward those of other agents."""
 
-        strength: float = Field(0.5, ge=0, le=1, description="how strongly")
+        strength: float = Field(0.5, ge=0, le=1, description="size of a step")
 
     yield Pulling.name
     registry.remove("learning rule", "pulling")
 
 
-def test_a_form_of_an_experiment_has_its_fields_and_what_may_be_chosen() -> None:
-    found = form_of(shorten_preset().to_dict())
-    assert found["errors"] == []
-    assert found["experiment"] == shorten_preset().to_dict()
-    rule = found["schema"]["$defs"]["Learning"]["properties"]["rule"]
+def test_a_form_has_the_fields_of_an_experiment_and_the_available_parts() -> None:
+    form = form_of(shorten_preset().to_dict())
+    assert form["errors"] == []
+    assert form["experiment"] == shorten_preset().to_dict()
+    rule = form["schema"]["$defs"]["Learning"]["properties"]["rule"]
     assert rule["x-chooses"]
     assert {"none", "self-taught", "drift"} <= set(rule["enum"])
 
 
-def test_what_is_left_out_is_completed() -> None:
+def test_missing_fields_get_their_defaults() -> None:
     assert form_of({"name": "mine"})["experiment"] == Experiment(name="mine").to_dict()
 
 
-def test_the_table_of_a_part_comes_when_it_is_chosen_and_goes_when_it_is_not(pulling: str) -> None:
-    tree: Any = shorten_preset().to_dict()
-    tree["learning"]["rule"] = pulling
-    chosen = form_of(tree)
-    assert chosen["experiment"]["learning"]["pulling"] == {"strength": 0.5}
-    assert "Pulling" in chosen["schema"]["$defs"]
-    chosen["experiment"]["learning"]["rule"] = "drift"
-    again = form_of(chosen["experiment"])
-    assert again["errors"] == []
+def test_the_fields_of_a_part_are_present_only_while_it_is_selected(pulling: str) -> None:
+    settings: Any = shorten_preset().to_dict()
+    settings["learning"]["rule"] = pulling
+    form = form_of(settings)
+    assert form["experiment"]["learning"]["pulling"] == {"strength": 0.5}
+    assert "Pulling" in form["schema"]["$defs"]
+    form["experiment"]["learning"]["rule"] = "drift"
+    next_form = form_of(form["experiment"])
+    assert next_form["errors"] == []
     assert (
-        again["experiment"]["learning"]
+        next_form["experiment"]["learning"]
         == shorten_preset().replace(learning={"rule": "drift"}).to_dict()["learning"]
     )
 
 
-def test_what_is_wrong_comes_back_as_it_is_with_the_faults() -> None:
-    tree: Any = shorten_preset().to_dict()
-    tree["learning"]["rate"] = 11
-    found = form_of(tree)
-    assert found["experiment"] == tree
-    assert [fault["path"] for fault in found["errors"]] == ["learning.rate"]
-    assert found["schema"] == schema_of(Experiment)
+def test_invalid_settings_are_returned_unchanged_with_the_errors() -> None:
+    settings: Any = shorten_preset().to_dict()
+    settings["learning"]["rate"] = 11
+    form = form_of(settings)
+    assert form["experiment"] == settings
+    assert [error["path"] for error in form["errors"]] == ["learning.rate"]
+    assert form["schema"] == schema_of(Experiment)
 
 
-@pytest.mark.parametrize("tree", [None, 5, "evo/A", []])
-def test_what_is_no_table_is_told_so(tree: Any) -> None:
-    assert form_of(tree)["errors"] == [
+@pytest.mark.parametrize("value", [None, 5, "evo/A", []])
+def test_a_value_that_is_not_a_table_is_rejected(value: Any) -> None:
+    assert form_of(value)["errors"] == [
         {"path": "", "message": "an experiment is a table of its fields"}
     ]
 
 
-def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
+def test_the_server_returns_the_form_and_the_appearance_of_an_experiment(
+    lab_server: LabServer,
+) -> None:
     def post(path: str) -> Any:
         return CLIENT.post(
             f"{lab_server.address}/api/{path}", json={"experiment": shorten_preset().to_dict()}
         ).json()
 
     assert post("schema") == form_of(shorten_preset().to_dict())
-    found = post("appearance")
-    assert found["appearance"]["actions"] == ["left", "forward", "right"]
-    assert found["world"]["width"] == 640
+    appearance = post("appearance")
+    assert appearance["appearance"]["actions"] == ["left", "forward", "right"]
+    assert appearance["world"]["width"] == 640
 
 
-def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(
+def test_selecting_a_part_shows_its_fields_and_preserves_changed_values(
     page: Page, pulling: str
 ) -> None:
     page.goto("/#/live?preset=evo%2Bself-taught/A")
@@ -96,13 +98,14 @@ def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(
     strength = page.get_by_test_id("field-learning.pulling.strength")
     expect(strength).to_have_value("0.5")
     expect(page.get_by_test_id("group-learning.pulling")).to_contain_text(
-        "Is pulled towards others."
+        "Moves the weights toward those of other agents."
     )
     expect(page.get_by_test_id("field-learning.rate")).to_have_value("0.5")
     expect(page.get_by_test_id("group-learning")).to_have_attribute("open", "")
     page.get_by_test_id("group-learning.pulling").locator("summary").click()
     strength.fill("0.25")
-    page.wait_for_timeout(600)  # the address follows a moment later
+    # The address is updated with a delay.
+    page.wait_for_timeout(600)
     page.reload()
     expect(strength).to_have_value("0.25")
     page.get_by_test_id("group-learning").locator("summary").first.click()
@@ -112,25 +115,30 @@ def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(
     expect(page.get_by_test_id("start")).to_be_enabled()
 
 
-def test_too_few_runs_are_noted_and_not_refused(lab_server: LabServer) -> None:
-    order = {"experiment": shorten_preset().to_dict(), "seed": 0}
+def test_too_few_runs_return_a_note_and_no_error(lab_server: LabServer) -> None:
+    request = {"experiment": shorten_preset().to_dict(), "seed": 0}
     few, enough, wrong = (
-        CLIENT.post(f"{lab_server.address}/api/validate", json=order | {"runs": runs}).json()
+        CLIENT.post(f"{lab_server.address}/api/validate", json=request | {"runs": runs}).json()
         for runs in (3, 5, 0)
     )
-    needed = "with 3 runs and 2 tests, the smallest corrected p-value is 0.2. At least 5 runs are needed."
-    assert few == {"errors": [], "note": f"To compare two conditions: {needed}"}
+    assert few["errors"] == []
+    assert few["note"] == (
+        "To compare two conditions: with 3 runs and 2 tests, the smallest corrected p-value is 0.2."
+        " At least 5 runs are needed."
+    )
     assert enough == {"errors": [], "note": ""}
     assert wrong["errors"] and wrong["note"] == ""
 
 
-def test_what_a_form_does_not_know_is_shown_as_it_is(page: Page) -> None:
+def test_values_without_a_known_type_are_shown_as_text(page: Page) -> None:
     page.goto("/")
     page.evaluate(
         """async () => {
           const { schemaForm } = await import("/form.js");
-          const schema = { properties: { known: { type: "number" }, odd: { type: "object" }, any: {} } };
-          const value = { known: 1, odd: { deep: [1, 2] }, any: { it: 3 }, strange: { table: "is text" } };
+          const properties = { known: { type: "number" }, odd: { type: "object" }, any: {} };
+          const unknown = { odd: { deep: [1, 2] }, any: { it: 3 }, strange: { table: "is text" } };
+          const schema = { properties };
+          const value = { known: 1, ...unknown };
           document.body.append(schemaForm(schema, value, () => {}, () => {}).element);
         }"""
     )

@@ -1,4 +1,4 @@
-"""A live laboratory: small, whole, and refused in a sentence where it cannot be."""
+"""Tests of exported pages: they are small, complete and bit-identical to Python."""
 
 from __future__ import annotations
 
@@ -35,61 +35,65 @@ from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
-NODE = """
+RUN_SCRIPT = """
 import { readFileSync } from "node:fs";
 import { load } from "./engine.js";
 import { simulate } from "./simulation.js";
-const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
+const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
 const arrays = simulate(await load(readFileSync(module), plan), experiment, 5, 1);
-console.log(JSON.stringify(Object.fromEntries(Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]))));
+const entries = Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]);
+console.log(JSON.stringify(Object.fromEntries(entries)));
 """
-ELDERS = """
+TEACHERS_SCRIPT = """
 import { readFileSync } from "node:fs";
 import { load } from "./engine.js";
 import { Run } from "./simulation.js";
-const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
+const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
 const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
-const found = {};
+const teachers = {};
 for (let generation = 0; generation < run.generations; generation++) {
-  found[generation] = run.teachers && Array.from(run.teachers);
+  teachers[generation] = run.teachers && Array.from(run.teachers);
   run.next();
 }
-console.log(JSON.stringify(found));
+console.log(JSON.stringify(teachers));
 """
 
-NOT_FINITE = """
+DIVERGED_SCRIPT = """
 import { readFileSync } from "node:fs";
 import { load } from "./engine.js";
 import { Run } from "./simulation.js";
-const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
+const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
 const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
 const genome = run.startNext();
-run.engine.array("state.genome").fill(NaN); // as a rule that diverges leaves it
-let said = "";
+// A learning rule that diverges has this result.
+run.engine.array("state.genome").fill(NaN);
+let message = "";
 try {
   run.finishGeneration(genome);
 } catch (error) {
-  said = error.message;
+  message = error.message;
 }
-console.log(JSON.stringify({ said }));
+console.log(JSON.stringify({ message }));
 """
 
 
-def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> dict[str, Any]:
-    """What a script says of a run as the page's own modules have it in Node."""
+def run_in_node(
+    folder: Path, experiment: Any, module: Path, script: str = RUN_SCRIPT
+) -> dict[str, Any]:
+    """Return the output of a script that uses the modules of the page in Node."""
     node = shutil.which("node")
     if node is None:
-        pytest.skip("there is no Node on this machine")
+        pytest.skip("Node is not installed")
     for name in ("engine.js", "simulation.js"):
         shutil.copy(single_page.STATIC / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(script)
-    given = {
+    script_input = {
         "plan": ModuleLayout(experiment).plan(),
         "experiment": experiment.to_dict(),
         "module": str(module),
     }
-    (folder / "given.json").write_text(json.dumps(given))
+    (folder / "input.json").write_text(json.dumps(script_input))
     done = subprocess.run([node, "run.js"], cwd=folder, capture_output=True, text=True, check=True)
     return dict(json.loads(done.stdout))
 
@@ -97,70 +101,70 @@ def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> 
 @pytest.mark.parametrize(
     ("name", "elite"), [("evo/B", 0), ("evo+self-taught/A", 2), ("evo+drift/A", 0)]
 )
-def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) -> None:
+def test_a_run_in_node_is_bit_identical_to_python(tmp_path: Path, name: str, elite: int) -> None:
     experiment = shorten_preset(name).replace(evolution={"elite": elite})
     module = SHIPPED / f"{experiment.learning.rule}-simultaneous.wasm"
-    here, there = simulate(experiment, seed=5, run=1), in_node(tmp_path, experiment, module)
+    expected = simulate(experiment, seed=5, run=1)
+    actual = run_in_node(tmp_path, experiment, module)
     for variable in ("food_eaten", "energy", "parents", "genome"):
-        values = here[variable].values
-        assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), variable
+        values = expected[variable].values
+        assert np.array(actual[variable], values.dtype).tobytes() == values.tobytes(), variable
 
 
-def test_in_node_a_gene_that_is_not_finite_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
-    said = in_node(
-        tmp_path, shorten_preset(), SHIPPED / "self-taught-simultaneous.wasm", NOT_FINITE
-    )["said"]
-    assert said.startswith(
-        "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller learning.rate"
+def test_a_gene_that_is_not_finite_ends_a_run_in_node_with_a_message(tmp_path: Path) -> None:
+    module = SHIPPED / "self-taught-simultaneous.wasm"
+    message = run_in_node(tmp_path, shorten_preset(), module, DIVERGED_SCRIPT)["message"]
+    assert message.startswith(
+        "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller"
+        " learning.rate"
     )
 
 
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
-def test_in_node_teachers_come_from_whom_they_do_in_python(tmp_path: Path, teacher: str) -> None:
-    heirs = shorten_preset().replace(
-        learning={"teacher": teacher}, evolution={"inheritance": "social-heredity"}
-    )
-    there = in_node(
-        tmp_path,
-        shorten_preset().replace(learning={"teacher": teacher}),
-        SHIPPED / "self-taught-simultaneous.wasm",
-        ELDERS,
-    )
-    run = simulate(shorten_preset().replace(learning={"teacher": teacher}), seed=5, run=1)
-    assert len(there) == 3 and set(there["0"]) == {-1}
+def test_the_teachers_in_node_are_those_in_python(tmp_path: Path, teacher: str) -> None:
+    experiment = shorten_preset().replace(learning={"teacher": teacher})
+    inheriting = experiment.replace(evolution={"inheritance": "social-heredity"})
+    module = SHIPPED / "self-taught-simultaneous.wasm"
+    teachers = run_in_node(tmp_path, experiment, module, TEACHERS_SCRIPT)
+    run = simulate(experiment, seed=5, run=1)
+    assert len(teachers) == 3
+    assert set(teachers["0"]) == {-1}
     for generation in (1, 2):
-        elders = find_teachers(
-            heirs, GenerationKey(5, 1, generation), run.parents.values[generation]
-        )
-        found = there[str(generation)]
-        assert found is None if elders is None else found == elders.ravel().tolist()
-        assert teacher != "shuffled" or found != run.parents.values[generation].ravel().tolist()
+        parents = run.parents.values[generation]
+        expected = find_teachers(inheriting, GenerationKey(5, 1, generation), parents)
+        actual = teachers[str(generation)]
+        assert actual == (None if expected is None else expected.ravel().tolist())
+        assert teacher != "shuffled" or actual != parents.ravel().tolist()
 
 
-def test_what_ships_was_made_of_these_very_functions() -> None:
-    kept = json.loads(FINGERPRINTS.read_text())
-    if ".".join(platform.python_version_tuple()[:2]) != kept["python"]:
-        pytest.skip(f"the marks are those of Python {kept['python']}")
-    marks = {name: module_hash(experiment) for name, experiment in built_in_experiments().items()}
-    assert kept["marks"] == marks, "run `make wasm`: what compiled code does has changed"
+def test_the_packaged_modules_are_current() -> None:
+    stored = json.loads(FINGERPRINTS.read_text())
+    if ".".join(platform.python_version_tuple()[:2]) != stored["python"]:
+        pytest.skip(f"the fingerprints are those of Python {stored['python']}")
+    fingerprints = {
+        name: module_hash(experiment) for name, experiment in built_in_experiments().items()
+    }
+    assert stored["marks"] == fingerprints, "run `make wasm`: the engine has changed"
 
 
-def test_a_module_imports_nothing_but_its_memory() -> None:
+def test_a_module_imports_only_its_memory() -> None:
     for path in SHIPPED.glob("*.wasm"):
         assert path.read_bytes().count(b"\x03env") == 1, path.name
         assert path.stat().st_size < 80_000
 
 
-def test_a_page_is_small_and_names_no_address_but_of_what_is_in_it() -> None:
+def test_a_page_is_small_and_references_no_external_file() -> None:
     page = live_page([load("evo+self-taught/A"), load("evo/A")])
     assert len(page) < 2_000_000
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.decode())
 
 
-def test_every_module_that_a_page_imports_is_in_it() -> None:
-    found = single_page.collect_modules("live_page.js")
-    for name, code in found.items():
-        assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(found), name
+def test_a_page_contains_every_module_that_it_imports() -> None:
+    modules = single_page.collect_modules("live_page.js")
+    for name, code in modules.items():
+        assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(modules), (
+            name
+        )
 
 
 def test_a_study_is_exported_with_its_conditions_and_its_seed(
@@ -169,29 +173,25 @@ def test_a_study_is_exported_with_its_conditions_and_its_seed(
     make_small_study(tmp_path / "study", runs=1)
     outcome = command("export", "study", "--out", "page.html")
     assert outcome.code == 0, outcome.err
-    told = re.search(
+    match = re.search(
         r'id="laboratory">(.*?)</script>', (tmp_path / "page.html").read_text(), re.DOTALL
     )
-    assert told
-    found = json.loads(told[1])
-    assert ([preset["name"] for preset in found["presets"]], found["seed"]) == (
-        ["evo/A", "evo+self-taught/A"],
-        5,
-    )
+    assert match
+    exported = json.loads(match[1])
+    assert [preset["name"] for preset in exported["presets"]] == ["evo/A", "evo+self-taught/A"]
+    assert exported["seed"] == 5
 
 
-def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_path: Path) -> None:
+def test_an_invalid_export_is_rejected_with_a_message(command: Command, tmp_path: Path) -> None:
     assert "there is no map 'Z'" in command("export", "evo/Z", "--out", "page.html").err
     model = ("--part", str(EXAMPLES / "bit_strings.py"))
-    assert (
-        "cannot run in a browser"
-        in command("export", "bit-strings", *model, "--out", "page.html").err
-    )
-    (tmp_path / "mine.html").write_text("my own")
+    outcome = command("export", "bit-strings", *model, "--out", "page.html")
+    assert "cannot run in a browser" in outcome.err
+    (tmp_path / "mine.html").write_text("a file of the user")
     assert "not written by this command" in command("export", "evo/A", "--out", "mine.html").err
 
 
-def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_compiled(
+def test_a_custom_part_without_a_linker_is_rejected_before_compilation(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: Command
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
@@ -203,83 +203,84 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_comp
     social = assign(load("evo/A"), ["learning.rule=social"])
     with pytest.raises(ValueError, match=re.escape(installation_command("wasm"))):
         live_page([social])
-    given = ("--part", str(EXAMPLES / "social.py"), "--set", "learning.rule=social")
-    done = command("export", "evo/A", *given, "--out", str(tmp_path / "page.html"))
-    assert (
-        done.code == 2 and "compiling" not in done.out and installation_command("wasm") in done.err
+    options = ("--part", str(EXAMPLES / "social.py"), "--set", "learning.rule=social")
+    outcome = command("export", "evo/A", *options, "--out", str(tmp_path / "page.html"))
+    assert outcome.code == 2
+    assert "compiling" not in outcome.out
+    assert installation_command("wasm") in outcome.err
+
+
+def find_fields(tables: dict[str, Any], prefix: str) -> dict[str, Any]:
+    """Return the fields of the first table whose name starts with a prefix."""
+    fields: dict[str, Any] = next(
+        table["properties"] for name, table in tables.items() if name.startswith(prefix)
     )
+    return fields
 
 
-def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(
+def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.export.load_module", lambda experiment: b"")
     for name in ("poison", "elman", "social"):
         load_file(EXAMPLES / f"{name}.py")
-    chosen = [
+    settings = [
         'world.features=["poison"]',
         'senses.kinds=["food", "poison"]',
         "evolution.fitness=above-the-worst",
     ]
-    experiment = assign(load("evo/A"), [*chosen, "network.kind=elman", "learning.rule=social"])
+    experiment = assign(load("evo/A"), [*settings, "network.kind=elman", "learning.rule=social"])
     tables = laboratory([experiment])["schemas"][0]["$defs"]
     assert "const" in tables["Network"]["properties"]["hidden"]
-    poison = next(table for name, table in tables.items() if name.startswith("Poison"))[
-        "properties"
-    ]
+    poison = find_fields(tables, "Poison")
     assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))
-    social = next(table for name, table in tables.items() if name.startswith("Social"))[
-        "properties"
-    ]
-    assert "const" not in social["least"]
+    assert "const" not in find_fields(tables, "Social")["least"]
 
 
-def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(
+def test_the_maximum_size_of_an_evolved_topology_is_constant_on_the_page(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.export.load_module", lambda experiment: b"")
     tables = laboratory([load("worlds-and-minds:evo/A", "neat")])["schemas"][0]["$defs"]
-    assert (
-        "const"
-        in next(table for name, table in tables.items() if name.startswith("Network"))[
-            "properties"
-        ]["hidden"]
-    )
+    assert "const" in find_fields(tables, "Network")["hidden"]
 
 
 @pytest.mark.parametrize(
-    ("rule", "place"), [("imitation", "state.rule.teacher_index"), ("hebb", "")]
+    ("rule", "array"), [("imitation", "state.rule.teacher_index"), ("hebb", "")]
 )
-def test_a_plan_says_where_it_stands_from_whom_each_learns(rule: str, place: str) -> None:
+def test_a_plan_names_the_array_of_teachers(rule: str, array: str) -> None:
     plan = ModuleLayout(load("evo/A").replace(learning={"rule": rule})).plan()
-    assert plan["learns from"] == place
-    assert not place or place.removeprefix("state.") in plan["tuples"]["state"]["leaves"]
+    assert plan["learns from"] == array
+    assert not array or array.removeprefix("state.") in plan["tuples"]["state"]["leaves"]
 
 
-@pytest.mark.nightly  # a module of one's own takes a minute to be compiled
-def test_parts_of_one_s_own_have_python_s_bits(tmp_path: Path) -> None:
+# The compilation of a custom module takes a minute.
+@pytest.mark.nightly
+def test_custom_parts_are_bit_identical_to_python(tmp_path: Path) -> None:
     for path in EXAMPLES.glob("*.py"):
         load_file(path)
-    chosen = [
+    settings = [
         'world.features=["poison", "obstacles"]',
         'senses.kinds=["food", "poison"]',
         "evolution.fitness=above-the-worst",
     ]
-    for rule, own in (
+    for rule, rule_settings in (
         ("social", ["network.kind=elman", "evolution.selection=champion"]),
         ("self-taught-again", []),
     ):
         experiment = assign(
-            shorten_preset("evo/A"), [*chosen, f"learning.rule={rule}", "learning.rate=0.1", *own]
+            shorten_preset("evo/A"),
+            [*settings, f"learning.rule={rule}", "learning.rate=0.1", *rule_settings],
         )
         program = laboratory([experiment])["programs"][0]
         module = tmp_path / f"{rule}.wasm"
         module.write_bytes(zlib.decompress(base64.b64decode(program["module"]), -zlib.MAX_WBITS))
-        there, here = in_node(tmp_path, experiment, module), simulate(experiment, seed=5, run=1)
-        assert here.food_eaten.sum() > 0
+        actual = run_in_node(tmp_path, experiment, module)
+        expected = simulate(experiment, seed=5, run=1)
+        assert expected.food_eaten.sum() > 0
         for variable in ("food_eaten", "energy", "parents", "genome"):
-            values = here[variable].values
-            assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), (
+            values = expected[variable].values
+            assert np.array(actual[variable], values.dtype).tobytes() == values.tobytes(), (
                 rule,
                 variable,
             )

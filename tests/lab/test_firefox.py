@@ -1,4 +1,4 @@
-"""Firefox shows the same pages, and lives the same lives."""
+"""Tests of pages in Firefox, with the simulations bit-identical to Python."""
 
 from __future__ import annotations
 
@@ -14,35 +14,38 @@ from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.lab.client import WINDOWS, LabServer, get_response
-from tests.lab.firefox import Firefox, firefox
-from tests.lab.test_page_export import SIMULATE, TYPES, quick
-from tests.lab.test_page_layout import LIFE, MEASURE, require_room_in
+from tests.lab.firefox import Firefox, open_firefox
+from tests.lab.test_page_export import SIMULATE, TYPES, shorten
+from tests.lab.test_page_layout import LIFE, MEASURE, check_layout
 
-pytestmark = pytest.mark.nightly  # another browser, which `make nightly` installs
+# `make nightly` installs Firefox.
+pytestmark = pytest.mark.nightly
+# The text that names the step of a shared page.
+STEP = """document.querySelector('[data-testid="replay-step"]')?.textContent"""
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
-    with firefox(tmp_path_factory.mktemp("profile")) as opened:
+    with open_firefox(tmp_path_factory.mktemp("profile")) as opened:
         yield opened
-        assert opened.faults == []
+        assert opened.errors == []
 
 
 @pytest.mark.parametrize(
     ("width", "height"), [window[:2] for window in WINDOWS.values()], ids=WINDOWS
 )
-def test_worlds_have_room_in_comparison_and_beside_the_inside_of_an_agent(
+def test_maps_are_large_enough_with_two_worlds_and_an_agent_inspector(
     browser: Firefox, lab_server: LabServer, width: int, height: int
 ) -> None:
     browser.open(f"{lab_server.entry}#/world?{LIFE}", width, height)
     browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
     for control, worlds in ((None, 1), ("compare", 2), ("agents", 2), ("agent-3", 2)):
         if control:
-            there = f"""document.querySelector('[data-testid="{control}"]')"""
-            browser.wait_for(f"{there} !== null")
-            browser.ask(f"{there}.click()")
+            element = f"""document.querySelector('[data-testid="{control}"]')"""
+            browser.wait_for(f"{element} !== null")
+            browser.evaluate(f"{element}.click()")
         browser.wait_for(f"document.querySelectorAll('[data-ready]').length === {worlds}")
-        require_room_in(browser.ask(f"({MEASURE})('/world.js')"), worlds)
+        check_layout(browser.evaluate(f"({MEASURE})('/world.js')"), worlds)
     browser.wait_for("document.querySelector('.inside table') !== null")
 
 
@@ -55,39 +58,35 @@ def test_a_shared_page_plays_from_its_file(
     path = tmp_path / "shared.html"
     path.write_bytes(get_response(lab_server.address, "share", a=LIFE, step=40).content)
     browser.open(path.as_uri(), width, height)
-    browser.wait_for(
-        """document.querySelector('[data-testid="replay-step"]')?.textContent === 'step 40 of 300'"""
-    )
-    require_room_in(browser.ask(f"({MEASURE})('lab/world.js')"), 1)
+    browser.wait_for(f"{STEP} === 'step 40 of 300'")
+    check_layout(browser.evaluate(f"({MEASURE})('lab/world.js')"), 1)
 
 
 @pytest.mark.parametrize("name", ["evo+self-taught/A", "evo/B"])
-def test_an_exported_page_has_python_s_bits(browser: Firefox, tmp_path: Path, name: str) -> None:
-    experiment = quick(presets.load(name))
+def test_an_exported_page_is_bit_identical_to_python(
+    browser: Firefox, tmp_path: Path, name: str
+) -> None:
+    experiment = shorten(presets.load(name))
     path = tmp_path / "laboratory.html"
     path.write_bytes(live_page([experiment]))
     browser.open(path.as_uri(), 1280, 800)
     browser.wait_for("window.baldwinlab !== undefined")
-    there = browser.ask(f"({SIMULATE})({{ seed: 5, run: 1 }})")
-    here = simulate(experiment, seed=5, run=1)
+    actual = browser.evaluate(f"({SIMULATE})({{ seed: 5, run: 1 }})")
+    expected = simulate(experiment, seed=5, run=1)
     for variable, kind in TYPES.items():
-        values = here[variable].values
-        assert (
-            values.dtype == kind
-            and bytes(there[variable]) == np.ascontiguousarray(values).tobytes()
-        ), variable
+        values = expected[variable].values
+        assert values.dtype == kind, variable
+        assert bytes(actual[variable]) == np.ascontiguousarray(values).tobytes(), variable
 
 
-def test_a_trace_plays_in_a_notebook_s_frame(tmp_path: Path) -> None:
+def test_a_trace_plays_in_the_frame_of_a_notebook(tmp_path: Path) -> None:
     path = tmp_path / "notebook.html"
     path.write_text(
-        f"<!doctype html><meta charset='utf-8'>{html(replay(quick(presets.load('evo/A'))))}"
+        f"<!doctype html><meta charset='utf-8'>{html(replay(shorten(presets.load('evo/A'))))}"
     )
     (tmp_path / "profile").mkdir()
-    with firefox(tmp_path / "profile") as opened:
+    with open_firefox(tmp_path / "profile") as opened:
         opened.open(path.as_uri(), 800, 800)
-        opened.inspect_agent()
-        opened.wait_for(
-            """document.querySelector('[data-testid="replay-step"]')?.textContent.startsWith('step 0 of')"""
-        )
-        assert opened.faults == []
+        opened.enter_frame()
+        opened.wait_for(f"{STEP}.startsWith('step 0 of')")
+        assert opened.errors == []

@@ -1,4 +1,4 @@
-"""A live run shows its generations as they live, obeys, is kept as the study it is, and is freed when nobody watches."""
+"""Tests of live runs: their control, measures, storage, limits and removal."""
 
 from __future__ import annotations
 
@@ -29,13 +29,15 @@ from baldwinlab.studies.store import StudyStore
 from tests.small_studies import make_small_study, read_records, shorten_preset
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
-BRISK = 0.02  # seconds a generation: it can be stopped on the way
+# Seconds per generation, so that a test can stop a run before its end.
+PACE = 0.02
 
 
-def wait_until(what: Callable[[], bool]) -> None:
-    until = time.monotonic() + 60
-    while not what():
-        assert time.monotonic() < until, "it did not come about"
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait at most a minute until a condition is true."""
+    deadline = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < deadline, "the condition is not true after 60 s"
         time.sleep(0.005)
 
 
@@ -46,50 +48,56 @@ def live() -> Iterator[Live]:
     runs.close()
 
 
-def ended(run: LiveRun) -> LiveRun:
+def wait_for_end(run: LiveRun) -> LiveRun:
+    """Wait for the end of a run, and return the run."""
     wait_until(lambda: run.ended)
     return run
 
 
-def stopped(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
-    run = live.start(experiment, seed=3, runs=runs, seconds=BRISK)
+def run_and_stop(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
+    """Start a live run, stop it after three generations, and return it."""
+    run = live.start(experiment, seed=3, runs=runs, seconds=PACE)
     wait_until(lambda: run.generations_done >= 3)
     run.stop()
-    return ended(run)
+    return wait_for_end(run)
 
 
-def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(
+def test_a_saved_live_run_is_identical_to_a_study_of_the_command_line(
     live: Live, tmp_path: Path
 ) -> None:
-    run = ended(live.start(shorten_preset(), seed=5, runs=3))
+    run = wait_for_end(live.start(shorten_preset(), seed=5, runs=3))
     assert run.state == "done"
-    live.save(run.id, tmp_path, "kept/one")
-    asked = make_small_study(tmp_path / "asked", [shorten_preset()], runs=3, seed=5)
-    assert read_records(tmp_path / "kept/one") == read_records(asked.directory)
-    assert StudyStore(tmp_path / "kept/one").experiments == asked.experiments
+    live.save(run.id, tmp_path, "saved/study")
+    expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
+    assert read_records(tmp_path / "saved/study") == read_records(expected.directory)
+    assert StudyStore(tmp_path / "saved/study").experiments == expected.experiments
 
 
 @pytest.mark.parametrize("every", [1, 2, 100])
-def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(
+def test_a_stopped_live_run_is_saved_with_its_finished_generations(
     live: Live, tmp_path: Path, every: int
 ) -> None:
-    run = stopped(live, shorten_preset("evo/A").replace(**LONG, record={"genome_every": every}))
+    run = run_and_stop(
+        live, shorten_preset("evo/A").replace(**LONG, record={"genome_every": every})
+    )
     assert run.state == "stopped"
     live.save(run.id, tmp_path, "short")
     study = StudyStore(tmp_path / "short")
-    kept = study.experiment("evo/A")
-    assert kept == run.experiment.replace(evolution={"generations": run.generations_done})
+    experiment = study.experiment("evo/A")
+    assert experiment == run.experiment.replace(evolution={"generations": run.generations_done})
     for number in range(2):
-        xr.testing.assert_identical(study.read("evo/A", number), simulate(kept, seed=3, run=number))
+        xr.testing.assert_identical(
+            study.read("evo/A", number), simulate(experiment, seed=3, run=number)
+        )
 
 
 @pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high", "runs"])])
 def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     live: Live, tmp_path: Path, runs: int, parts: list[str]
 ) -> None:
-    run = ended(live.start(shorten_preset(), seed=5, runs=runs))
-    live.save(run.id, tmp_path, "kept")
-    study = open_runs(tmp_path / "kept").isel(condition=0)
+    run = wait_for_end(live.start(shorten_preset(), seed=5, runs=runs))
+    live.save(run.id, tmp_path, "saved")
+    study = open_runs(tmp_path / "saved").isel(condition=0)
     measures = run.measures(1, 3)
     assert list(measures) == ["best", "mean", "share"]
     for name, band in measures.items():
@@ -103,7 +111,7 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(
 
 @pytest.fixture
 def endless(live: Live) -> LiveRun:
-    """A run in the middle of a life that would take hours, among half a million items."""
+    """Start a run whose first lifetime would take hours, with half a million items."""
     many = {"population": {"size": 1}, "lifetime": {"steps": 100_000_000}}
     food = {"x": [400, 560], "y": [80, 240], "count": 500_000}
     run = live.start(
@@ -114,58 +122,60 @@ def endless(live: Live) -> LiveRun:
     return run
 
 
-def test_a_live_run_stops_within_a_second_in_the_middle_of_a_life(endless: LiveRun) -> None:
-    asked = time.monotonic()
+def test_a_live_run_stops_within_a_second_during_a_lifetime(endless: LiveRun) -> None:
+    start_time = time.monotonic()
     endless.stop()
     endless.wait()
-    assert time.monotonic() - asked < 1
+    assert time.monotonic() - start_time < 1
     assert (endless.state, endless.generations_done) == ("stopped", 0)
 
 
-def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(
+def test_a_live_run_pauses_within_a_second_during_a_lifetime(
     endless: LiveRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lived, really = [0], CpuBatch.simulate
+    calls = list[int]()
+    simulate_steps = CpuBatch.simulate
 
-    def counted(batch: CpuBatch, first: int, last: int) -> None:
-        lived[0] += 1
-        really(batch, first, last)
+    def count_call(batch: CpuBatch, first: int, last: int) -> None:
+        calls.append(first)
+        simulate_steps(batch, first, last)
 
-    monkeypatch.setattr(CpuBatch, "simulate", counted)
-    wait_until(lambda: lived[0] > 3)
+    monkeypatch.setattr(CpuBatch, "simulate", count_call)
+    wait_until(lambda: len(calls) > 3)
     endless.pause()
     time.sleep(1)
-    before = lived[0]
+    before = len(calls)
     time.sleep(0.3)
-    assert lived[0] == before
+    assert len(calls) == before
     endless.resume()
-    wait_until(lambda: lived[0] > before)
+    wait_until(lambda: len(calls) > before)
 
 
-def test_lives_in_pieces_have_the_bits_of_whole_ones(
+def test_a_lifetime_in_blocks_of_steps_is_bit_identical(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.live_run.steps_at_once", lambda experiment, runs: 7)
-    live.save(ended(live.start(shorten_preset(), seed=5, runs=3)).id, tmp_path, "pieces")
-    assert read_records(tmp_path / "pieces") == read_records(
-        make_small_study(tmp_path / "whole", [shorten_preset()], runs=3, seed=5).directory
-    )
+    live.save(wait_for_end(live.start(shorten_preset(), seed=5, runs=3)).id, tmp_path, "blocks")
+    expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
+    assert read_records(tmp_path / "blocks") == read_records(expected.directory)
 
 
-def test_a_piece_is_shorter_where_a_step_takes_longer() -> None:
-    most = [
-        steps_at_once(shorten_preset().replace(population={"size": size}), 1)
-        for size in (20, 200, 200_000)
+def test_a_block_has_fewer_steps_if_a_step_takes_longer() -> None:
+    experiments = [
+        shorten_preset().replace(population={"size": size}) for size in (20, 200, 200_000)
     ]
-    assert most[0] > 9 * most[1] > 0
-    assert most[2] >= 1
+    steps = [steps_at_once(experiment, 1) for experiment in experiments]
+    assert steps[0] > 9 * steps[1] > 0
+    assert steps[2] >= 1
 
 
-def test_live_runs_that_have_ended_count_until_they_give_way(
+def test_ended_live_runs_use_memory_until_a_new_run_replaces_them(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.live.MAX_MEMORY", 2 * memory_of(shorten_preset(), 1))
-    first, second = (ended(live.start(shorten_preset(), seed=seed, runs=1)) for seed in range(2))
+    first, second = (
+        wait_for_end(live.start(shorten_preset(), seed=seed, runs=1)) for seed in range(2)
+    )
     with (
         live.watch(first.id),
         live.watch(second.id),
@@ -178,48 +188,48 @@ def test_live_runs_that_have_ended_count_until_they_give_way(
     assert live.all() == [first, third]
 
 
-def test_a_live_run_pauses_and_goes_on(live: Live) -> None:
-    run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=BRISK)
+def test_a_live_run_pauses_and_resumes(live: Live) -> None:
+    run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=PACE)
     wait_until(lambda: run.generations_done > 0)
     run.pause()
     assert run.state == "paused"
-    time.sleep(3 * BRISK)
+    time.sleep(3 * PACE)
     before = run.generations_done
-    time.sleep(5 * BRISK)
+    time.sleep(5 * PACE)
     assert run.generations_done <= before + 1
     run.resume()
     wait_until(lambda: run.generations_done > before + 2)
     assert run.state == "running"
     run.stop()
-    run.pause()  # too late
-    assert ended(run).state == "stopped"
+    # A pause after the stop has no effect.
+    run.pause()
+    assert wait_for_end(run).state == "stopped"
 
 
-def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
+def test_a_command_changes_the_pace_of_a_live_run(live: Live) -> None:
     run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=60)
     wait_until(lambda: run.generations_done == 1)
     run.handle_command({"do": "pace", "seconds": 0})
-    assert ended(run).state == "done"
+    assert wait_for_end(run).state == "done"
     with pytest.raises(ValueError, match="seconds = 'soon' must be a number from 0 to 60"):
         run.handle_command({"do": "pace", "seconds": "soon"})
 
 
-def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
-    run = stopped(live, shorten_preset().replace(**LONG))
+def test_the_replay_of_a_generation_of_a_live_run_is_bit_identical(live: Live) -> None:
+    run = run_and_stop(live, shorten_preset().replace(**LONG))
     experiment, seed, number, energy = live.recording_source(run.id, 1, 2)
     trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
     assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
-    with pytest.raises(
-        ValueError,
-        match=f"generation {run.generations_done} .* is not finished: {run.generations_done} generations are",
-    ):
-        live.recording_source(run.id, 0, run.generations_done)
+    n_done = run.generations_done
+    message = f"generation {n_done} .* is not finished: {n_done} generations are"
+    with pytest.raises(ValueError, match=message):
+        live.recording_source(run.id, 0, n_done)
     with pytest.raises(ValueError, match="run = 2 must be at least 0 and less than 2"):
         live.recording_source(run.id, 2, 0)
 
 
 @pytest.mark.parametrize(
-    ("name", "sentence"),
+    ("name", "message"),
     [
         ("", "is not a valid name of a study"),
         ("../outside", "is not a valid name of a study"),
@@ -232,41 +242,42 @@ def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
         ("taken", "exists already"),
     ],
 )
-def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(
-    live: Live, tmp_path: Path, name: str, sentence: str
+def test_a_live_run_is_saved_only_in_a_new_folder_of_the_root(
+    live: Live, tmp_path: Path, name: str, message: str
 ) -> None:
     root = tmp_path / "root"
     (root / "taken").mkdir(parents=True)
     (root / "link").symlink_to(tmp_path)
-    run = ended(live.start(shorten_preset().replace(evolution={"generations": 1}), seed=0, runs=1))
+    run = wait_for_end(
+        live.start(shorten_preset().replace(evolution={"generations": 1}), seed=0, runs=1)
+    )
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(StudyError, match=sentence):
+    with pytest.raises(StudyError, match=message):
         live.save(run.id, root, name)
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_a_live_run_is_not_kept_while_it_lives(live: Live, tmp_path: Path) -> None:
-    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+def test_an_active_live_run_is_not_saved(live: Live, tmp_path: Path) -> None:
+    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE)
     with pytest.raises(StudyError, match="only a run that is done or stopped can be saved"):
-        live.save(run.id, tmp_path, "kept")
+        live.save(run.id, tmp_path, "saved")
 
 
-def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
+def test_at_most_four_live_runs_are_active(live: Live) -> None:
     runs = [
-        live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
-        for _ in range(4)
+        live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE) for _ in range(4)
     ]
     with pytest.raises(
         ValueError, match="4 live runs are active, and no more are allowed; stop one of them first"
     ):
         live.start(shorten_preset(), seed=0, runs=1)
     runs[0].stop()
-    ended(runs[0])
+    wait_for_end(runs[0])
     live.start(shorten_preset(), seed=0, runs=1)
 
 
 @pytest.mark.parametrize(
-    ("changes", "runs", "sentence"),
+    ("changes", "runs", "message"),
     [
         ({}, 0, "runs = 0 must be at least 1 and at most 50"),
         ({}, 51, "runs = 51 must be at least 1 and at most 50"),
@@ -297,33 +308,34 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
         ),
     ],
 )
-def test_what_is_too_large_to_watch_is_refused(
-    changes: dict[str, Any], runs: int, sentence: str
+def test_an_experiment_that_is_too_large_for_a_live_run_is_rejected(
+    changes: dict[str, Any], runs: int, message: str
 ) -> None:
-    with pytest.raises(ValueError, match=sentence):
+    with pytest.raises(ValueError, match=message):
         check_size(Experiment().replace(**changes), runs)
 
 
-def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
+def test_a_live_run_without_a_page_is_stopped_and_removed() -> None:
     live = Live(grace=0.05)
-    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE)
     with live.watch(run.id):
         with live.watch(run.id):
             time.sleep(0.1)
         time.sleep(0.1)
-        assert live.run(run.id) is run  # one of the two still watches
+        # One of two pages is still open.
+        assert live.run(run.id) is run
     wait_until(lambda: live.all() == [])
-    assert ended(run).state == "stopped"
+    assert wait_for_end(run).state == "stopped"
     with pytest.raises(MissingError, match="there is no live run"):
         live.run(run.id)
-    left = ref(run)
+    reference = ref(run)
     del run
-    wait_until(lambda: gc.collect() >= 0 and left() is None)
+    wait_until(lambda: gc.collect() >= 0 and reference() is None)
 
 
-def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
+def test_a_live_run_continues_if_a_page_reconnects_in_time() -> None:
     live = Live(grace=2)
-    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE)
     for _ in range(5):
         with live.watch(run.id):
             pass
@@ -334,26 +346,26 @@ def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
     live.close()
 
 
-def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_live_run_has_an_error_message(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def fail(*arguments: object) -> None:
-        raise MemoryError("no room")
+        raise MemoryError("out of memory")
 
     monkeypatch.setattr("baldwinlab.lab.live_run.simulate_histories", fail)
-    run = ended(live.start(shorten_preset(), seed=0, runs=1))
-    assert (run.state, run.message) == ("failed", "the live run failed: no room")
+    run = wait_for_end(live.start(shorten_preset(), seed=0, runs=1))
+    assert (run.state, run.message) == ("failed", "the live run failed: out of memory")
 
 
-def test_every_fault_of_an_experiment_is_told_with_the_field_it_is_about() -> None:
-    tree = shorten_preset().to_dict()
-    tree["senses"]["visual_radius"] = 400
-    assert find_errors(tree)[0]["path"] == "senses.visual_radius"
-    tree["world"]["food"][0]["count"] = -1
-    tree["lifetime"]["steps"] = "many"
-    found = {fault["path"]: fault["message"] for fault in find_errors(tree)}
-    assert (
-        found["world.food.0.count"]
-        == "world.food.0.count = -1: input should be greater than or equal to 0"
-    )
-    assert set(found) == {"world.food.0.count", "lifetime.steps"}
+def test_every_error_of_an_experiment_has_the_path_of_its_field() -> None:
+    settings = shorten_preset().to_dict()
+    settings["senses"]["visual_radius"] = 400
+    assert find_errors(settings)[0]["path"] == "senses.visual_radius"
+    settings["world"]["food"][0]["count"] = -1
+    settings["lifetime"]["steps"] = "many"
+    messages = {error["path"]: error["message"] for error in find_errors(settings)}
+    expected = "world.food.0.count = -1: input should be greater than or equal to 0"
+    assert messages["world.food.0.count"] == expected
+    assert set(messages) == {"world.food.0.count", "lifetime.steps"}
     assert find_errors(shorten_preset().to_dict()) == []
     assert find_errors(3)[0]["path"] == ""

@@ -1,4 +1,4 @@
-"""What pages see of a live run through the server, and what they may ask of it."""
+"""Tests of the messages between pages and live runs."""
 
 from __future__ import annotations
 
@@ -17,46 +17,53 @@ from tests.lab.conftest import run_server
 from tests.small_studies import shorten_preset
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
-BRISK = 0.02  # seconds a generation: it can be stopped on the way
+# Seconds per generation, so that a test can stop a run before its end.
+PACE = 0.02
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    with run_server(tmp_path_factory.mktemp("kept")) as opened:
+    with run_server(tmp_path_factory.mktemp("saved")) as opened:
         yield opened
 
 
 def post(server: LabServer, path: str, body: Any) -> tuple[int, Any]:
-    """The status and the answer; a body that is text goes as it is."""
-    answer = CLIENT.post(
+    """Post a body, as JSON unless it is text. Return the status and the JSON of the response."""
+    response = CLIENT.post(
         f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body)
     )
-    return answer.status_code, answer.json()
+    return response.status_code, response.json()
 
 
-def begin(server: LabServer, **order: Any) -> str:
-    status, answer = post(
-        server, "live", {"experiment": shorten_preset().to_dict(), "runs": 2, "seed": 5, **order}
+def start_live_run(server: LabServer, **request: Any) -> str:
+    """Start a live run and return its ID."""
+    status, response = post(
+        server, "live", {"experiment": shorten_preset().to_dict(), "runs": 2, "seed": 5, **request}
     )
-    assert status == 201, answer
-    return str(answer["id"])
+    assert status == 201, response
+    return str(response["id"])
 
 
-def watching(server: LabServer, id: str) -> ClientConnection:
+def connect_page(server: LabServer, id: str) -> ClientConnection:
     return server.websocket(f"/api/live/{id}")
 
 
-def hear(session: ClientConnection) -> dict[str, Any]:
+def receive(session: ClientConnection) -> dict[str, Any]:
     message: dict[str, Any] = json.loads(session.recv(timeout=60))
     return message
 
 
-def heard(session: ClientConnection, until: str, first: int = 0) -> tuple[list[float], list[str]]:
-    """The best of every generation from `first` on, and the states, up to a state."""
+def receive_until(
+    session: ClientConnection, until: str, first: int = 0
+) -> tuple[list[float], list[str]]:
+    """Receive messages up to a state.
+
+    Return the best fitness of each generation from `first` on, and the states.
+    """
     best: list[float] = []
     states: list[str] = []
     while until not in states:
-        message = hear(session)
+        message = receive(session)
         if message["type"] == "generations":
             assert message["first"] == len(best) + first
             best += message["best"]["mean"]
@@ -65,13 +72,13 @@ def heard(session: ClientConnection, until: str, first: int = 0) -> tuple[list[f
     return best, states
 
 
-def test_two_pages_and_one_that_comes_later_get_the_same_generations(server: LabServer) -> None:
-    id = begin(server)
-    with watching(server, id) as one, watching(server, id) as other:
-        assert hear(one)["experiment"] == shorten_preset().to_dict()
-        both = [heard(one, "done")[0], heard(other, "done")[0]]
-    with watching(server, id) as late:
-        best, states = heard(late, "done")
+def test_simultaneous_and_later_pages_receive_the_same_generations(server: LabServer) -> None:
+    id = start_live_run(server)
+    with connect_page(server, id) as first, connect_page(server, id) as second:
+        assert receive(first)["experiment"] == shorten_preset().to_dict()
+        both = [receive_until(first, "done")[0], receive_until(second, "done")[0]]
+    with connect_page(server, id) as late:
+        best, states = receive_until(late, "done")
     assert both == [best, best]
     assert states == ["done"]
     runs = [
@@ -80,25 +87,25 @@ def test_two_pages_and_one_that_comes_later_get_the_same_generations(server: Lab
     assert np.allclose(best, np.mean(runs, axis=0))
 
 
-def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServer) -> None:
-    id = begin(server, experiment=shorten_preset().replace(**LONG).to_dict(), seconds=BRISK)
-    with watching(server, id) as session:
-        lived = len(heard(session, "running")[0])
-        for order, state in (("pause", "paused"), ("resume", "running"), ("stop", "stopped")):
-            session.send(json.dumps({"do": order}))
-            best, states = heard(session, state, lived)
+def test_a_page_pauses_resumes_stops_and_saves_a_live_run(server: LabServer) -> None:
+    id = start_live_run(server, experiment=shorten_preset().replace(**LONG).to_dict(), seconds=PACE)
+    with connect_page(server, id) as session:
+        n_generations = len(receive_until(session, "running")[0])
+        for command, state in (("pause", "paused"), ("resume", "running"), ("stop", "stopped")):
+            session.send(json.dumps({"do": command}))
+            best, states = receive_until(session, state, n_generations)
             assert states == [state]
-            lived += len(best)
+            n_generations += len(best)
     assert post(server, f"live/{id}/save", {"name": "mine"}) == (201, {"study": "mine"})
     assert StudyStore(server.root / "mine").runs(shorten_preset().name) == [0, 1]
-    with watching(server, id) as session:
-        assert hear(session)["saved_as"] == "mine"
-    status, answer = post(server, f"live/{id}/save", {"name": "mine"})
-    assert (status, "exists already" in answer["error"]) == (400, True)
+    with connect_page(server, id) as session:
+        assert receive(session)["saved_as"] == "mine"
+    status, response = post(server, f"live/{id}/save", {"name": "mine"})
+    assert (status, "exists already" in response["error"]) == (400, True)
 
 
 @pytest.mark.parametrize(
-    ("body", "sentence"),
+    ("body", "message"),
     [
         (
             {"experiment": {"lifetime": {"steps": 0}}},
@@ -113,36 +120,34 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
         ("{", "/api/live needs a JSON object"),
     ],
 )
-def test_what_cannot_be_started_is_refused_with_a_sentence(
-    server: LabServer, body: Any, sentence: str
+def test_an_invalid_live_run_is_rejected_with_a_message(
+    server: LabServer, body: Any, message: str
 ) -> None:
-    assert post(server, "live", body) == (400, {"error": sentence})
+    assert post(server, "live", body) == (400, {"error": message})
 
 
-def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(
+def test_an_unknown_command_for_a_live_run_returns_a_message(
     server: LabServer,
 ) -> None:
-    with watching(server, begin(server)) as session:
-        heard(session, "done")
+    with connect_page(server, start_live_run(server)) as session:
+        receive_until(session, "done")
         session.send(json.dumps({"do": "explode"}))
-        assert (
-            hear(session)["message"]
-            == "the command of a live run must be pause, resume, stop or pace, not 'explode'"
-        )
+        message = receive(session)["message"]
+    assert message == "the command of a live run must be pause, resume, stop or pace, not 'explode'"
 
 
-def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
+def test_an_unknown_live_run_has_the_state_gone(server: LabServer) -> None:
     assert post(server, "live/none/save", {"name": "x"})[0] == 404
-    with watching(server, "none") as session:
-        assert hear(session)["state"] == "gone"
+    with connect_page(server, "none") as session:
+        assert receive(session)["state"] == "gone"
 
 
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
-    id = begin(server)
+    id = start_live_run(server)
     assert id in [run["id"] for run in get_json(server.address, "live")["runs"]]
     assert post(server, "validate", {"experiment": shorten_preset().to_dict()}) == (
         200,
         {"errors": [], "note": ""},
     )
-    _, answer = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
-    assert [error["path"] for error in answer["errors"]] == ["motor.noise"]
+    _, response = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
+    assert [error["path"] for error in response["errors"]] == ["motor.noise"]

@@ -1,4 +1,4 @@
-"""The page's modules import downwards: none of them, by whatever way, imports itself."""
+"""Tests of the imports of the page's modules, which have no cycle."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from baldwinlab.lab.single_page import STATIC
 IMPORTED = re.compile(r"""(?:from\s+|import\s*\(\s*|import\s+)["']\./([\w./]+\.js)["']""")
 
 
-COMMENT = re.compile(
-    r"/\*.*?\*/", re.DOTALL
-)  # where a type may be named that is imported by nobody
+# A comment can name the module of a type without an import.
+COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 
 
 def imports(path: Path) -> set[str]:
     return set(IMPORTED.findall(COMMENT.sub("", path.read_text("utf-8"))))
 
 
-def test_no_module_of_the_page_imports_itself_by_a_detour() -> None:
+def test_the_imports_of_the_page_have_no_cycle() -> None:
     graph = {path.name: imports(path) for path in STATIC.glob("*.js")}
     assert graph["main.js"] >= {"address.js", "view_world.js"}
-    TopologicalSorter(graph).prepare()  # raises CycleError, which names the circle
+    # Raises CycleError, which names the modules of the cycle.
+    TopologicalSorter(graph).prepare()
 
 
-def test_every_module_that_is_imported_is_there() -> None:
+def test_every_imported_module_exists() -> None:
     for path in STATIC.glob("*.js"):
         for name in imports(path):
             assert (STATIC / name).is_file(), f"{path.name} imports {name}"

@@ -1,4 +1,4 @@
-"""A trace in a notebook: what is in its player, and that it plays."""
+"""Tests of the player of a trace in a notebook."""
 
 from __future__ import annotations
 
@@ -27,32 +27,32 @@ def trace() -> xr.Dataset:
     return replay(shorten_preset(), seed=5, run=1, generation=0)
 
 
-def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
-    """The same life as the lab records it, which lives it again and looks at no trace."""
-    moment = GenerationKey(5, 1, 0)
+def record_in_lab(experiment: Experiment) -> dict[str, np.ndarray]:
+    """Return the recording of the lab, which simulates the lifetime again."""
+    key = GenerationKey(5, 1, 0)
     life = Life(
         experiment,
-        moment,
-        lambda: ParentGeneration(recompute_genomes(experiment, moment, None), None),
+        key,
+        lambda: ParentGeneration(recompute_genomes(experiment, key, None), None),
     )
     return unpack(record_life(life, Span(0, experiment.lifetime.steps), {}))[1]
 
 
 @pytest.mark.parametrize("kinds", [["food"], ["food", "nearest"]])
 @pytest.mark.usefixtures("in_plain_python")
-def test_the_player_has_the_life_that_the_lab_records_to_the_bit(kinds: list[str]) -> None:
+def test_the_player_is_bit_identical_to_the_recording_of_the_lab(kinds: list[str]) -> None:
     experiment = shorten_preset("evo/A").replace(
         senses={"kinds": kinds}, lifetime={"steps": 40}, world={"start": {"x": 480}}
     )
-    found = unpack(notebook_player.recording(replay(experiment, seed=5, run=1, generation=0)))[1]
-    wanted = recorded(experiment)
-    assert wanted.keys() == found.keys()
-    assert wanted["eaten_in_life"][-1].sum() > 0
-    for name, values in wanted.items():
-        assert np.array_equal(found[name], values), name
+    actual = unpack(notebook_player.recording(replay(experiment, seed=5, run=1, generation=0)))[1]
+    expected = record_in_lab(experiment)
+    assert expected.keys() == actual.keys()
+    assert expected["eaten_in_life"][-1].sum() > 0
+    for name, values in expected.items():
+        assert np.array_equal(actual[name], values), name
 
 
-def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(
+def test_selected_steps_of_a_trace_play_and_other_datasets_have_the_xarray_page(
     trace: xr.Dataset,
 ) -> None:
     part = trace.isel(step=slice(10, 30))
@@ -60,19 +60,19 @@ def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(
     assert (header["first"], header["last"], header["steps"]) == (0, 20, 20)
     assert (arrays["x"] == trace.x.values[10:30]).all()
     assert "<iframe" in notebook_player.html(part)
-    for other in (
+    for dataset in (
         trace.drop_vars("x"),
         trace.isel(agent=0),
         trace.isel(step=slice(0)),
         trace.drop_attrs(),
         xr.Dataset(),
     ):
-        assert not notebook_player.is_playable(other)
-        assert "<iframe" not in notebook_player.html(other)
-        assert "xr-wrap" in notebook_player.html(other)
+        assert not notebook_player.is_playable(dataset)
+        assert "<iframe" not in notebook_player.html(dataset)
+        assert "xr-wrap" in notebook_player.html(dataset)
 
 
-def test_of_a_life_that_is_too_long_the_beginning_plays(
+def test_only_the_first_steps_of_a_long_lifetime_play(
     trace: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(notebook_player, "MAX_SIZE", 20 * 7)
@@ -80,7 +80,7 @@ def test_of_a_life_that_is_too_long_the_beginning_plays(
     assert (header["last"], header["steps"], len(arrays["x"])) == (7, trace.sizes["step"], 7)
 
 
-def test_an_ordinary_life_is_at_most_300_kilobytes_and_names_no_other_place(
+def test_the_player_of_5000_steps_is_small_and_references_no_external_file(
     trace: xr.Dataset,
 ) -> None:
     page = notebook_player.html(replay(shorten_preset().replace(lifetime={"steps": 5000}), seed=5))
@@ -90,18 +90,18 @@ def test_an_ordinary_life_is_at_most_300_kilobytes_and_names_no_other_place(
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", frame)
 
 
-def test_whatever_a_trace_says_of_itself_is_text(trace: xr.Dataset) -> None:
+def test_the_attributes_of_a_trace_are_escaped(trace: xr.Dataset) -> None:
     page = notebook_player.html(trace.assign_attrs(condition="</iframe><b>\"'", run="<i>"))
     assert "<b>" not in page
     assert "<i>" not in page
 
 
-def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(
+def test_the_frame_of_the_player_sends_no_request_and_cannot_read_the_notebook(
     browser: Browser, trace: xr.Dataset, tmp_path: Path
 ) -> None:
     path = tmp_path / "notebook.html"
     path.write_text(f"<!doctype html><meta charset='utf-8'><body>{notebook_player.html(trace)}")
-    with open_offline_page(browser, 800) as (page, asked):
+    with open_offline_page(browser, 800) as (page, requests):
         page.goto(path.as_uri())
         frame = page.frame_locator("iframe")
         frame.get_by_test_id("timeline").fill("17")
@@ -110,11 +110,8 @@ def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(
         expect(frame.get_by_test_id("replay-canvas-count")).to_contain_text(f"{eaten} eaten")
         frame.get_by_role("button", name="Play").click()
         expect(frame.get_by_role("button", name="Pause")).to_be_visible()
-        inside = page.frames[1]
-        assert (
-            inside.evaluate(
-                "(() => { try { return parent.document.title } catch { return 'closed' } })()"
-            )
-            == "closed"
+        title = page.frames[1].evaluate(
+            "(() => { try { return parent.document.title } catch { return 'closed' } })()"
         )
-    assert [url for url in asked if not url.startswith(("data:", "file:", "about:"))] == []
+        assert title == "closed"
+    assert [url for url in requests if not url.startswith(("data:", "file:", "about:"))] == []

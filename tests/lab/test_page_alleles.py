@@ -1,4 +1,4 @@
-"""The World tab of a model whose lives have no world: the alleles of its genomes, locus by locus, through the generations."""
+"""Tests of the World tab for a model without a world: the alleles at each locus."""
 
 from __future__ import annotations
 
@@ -18,38 +18,39 @@ from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import WINDOWS, LabServer
-from tests.lab.test_page_layout import LOW, MEASURE, window
+from tests.lab.test_page_layout import LOW, MEASURE, check_controls, open_window
 
 RUN = "study=strings&condition=guessing&run=1"
 
-# Of every locus, the height of each of its parts as a share of the whole bar.
-HEIGHTS = """bars => bars.map(bar => [...bar.children].map(part =>
-    part.getBoundingClientRect().height / bar.getBoundingClientRect().height))"""
+# Return, for each locus, the heights of the parts of its bar as shares of the bar.
+HEIGHTS = """bars => bars.map(bar => {
+    const { height } = bar.getBoundingClientRect();
+    return [...bar.children].map(part => part.getBoundingClientRect().height / height);
+})"""
 
 
 @pytest.fixture
-def opened(page: Page, strings_server: LabServer) -> Page:
-    """The last but one generation."""
+def alleles_page(page: Page, strings_server: LabServer) -> Page:
+    """Open the World tab at the second-last generation."""
     page.goto(f"{strings_server.entry}#/world?{RUN}&generation=3")
     expect(page.locator("[data-ready]")).to_have_count(1)
     return page
 
 
-def expected(server: LabServer, generation: int, run: int = 1) -> npt.NDArray[Any]:
-    """The shares [locus, allele] of 0, ? and 1."""
-    genomes = (
-        StudyStore(server.root / "strings").read("guessing", run).genome.values[generation, :, 0]
-    )
+def compute_frequencies(server: LabServer, generation: int, run: int = 1) -> npt.NDArray[Any]:
+    """Return the frequencies [locus, allele] of 0, ? and 1 in a generation."""
+    record = StudyStore(server.root / "strings").read("guessing", run)
+    genomes = record.genome.values[generation, :, 0]
     return np.stack([(genomes == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1)
 
 
-def require_shown(page: Page, server: LabServer, generation: int, run: int = 1) -> None:
-    """The bars, and what is read aloud, are those of a generation."""
+def check_alleles(page: Page, server: LabServer, generation: int, run: int = 1) -> None:
+    """Check the bars and the table for screen readers of a generation."""
     expect(page.locator("[data-ready]")).to_have_count(1)
     expect(page.get_by_test_id("alleles-heading")).to_have_text(
         f"Alleles by locus, generation {generation}"
     )
-    shares = expected(server, generation, run)
+    shares = compute_frequencies(server, generation, run)
     assert np.allclose(page.locator(".allele-bar").evaluate_all(HEIGHTS), shares, atol=0.01)
     read = page.get_by_test_id("alleles-table").locator("tbody tr").all_inner_texts()
     assert [line.split("\t") for line in read] == [
@@ -58,28 +59,29 @@ def require_shown(page: Page, server: LabServer, generation: int, run: int = 1) 
     ]
 
 
-def test_bars_and_table_are_those_of_the_genomes_whichever_way_the_generation_is_chosen(
-    opened: Page, strings_server: LabServer
+def test_bars_and_table_are_those_of_the_genomes_of_the_selected_generation(
+    alleles_page: Page, strings_server: LabServer
 ) -> None:
-    page = opened
-    require_shown(page, strings_server, 3)
+    page = alleles_page
+    check_alleles(page, strings_server, 3)
     page.keyboard.press("[")
-    require_shown(page, strings_server, 2)
+    check_alleles(page, strings_server, 2)
     page.get_by_role("button", name="Next generation").click()
-    require_shown(page, strings_server, 3)
+    check_alleles(page, strings_server, 3)
     page.get_by_role("slider", name="Generation").press("Home")
-    require_shown(page, strings_server, 0)
+    check_alleles(page, strings_server, 0)
     expect(page.get_by_role("slider", name="Generation")).to_have_attribute(
         "aria-valuetext", re.compile("^generation 0, fitness:")
     )
     page.get_by_test_id("run-a").select_option("0")
-    require_shown(page, strings_server, 0, run=0)
+    check_alleles(page, strings_server, 0, run=0)
 
 
-def test_generations_play_one_after_the_other_and_stop_at_the_last(
-    opened: Page, strings_server: LabServer
+def test_generations_play_and_stop_at_the_last_one(
+    alleles_page: Page, strings_server: LabServer
 ) -> None:
-    page, tour = opened, opened.get_by_test_id("tour-a")
+    page = alleles_page
+    tour = page.get_by_test_id("tour-a")
     page.keyboard.press("g")
     expect(tour).to_have_attribute("aria-pressed", "true")
     for generation in range(5):
@@ -87,22 +89,22 @@ def test_generations_play_one_after_the_other_and_stop_at_the_last(
             f"Alleles by locus, generation {generation}"
         )
     expect(tour).to_have_attribute("aria-pressed", "false")
-    require_shown(page, strings_server, 4)
+    check_alleles(page, strings_server, 4)
 
 
-def test_the_address_holds_what_is_shown_and_leads_back_to_it(
-    opened: Page, strings_server: LabServer
+def test_the_address_reopens_the_shown_generation(
+    alleles_page: Page, strings_server: LabServer
 ) -> None:
-    page = opened
+    page = alleles_page
     page.keyboard.press("]")
     expect(page).to_have_url(re.compile(rf"#/world\?{re.escape(RUN)}&generation=4$"))
     page.reload()
-    require_shown(page, strings_server, 4)
+    check_alleles(page, strings_server, 4)
     page.go_back()
-    require_shown(page, strings_server, 3)
+    check_alleles(page, strings_server, 3)
 
 
-def test_nothing_is_offered_that_only_a_world_has(opened: Page) -> None:
+def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
     for control in (
         "play",
         "on",
@@ -115,51 +117,56 @@ def test_nothing_is_offered_that_only_a_world_has(opened: Page) -> None:
         "share",
         "world-a",
     ):
-        expect(opened.get_by_test_id(control)).to_have_count(0)
+        expect(alleles_page.get_by_test_id(control)).to_have_count(0)
 
 
-def test_a_part_has_its_allele_s_name_and_the_pointer_is_told_of_a_locus(
-    opened: Page, strings_server: LabServer
+def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
+    alleles_page: Page, strings_server: LabServer
 ) -> None:
-    expect(opened.get_by_test_id("alleles-legend")).to_have_text("from bottom to top:0?1")
-    assert opened.locator(".allele-bar").first.locator("span").all_inner_texts() == ["0", "?", "1"]
-    zero, unset, one = (f"{100 * share:g} %" for share in expected(strings_server, 3)[2])
-    opened.locator("[data-locus='2'] .allele-bar").hover()
-    expect(opened.locator(".allele-plot .tip")).to_have_text(
-        f"locus 2: 0 in {zero}, ? in {unset}, 1 in {one}"
+    expect(alleles_page.get_by_test_id("alleles-legend")).to_have_text("from bottom to top:0?1")
+    assert alleles_page.locator(".allele-bar").first.locator("span").all_inner_texts() == [
+        "0",
+        "?",
+        "1",
+    ]
+    frequencies = compute_frequencies(strings_server, 3)[2]
+    zero, unset, set_to_1 = (f"{100 * share:g} %" for share in frequencies)
+    alleles_page.locator("[data-locus='2'] .allele-bar").hover()
+    expect(alleles_page.locator(".allele-plot .tip")).to_have_text(
+        f"locus 2: 0 in {zero}, ? in {unset}, 1 in {set_to_1}"
     )
 
 
-def test_the_tab_says_what_one_sees(opened: Page) -> None:
-    opened.get_by_test_id("about").click()
-    guide = opened.get_by_test_id("guide")
+def test_the_guide_describes_the_bars(alleles_page: Page) -> None:
+    alleles_page.get_by_test_id("about").click()
+    guide = alleles_page.get_by_test_id("guide")
     expect(guide).to_contain_text("guessing, run 1, generation 3, of the study strings")
     expect(guide).to_contain_text("Each bar is one locus of the genome")
     expect(guide).to_contain_text("Bit strings that learn by guessing undefined loci.")
 
 
-def test_worlds_and_alleles_take_each_other_s_place_as_they_are_chosen(
-    opened: Page, strings_server: LabServer
+def test_the_tab_shows_a_world_or_alleles_as_the_study_has(
+    alleles_page: Page, strings_server: LabServer
 ) -> None:
-    page = opened
+    page = alleles_page
     page.get_by_test_id("study-a").select_option("small")
     expect(page.get_by_test_id("world-a")).to_be_visible()
     expect(page.get_by_test_id("alleles")).to_have_count(0)
     expect(page).to_have_url(re.compile("study=small&condition=evo/A"))
     page.get_by_test_id("study-a").select_option("strings")
     expect(page.get_by_test_id("world-a")).to_have_count(0)
-    require_shown(page, strings_server, 2)
+    check_alleles(page, strings_server, 2)
 
 
-def test_a_point_in_the_results_leads_to_the_alleles_of_its_run(
+def test_a_point_in_the_results_opens_the_alleles_of_its_run(
     page: Page, strings_server: LabServer
 ) -> None:
     page.goto(f"{strings_server.entry}#/results?study=strings")
     page.get_by_role("link", name=re.compile("^guessing, run 1: ")).first.press("Enter")
-    require_shown(page, strings_server, 4)
+    check_alleles(page, strings_server, 4)
 
 
-def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_and_leads_to_the_world_tab(
+def test_a_live_run_shows_the_alleles_of_the_newest_or_the_selected_generation(
     page: Page, strings_server: LabServer
 ) -> None:
     changes = {
@@ -168,11 +175,11 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
         "hinton_nowlan.loci": 6,
         "hinton_nowlan.trials": 10,
     }
-    page.goto(
-        f"{strings_server.entry}#/live?preset=guessing&runs=2&pace=0&set={quote(json.dumps(changes), safe='')}"
-    )
+    settings = quote(json.dumps(changes), safe="")
+    page.goto(f"{strings_server.entry}#/live?preset=guessing&runs=2&pace=0&set={settings}")
     page.get_by_test_id("start").click()
-    heading, newest = page.get_by_test_id("alleles-heading"), page.get_by_test_id("live-newest")
+    heading = page.get_by_test_id("alleles-heading")
+    newest = page.get_by_test_id("live-newest")
     expect(heading).to_have_text("Alleles by locus, generation 4", timeout=60_000)
     expect(newest).to_have_attribute("aria-pressed", "true")
     page.get_by_test_id("live-fitness").locator(".u-over").click(position={"x": 1, "y": 50})
@@ -182,11 +189,8 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
     page.get_by_test_id("live-run").select_option("1")
     bars = page.locator(".allele-bar")
     expect(bars).to_have_count(6)
-    genomes = simulate(
-        assign(load("guessing"), [f"{name}={value}" for name, value in changes.items()]),
-        seed=0,
-        run=1,
-    ).genome
+    changed = assign(load("guessing"), [f"{name}={value}" for name, value in changes.items()])
+    genomes = simulate(changed, seed=0, run=1).genome
     founders = np.stack(
         [(genomes.values[0, :, 0] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1
     )
@@ -204,34 +208,36 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
         re.compile(r"#/world\?study=watched&condition=guessing&run=1&generation=4")
     )
     expect(heading).to_have_text("Alleles by locus, generation 4")
-    rmtree(strings_server.root / "watched")  # other tests count the studies
+    # Other tests expect the original studies.
+    rmtree(strings_server.root / "watched")
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "query",
     [
         "study=strings&condition=guessing&run=9",
         "study=strings&condition=x",
         "study=strings&generation=5",
     ],
 )
-def test_what_is_not_there_is_said_and_something_else_is_shown(
-    page: Page, strings_server: LabServer, asked: str
+def test_an_unknown_generation_shows_a_message_and_another_generation(
+    page: Page, strings_server: LabServer, query: str
 ) -> None:
-    page.goto(f"{strings_server.entry}#/world?{asked}")
+    page.goto(f"{strings_server.entry}#/world?{query}")
     expect(page.get_by_test_id("message-error")).to_contain_text(
         re.compile("has no (run 9|finished runs of x|generation 5)")
     )
     expect(page.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 4")
 
 
-def test_the_bars_of_a_record_that_is_damaged_go_away(
+def test_the_bars_disappear_if_the_record_is_damaged(
     browser: Browser, strings_server: LabServer
 ) -> None:
     record = StudyStore(strings_server.root / "strings").path("sparse", 0)
-    sound = record.read_bytes()
-    record.write_bytes(sound[:-40])
-    with window(browser, *WINDOWS["desk"]) as page:  # its console tells of the refusal
+    content = record.read_bytes()
+    record.write_bytes(content[:-40])
+    # The fixture `page` would fail, because the console contains the rejected request.
+    with open_window(browser, *WINDOWS["desktop"]) as page:
         page.goto(
             f"{strings_server.entry}#/world?study=strings&condition=sparse&run=1&generation=3"
         )
@@ -240,17 +246,16 @@ def test_the_bars_of_a_record_that_is_damaged_go_away(
         expect(page.get_by_test_id("message-error")).to_contain_text(record.name)
         expect(page.locator(".allele-bar")).to_have_count(0)
         expect(page.get_by_test_id("alleles-heading")).to_be_empty()
-    record.write_bytes(sound)
+    record.write_bytes(content)
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), [WINDOWS["desk"], WINDOWS["phone"], *LOW])
-def test_bars_have_room_and_every_control_can_be_reached(
+@pytest.mark.parametrize(("width", "height", "dots"), [WINDOWS["desktop"], WINDOWS["phone"], *LOW])
+def test_bars_are_large_enough_and_every_control_is_reachable(
     browser: Browser, strings_server: LabServer, width: int, height: int, dots: int
 ) -> None:
-    with window(browser, width, height, dots) as page:
+    with open_window(browser, width, height, dots) as page:
         page.goto(f"{strings_server.entry}#/world?{RUN}&generation=3")
         page.get_by_test_id("close-guide").click()
         assert page.locator(".allele-bar").first.evaluate("bar => bar.clientHeight") >= 160
-        found = page.evaluate(MEASURE, "/world.js")
-        assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
+        check_controls(page.evaluate(MEASURE, "/world.js"))
         expect(page.get_by_test_id("alleles")).to_be_in_viewport(ratio=0.9)

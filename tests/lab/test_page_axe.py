@@ -1,4 +1,4 @@
-"""axe-core finds no barrier on any tab of the lab or on a shared page, in light and in dark."""
+"""Tests with axe-core: tabs and shared pages have no barriers, in both color schemes."""
 
 from __future__ import annotations
 
@@ -21,105 +21,103 @@ LIFE = urlencode(SMALL)
 
 
 @pytest.fixture(params=["light", "dark"])
-def shaded(
+def themed_page(
     browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest
 ) -> Iterator[Page]:
-    """A page on light or on dark ground, as the reader's machine is."""
+    """Yield a page with the light or the dark color scheme."""
     scheme: Literal["light", "dark"] = request.param
     with lab_server.context(browser, color_scheme=scheme) as context:
         yield context.new_page()
 
 
-def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_open(
-    shaded: Page,
+def test_the_world_tab_has_no_barriers_with_guide_comparison_and_agent(
+    themed_page: Page,
 ) -> None:
-    shaded.goto(f"/#/world?{LIFE}&step=120&guide=open")
-    expect(shaded.get_by_test_id("guide")).to_contain_text("What to look for")
-    assert find_violations(shaded) == []
-    shaded.get_by_test_id("agent-3").click()
-    expect(shaded.get_by_test_id("kin")).to_contain_text("parents")
-    shaded.get_by_test_id("compare").click()
-    expect(shaded.locator("[data-ready]")).to_have_count(2)
-    assert find_violations(shaded) == []
-    shaded.get_by_test_id("ancestors-of").click()
-    expect(shaded.get_by_test_id("ancestor").first).to_be_visible()
-    assert find_violations(shaded) == []
-    shaded.get_by_test_id("share").click()
-    expect(shaded.get_by_test_id("share-link")).to_be_visible()
-    assert find_violations(shaded) == []
-    shaded.keyboard.press("Escape")
-    shaded.get_by_test_id("keys").click()
-    assert find_violations(shaded) == []
+    themed_page.goto(f"/#/world?{LIFE}&step=120&guide=open")
+    expect(themed_page.get_by_test_id("guide")).to_contain_text("What to look for")
+    assert find_violations(themed_page) == []
+    themed_page.get_by_test_id("agent-3").click()
+    expect(themed_page.get_by_test_id("kin")).to_contain_text("parents")
+    themed_page.get_by_test_id("compare").click()
+    expect(themed_page.locator("[data-ready]")).to_have_count(2)
+    assert find_violations(themed_page) == []
+    themed_page.get_by_test_id("ancestors-of").click()
+    expect(themed_page.get_by_test_id("ancestor").first).to_be_visible()
+    assert find_violations(themed_page) == []
+    themed_page.get_by_test_id("share").click()
+    expect(themed_page.get_by_test_id("share-link")).to_be_visible()
+    assert find_violations(themed_page) == []
+    themed_page.keyboard.press("Escape")
+    themed_page.get_by_test_id("keys").click()
+    assert find_violations(themed_page) == []
 
 
-def test_the_world_tab_of_a_model_without_worlds_has_none(
-    shaded: Page, strings_server: LabServer
+def test_the_world_tab_of_a_model_without_a_world_has_no_barriers(
+    themed_page: Page, strings_server: LabServer
 ) -> None:
-    shaded.goto(
-        f"{strings_server.entry}#/world?study=strings&condition=guessing&run=1&generation=3&guide=open"
-    )
-    expect(shaded.get_by_test_id("alleles")).to_be_visible()
-    expect(shaded.get_by_test_id("guide")).to_contain_text("The bars")
-    assert find_violations(shaded) == []
+    query = "study=strings&condition=guessing&run=1&generation=3&guide=open"
+    themed_page.goto(f"{strings_server.entry}#/world?{query}")
+    expect(themed_page.get_by_test_id("alleles")).to_be_visible()
+    expect(themed_page.get_by_test_id("guide")).to_contain_text("The bars")
+    assert find_violations(themed_page) == []
 
 
-def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
+def test_the_live_tab_has_no_barriers_before_and_after_a_run(themed_page: Page) -> None:
     changes = '{"lifetime.steps":300,"evolution.generations":2}'
-    shaded.goto(
-        f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'pace': 0, 'set': changes})}"
-    )
-    expect(shaded.get_by_test_id("start")).to_be_enabled()
-    shaded.get_by_test_id("group-learning").locator("summary").click()
-    shaded.get_by_test_id("field-learning.rate").fill("11")
-    expect(shaded.get_by_test_id("group-learning")).to_contain_text(
+    query = {"preset": "evo+self-taught/A", "runs": 2, "pace": 0, "set": changes}
+    themed_page.goto(f"/#/live?{urlencode(query)}")
+    expect(themed_page.get_by_test_id("start")).to_be_enabled()
+    themed_page.get_by_test_id("group-learning").locator("summary").click()
+    themed_page.get_by_test_id("field-learning.rate").fill("11")
+    expect(themed_page.get_by_test_id("group-learning")).to_contain_text(
         "should be less than or equal to 10"
     )
-    assert find_violations(shaded) == []
-    shaded.get_by_test_id("field-learning.rate").fill("0.01")
-    expect(shaded.get_by_test_id("start")).to_be_enabled()
-    shaded.get_by_test_id("start").click()
-    expect(shaded.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
-    assert find_violations(shaded) == []
-    shaded.get_by_test_id("keep").click()
-    assert find_violations(shaded) == []
+    assert find_violations(themed_page) == []
+    themed_page.get_by_test_id("field-learning.rate").fill("0.01")
+    expect(themed_page.get_by_test_id("start")).to_be_enabled()
+    themed_page.get_by_test_id("start").click()
+    expect(themed_page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+    assert find_violations(themed_page) == []
+    themed_page.get_by_test_id("keep").click()
+    assert find_violations(themed_page) == []
 
 
-def test_the_results_tab_has_none_whatever_came_of_claims(
-    shaded: Page, lab_server: LabServer
+def test_the_results_tab_has_no_barriers_with_all_verdicts(
+    themed_page: Page, lab_server: LabServer
 ) -> None:
     verdicts = ("holds", "undecided", "does not hold", "not evaluated")
     write_claims(
         StudyStore(lab_server.root / "small"),
-        [CLAIM | {"id": one, "verdict": one} for one in verdicts],
+        [CLAIM | {"id": verdict, "verdict": verdict} for verdict in verdicts],
     )
-    shaded.goto("/#/results?study=small")
-    shaded.get_by_test_id("curves").locator("canvas").wait_for()
-    shaded.get_by_test_id("curves").get_by_role("button", name="evo/A").click()
-    shaded.get_by_test_id("runs").locator("summary").click()
-    shaded.get_by_test_id("sort-best").click()
-    expect(shaded.get_by_test_id("runs").locator("tbody tr")).to_have_count(4)
-    assert find_violations(shaded) == []
+    themed_page.goto("/#/results?study=small")
+    themed_page.get_by_test_id("curves").locator("canvas").wait_for()
+    themed_page.get_by_test_id("curves").get_by_role("button", name="evo/A").click()
+    themed_page.get_by_test_id("runs").locator("summary").click()
+    themed_page.get_by_test_id("sort-best").click()
+    expect(themed_page.get_by_test_id("runs").locator("tbody tr")).to_have_count(4)
+    assert find_violations(themed_page) == []
     (lab_server.root / "small" / "claims.json").unlink()
-    shaded.goto("/#/results?study=gone")
-    expect(shaded.get_by_test_id("results-empty")).to_be_visible()
-    assert find_violations(shaded) == []
+    themed_page.goto("/#/results?study=gone")
+    expect(themed_page.get_by_test_id("results-empty")).to_be_visible()
+    assert find_violations(themed_page) == []
 
 
-def test_the_life_that_plays_while_the_engine_is_compiled_has_none(
-    shaded: Page, tmp_path: Path
-) -> None:
+def test_the_page_during_compilation_has_no_barriers(themed_page: Page, tmp_path: Path) -> None:
     with run_server(tmp_path, lambda: False) as server:
-        shaded.goto(server.entry)
-        expect(shaded.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
-        assert find_violations(shaded) == []
-        shaded.goto("about:blank")
+        themed_page.goto(server.entry)
+        expect(themed_page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
+        assert find_violations(themed_page) == []
+        themed_page.goto("about:blank")
 
 
-def test_a_shared_page_has_none(shaded: Page, lab_server: LabServer, tmp_path: Path) -> None:
-    both: dict[str, Any] = {"a": LIFE, "b": urlencode(SMALL | {"condition": "evo/A"}), "step": 40}
+def test_a_shared_page_has_no_barriers(
+    themed_page: Page, lab_server: LabServer, tmp_path: Path
+) -> None:
+    query: dict[str, Any] = {"a": LIFE, "b": urlencode(SMALL | {"condition": "evo/A"}), "step": 40}
     path = tmp_path / "shared.html"
-    path.write_bytes(get_response(lab_server.address, "share", **both).content)
-    shaded.goto(path.as_uri())
-    expect(shaded.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
-    shaded.locator("summary").first.click()
-    assert find_violations(shaded) == []
+    path.write_bytes(get_response(lab_server.address, "share", **query).content)
+    themed_page.goto(path.as_uri())
+    expect(themed_page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
+    themed_page.locator("summary").first.click()
+    assert find_violations(themed_page) == []

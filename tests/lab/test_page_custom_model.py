@@ -1,4 +1,4 @@
-"""A model of another kind in the lab: lived, kept and shown as any other, but for the world that it has not."""
+"""Tests of a custom model without a world in the lab."""
 
 from __future__ import annotations
 
@@ -27,21 +27,18 @@ CHANGES = {
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     load_file(PART)
-    with run_server(tmp_path_factory.mktemp("models")) as found:
-        yield found
+    with run_server(tmp_path_factory.mktemp("models")) as lab_server:
+        yield lab_server
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
 
 
 def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServer) -> None:
     presets = {preset["name"]: preset for preset in get_json(server.address, "presets")["presets"]}
-    assert (
-        presets["bit-strings"]["description"]
-        == "Strings of the alleles 0, 1 and ?, with guesses for each ?."
-    )
-    page.goto(
-        f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={quote(json.dumps(CHANGES), safe='')}"
-    )
+    description = presets["bit-strings"]["description"]
+    assert description == "Strings of the alleles 0, 1 and ?, with guesses for each ?."
+    changes = quote(json.dumps(CHANGES), safe="")
+    page.goto(f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={changes}")
     expect(page.get_by_test_id("field-bit_strings.guesses")).to_have_value("40")
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
@@ -56,9 +53,8 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
     expect(page.get_by_test_id("curves")).to_contain_text(
         "Fitness of the best agent, generation by generation"
     )
-    assert (
-        server.root / "bits" / "parts" / "model-bit-strings.py"
-    ).read_bytes() == PART.read_bytes()
+    saved_part = server.root / "bits" / "parts" / "model-bit-strings.py"
+    assert saved_part.read_bytes() == PART.read_bytes()
     page.goto(f"{server.entry}#/world?study=bits&condition=bit-strings&run=0&generation=0")
     expect(page.get_by_test_id("message-error")).to_contain_text("has no world to show")
 
@@ -67,12 +63,12 @@ def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabS
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
     (study,) = get_json(server.address, "studies")["studies"]
-    assert [(one["name"], one["steps"]) for one in study["conditions"]] == [("bit-strings", None)]
+    (condition,) = study["conditions"]
+    assert (condition["name"], condition["steps"]) == ("bit-strings", None)
     results = get_json(server.address, "results", study="bits")
-    assert (
-        get_json(server.address, "run", study="bits", condition="bit-strings", run=0)["measure"]
-        == "fitness"
-    )
-    assert not results["food"] and len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
-    asked = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
-    assert "load its file with --part FILE" in get_error(server.address, "recording", 400, **asked)
+    run = get_json(server.address, "run", study="bits", condition="bit-strings", run=0)
+    assert run["measure"] == "fitness"
+    assert not results["food"]
+    assert len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
+    query = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
+    assert "load its file with --part FILE" in get_error(server.address, "recording", 400, **query)

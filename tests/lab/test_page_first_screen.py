@@ -1,4 +1,4 @@
-"""The first screen shows Start, and the world once a run has started, in a window of whatever size."""
+"""Tests of the first screen: it shows the start button, and then the world, in every window."""
 
 from __future__ import annotations
 
@@ -11,49 +11,54 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.lab.export import live_page
 from baldwinlab.papers import presets
 from tests.lab.client import LabServer
-from tests.lab.test_page_export import quick
+from tests.lab.test_page_export import shorten
 
 SIZES = {
-    "desk": (1280, 800),
+    "desktop": (1280, 800),
     "laptop": (1366, 768),
     "large laptop": (1440, 900),
-    "large desk": (1920, 1080),
+    "large desktop": (1920, 1080),
     "phone": (390, 844),
-    "phone on its side": (844, 390),
+    "phone in landscape": (844, 390),
     "small phone": (360, 640),
-    "desk at 200 %": (640, 400),
+    "desktop at 200 %": (640, 400),
 }
-PORTRAIT, LANDSCAPE = SIZES["phone"], SIZES["phone on its side"]
+PORTRAIT = SIZES["phone"]
+LANDSCAPE = SIZES["phone in landscape"]
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
-LEAST = 240  # px of the map's edge
+# The minimum edge of a map, in px.
+MIN_EDGE = 240
 
-# How many rows of an element's middle column nothing covers, and no edge of the window cuts off: of a button, or, where the
-# module of worlds is given, of the map that a canvas draws with a margin.
+# Return the number of uncovered rows in the middle column of an element inside the window. With the
+# module of worlds, the rows are those of the map, which a canvas draws with a margin.
 ROWS = """async (element, module) => {
     const { left, width, top, height } = element.getBoundingClientRect();
     let edge = height;
     if (module) {
         const { WorldView } = await import(module);
         const scale = Object.getOwnPropertyDescriptor(WorldView.prototype, "scale").get;
-        edge = 640 * scale.call({ width, height, camera: { zoom: 1 }, world: { width: 640, height: 640 } });
+        const world = { width: 640, height: 640 };
+        edge = 640 * scale.call({ width, height, camera: { zoom: 1 }, world });
     }
-    const [x, first] = [left + width / 2, top + (height - edge) / 2];
-    const rows = Array.from({ length: Math.floor(edge) }, (_, row) => document.elementFromPoint(x, first + row + 0.5));
-    return rows.filter(there => there && element.contains(there)).length;
+    const x = left + width / 2;
+    const first = top + (height - edge) / 2;
+    const elementAt = (_, row) => document.elementFromPoint(x, first + row + 0.5);
+    const rows = Array.from({ length: Math.floor(edge) }, elementAt);
+    return rows.filter(visible => visible && element.contains(visible)).length;
 }"""
 
 
 @pytest.fixture(scope="module")
-def export(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The address of an exported page."""
+def exported_address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Export a page, and return its address."""
     path: Path = tmp_path_factory.mktemp("export") / "laboratory.html"
-    path.write_bytes(live_page([quick(presets.load("evo+self-taught/A"))]))
+    path.write_bytes(live_page([shorten(presets.load("evo+self-taught/A"))]))
     return path.as_uri()
 
 
 @pytest.fixture
-def visitor(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
-    """A page of a first visit, which shows "What is this?"."""
+def touch_page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+    """Yield a blank page of a first visit, with a touch screen."""
     with lab_server.context(browser, has_touch=True) as context:
         yield context.new_page()
 
@@ -62,7 +67,8 @@ def resize(page: Page, size: tuple[int, int]) -> None:
     page.set_viewport_size({"width": size[0], "height": size[1]})
 
 
-def require_start_in_sight(page: Page, sizes: list[tuple[int, int]]) -> None:
+def check_start_button(page: Page, sizes: list[tuple[int, int]]) -> None:
+    """Check the size of the start button, and that it is completely visible."""
     start = page.get_by_test_id("start")
     for size in sizes:
         resize(page, size)
@@ -72,74 +78,75 @@ def require_start_in_sight(page: Page, sizes: list[tuple[int, int]]) -> None:
         assert start.evaluate(ROWS) == int(box["height"]), size
 
 
-def require_start_in_sight_with_the_guide_open_and_shut(page: Page) -> None:
+def check_start_button_with_and_without_guide(page: Page) -> None:
     expect(page.get_by_test_id("start")).to_be_enabled()
     expect(page.get_by_test_id("guide")).to_be_visible()
-    require_start_in_sight(page, list(SIZES.values()))
+    check_start_button(page, list(SIZES.values()))
     page.get_by_test_id("close-guide").click()
     expect(page.get_by_test_id("guide")).to_be_hidden()
-    require_start_in_sight(page, list(SIZES.values()))
+    check_start_button(page, list(SIZES.values()))
     resize(page, PORTRAIT)
     page.locator(".form summary").last.scroll_into_view_if_needed()
-    require_start_in_sight(page, [PORTRAIT])
+    check_start_button(page, [PORTRAIT])
 
 
-def test_start_is_on_the_first_screen_of_the_lab(visitor: Page) -> None:
-    visitor.goto("/#/live?preset=evo%2Bself-taught/A")
-    require_start_in_sight_with_the_guide_open_and_shut(visitor)
+def test_start_is_on_the_first_screen_of_the_lab(touch_page: Page) -> None:
+    touch_page.goto("/#/live?preset=evo%2Bself-taught/A")
+    check_start_button_with_and_without_guide(touch_page)
 
 
-def test_start_is_on_the_first_screen_of_an_exported_page(visitor: Page, export: str) -> None:
-    visitor.goto(export)
-    require_start_in_sight_with_the_guide_open_and_shut(visitor)
+def test_start_is_on_the_first_screen_of_an_exported_page(
+    touch_page: Page, exported_address: str
+) -> None:
+    touch_page.goto(exported_address)
+    check_start_button_with_and_without_guide(touch_page)
 
 
 @pytest.mark.parametrize(
-    "size", [PORTRAIT, LANDSCAPE, SIZES["desk at 200 %"], SIZES["desk"]], ids=str
+    "size", [PORTRAIT, LANDSCAPE, SIZES["desktop at 200 %"], SIZES["desktop"]], ids=str
 )
-def test_the_world_is_on_the_first_screen_after_start_and_the_guide_makes_room(
-    visitor: Page, export: str, size: tuple[int, int]
+def test_the_world_is_on_the_first_screen_after_start_and_the_guide_closes(
+    touch_page: Page, exported_address: str, size: tuple[int, int]
 ) -> None:
-    resize(visitor, size)
-    visitor.goto(f"{export}#/live?runs=1")
-    expect(visitor.get_by_test_id("guide")).to_be_visible()
-    visitor.get_by_test_id("start").click()
-    expect(visitor.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
-    expect(visitor.get_by_test_id("guide")).to_be_hidden()
-    expect(visitor.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
-    assert visitor.get_by_test_id("live-canvas").evaluate(ROWS, "lab/world.js") >= LEAST
-    visitor.get_by_test_id("about").click()
-    expect(visitor.get_by_test_id("guide")).to_be_visible()  # whenever it is asked for
+    resize(touch_page, size)
+    touch_page.goto(f"{exported_address}#/live?runs=1")
+    expect(touch_page.get_by_test_id("guide")).to_be_visible()
+    touch_page.get_by_test_id("start").click()
+    expect(touch_page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
+    expect(touch_page.get_by_test_id("guide")).to_be_hidden()
+    expect(touch_page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
+    assert touch_page.get_by_test_id("live-canvas").evaluate(ROWS, "lab/world.js") >= MIN_EDGE
+    touch_page.get_by_test_id("about").click()
+    expect(touch_page.get_by_test_id("guide")).to_be_visible()
 
 
 @pytest.mark.parametrize("size", [PORTRAIT, LANDSCAPE], ids=["portrait", "landscape"])
-def test_a_live_run_of_the_lab_shows_its_world_on_a_phone_s_first_screen(
-    visitor: Page, size: tuple[int, int]
+def test_the_world_of_a_live_run_is_on_the_first_screen_of_a_phone(
+    touch_page: Page, size: tuple[int, int]
 ) -> None:
-    resize(visitor, size)
-    visitor.goto(
-        '/#/live?preset=evo%2Bself-taught/A&runs=1&set={"lifetime.steps":300,"evolution.generations":2}'
-    )
-    visitor.get_by_test_id("start").click()
-    expect(visitor.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
-    expect(visitor.get_by_test_id("guide")).to_be_hidden()
-    assert visitor.get_by_test_id("live-canvas").evaluate(ROWS, "/world.js") >= LEAST
+    resize(touch_page, size)
+    changes = '{"lifetime.steps":300,"evolution.generations":2}'
+    touch_page.goto(f"/#/live?preset=evo%2Bself-taught/A&runs=1&set={changes}")
+    touch_page.get_by_test_id("start").click()
+    expect(touch_page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
+    expect(touch_page.get_by_test_id("guide")).to_be_hidden()
+    assert touch_page.get_by_test_id("live-canvas").evaluate(ROWS, "/world.js") >= MIN_EDGE
 
 
-def test_the_world_tab_shows_the_map_in_every_window_and_both_of_a_comparison_on_a_phone(
-    visitor: Page,
+def test_the_world_tab_shows_the_map_in_every_window_and_two_maps_on_a_phone(
+    touch_page: Page,
 ) -> None:
-    visitor.goto(f"/#/world?{LIFE}")
-    expect(visitor.locator("[data-ready]")).to_have_count(1)
-    visitor.get_by_test_id("close-guide").click()
+    touch_page.goto(f"/#/world?{LIFE}")
+    expect(touch_page.locator("[data-ready]")).to_have_count(1)
+    touch_page.get_by_test_id("close-guide").click()
     for size in SIZES.values():
-        resize(visitor, size)
-        assert visitor.get_by_test_id("world-a").evaluate(ROWS, "/world.js") >= LEAST, size
-    resize(visitor, LANDSCAPE)
-    visitor.goto(f"/#/world?{LIFE}&b.condition=evo/A")
-    expect(visitor.locator("[data-ready]")).to_have_count(2)
+        resize(touch_page, size)
+        assert touch_page.get_by_test_id("world-a").evaluate(ROWS, "/world.js") >= MIN_EDGE, size
+    resize(touch_page, LANDSCAPE)
+    touch_page.goto(f"/#/world?{LIFE}&b.condition=evo/A")
+    expect(touch_page.locator("[data-ready]")).to_have_count(2)
     for name in "ab":
-        assert visitor.get_by_test_id(f"world-{name}").evaluate(ROWS, "/world.js") >= LEAST
-        condition = visitor.get_by_test_id(f"condition-{name}")
+        assert touch_page.get_by_test_id(f"world-{name}").evaluate(ROWS, "/world.js") >= MIN_EDGE
+        condition = touch_page.get_by_test_id(f"condition-{name}")
         expect(condition).to_be_in_viewport(ratio=1)
         assert condition.evaluate(ROWS) > 30

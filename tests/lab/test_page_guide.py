@@ -1,4 +1,4 @@
-"""Every tab says what one sees on it, and tabs keep what was looked at."""
+"""Tests of the guide of each tab, and of the state that tabs preserve."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from tests.lab.client import LabServer
 LIFE = "study=small&condition=evo/A&run=1&generation=1"
 
 
-def guide_of(page: Page) -> str:
+def read_guide(page: Page) -> str:
+    """Wait for the guide, and return its text."""
     expect(page.get_by_test_id("guide")).to_be_visible()
     return page.get_by_test_id("guide").inner_text()
 
 
-def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_not_to(
+def test_the_guide_of_the_world_tab_describes_its_parts_until_it_is_closed(
     first_visit: Page,
 ) -> None:
     page = first_visit
     page.goto(f"/#/world?{LIFE}&step=0")
     expect(page.get_by_test_id("guide")).to_contain_text("What to look for")
-    words = guide_of(page)
-    assert "evo/A, run 1, generation 1, of the study small" in words
-    assert "20 agents are born in the dashed circle and live 300 steps." in words
-    assert "Three binary inputs: food in the left, front and right sector." in words
-    assert "Three actions: turn left, go forward, turn right." in words
-    assert "No learning: the weights do not change during life." in words
+    guide = read_guide(page)
+    assert "evo/A, run 1, generation 1, of the study small" in guide
+    assert "20 agents are born in the dashed circle and live 300 steps." in guide
+    assert "Three binary inputs: food in the left, front and right sector." in guide
+    assert "Three actions: turn left, go forward, turn right." in guide
+    assert "No learning: the weights do not change during life." in guide
     page.get_by_test_id("close-guide").click()
     expect(page.get_by_test_id("guide")).to_be_hidden()
     expect(page.get_by_test_id("about")).to_be_focused()
@@ -44,16 +45,19 @@ def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_no
 
 
 @pytest.mark.parametrize("tab", ["live", "results"])
-def test_the_other_tabs_explain_themselves_as_well(first_visit: Page, tab: str) -> None:
+def test_the_guides_of_other_tabs_describe_the_curves(first_visit: Page, tab: str) -> None:
     page = first_visit
     page.goto(f"/#/{tab}")
-    assert "The curves" in guide_of(page) and "What to look for" in guide_of(page)
+    guide = read_guide(page)
+    assert "The curves" in guide
+    assert "What to look for" in guide
     page.get_by_test_id("close-guide").click()
+    # Closing the guide of a tab does not close those of other tabs.
     page.get_by_test_id("tab-world").click()
-    expect(page.get_by_test_id("guide")).to_be_visible()  # each is a first visit of its own
+    expect(page.get_by_test_id("guide")).to_be_visible()
 
 
-def test_a_browser_that_remembers_nothing_shows_it_at_every_visit_and_does_no_harm(
+def test_without_local_storage_the_guide_is_open_at_every_visit(
     first_visit: Page,
 ) -> None:
     page = first_visit
@@ -69,7 +73,7 @@ def test_a_browser_that_remembers_nothing_shows_it_at_every_visit_and_does_no_ha
     expect(page.get_by_test_id("guide")).to_be_visible()
 
 
-def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: Page) -> None:
+def test_tabs_preserve_the_study_the_lifetime_the_step_and_the_scroll_position(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=120&agent=4")
     expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
     page.get_by_test_id("tab-results").click()
@@ -84,7 +88,8 @@ def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: P
     expect(page.get_by_test_id("run-a")).to_have_value("1")
     expect(page.get_by_test_id("generation-a")).to_have_value("1")
     expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
-    page.get_by_test_id("tab-world").click()  # and the tab that is shown changes nothing
+    # A click on the selected tab has no effect.
+    page.get_by_test_id("tab-world").click()
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
     page.get_by_test_id("tab-results").click()
     expect(page.get_by_test_id("reaction")).to_be_in_viewport()
@@ -92,7 +97,7 @@ def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: P
     expect(page.get_by_test_id("setup-seed")).to_have_value("7")
 
 
-def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(
+def test_a_phone_shows_the_legend_the_agents_and_the_complete_name(
     browser: Browser, lab_server: LabServer
 ) -> None:
     with lab_server.context(
@@ -105,5 +110,6 @@ def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(
         page.get_by_test_id("agent-2").tap()
         expect(page.get_by_test_id("agent")).to_have_text("Agent 2")
         page.get_by_test_id("about").tap()
-        words = guide_of(page)
-        assert "evo+self-taught/A, run 1, generation 1" in words and "active sensor" in words
+        guide = read_guide(page)
+        assert "evo+self-taught/A, run 1, generation 1" in guide
+        assert "active sensor" in guide

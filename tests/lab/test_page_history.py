@@ -1,4 +1,4 @@
-"""The past of what is shown: the curve of its run under the generation slider, and an agent's ancestors in the inspector."""
+"""Tests of the fitness curve at the generation slider, and of the ancestors of an agent."""
 
 from __future__ import annotations
 
@@ -18,57 +18,54 @@ RUN = {name: SMALL[name] for name in ("study", "condition", "run")}
 LIVE = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 3}
 
 
-def told(server: LabServer, generation: int) -> re.Pattern[str]:
-    """What is said of a generation: the numbers as the page rounds them."""
+def generation_text(server: LabServer, generation: int) -> re.Pattern[str]:
+    """Return the text that describes a generation, with rounded numbers."""
     curve = get_json(server.address, "run", **RUN)
     best, mean = (f"{curve[which][generation]:.3g}" for which in ("best", "mean"))
-    return re.compile(
-        rf"^generation {generation}, food eaten: best {re.escape(best)}, average {re.escape(mean)}\d?$"
-    )
+    numbers = rf"best {re.escape(best)}, average {re.escape(mean)}\d?"
+    return re.compile(rf"^generation {generation}, food eaten: {numbers}$")
 
 
-def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_drawn(
+def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
     page: Page, lab_server: LabServer
 ) -> None:
     page.goto(f"/#/world?{LIFE}")
-    slider, generation = (
-        page.get_by_role("slider", name="Generation"),
-        page.get_by_test_id("generation-a"),
-    )
-    expect(slider).to_have_attribute("aria-valuetext", told(lab_server, 2))
-    place = slider.bounding_box()
-    assert place is not None and 28 <= place["height"] <= 40
-    first, middle, last = (place["x"] + 8 + share * (place["width"] - 16) for share in (0, 0.5, 1))
-    height = place["y"] + place["height"] / 2
+    slider = page.get_by_role("slider", name="Generation")
+    generation = page.get_by_test_id("generation-a")
+    expect(slider).to_have_attribute("aria-valuetext", generation_text(lab_server, 2))
+    box = slider.bounding_box()
+    assert box is not None and 28 <= box["height"] <= 40
+    first, middle, last = (box["x"] + 8 + share * (box["width"] - 16) for share in (0, 0.5, 1))
+    height = box["y"] + box["height"] / 2
     page.mouse.move(middle, height)
-    expect(page.locator(".run-curve .tip")).to_have_text(told(lab_server, 1))
+    expect(page.locator(".run-curve .tip")).to_have_text(generation_text(lab_server, 1))
     expect(page.locator(".run-curve .tip")).to_be_in_viewport(ratio=1)
     page.mouse.click(first, height)
     expect(generation).to_have_value("0")
-    expect(slider).to_have_attribute("aria-valuetext", told(lab_server, 0))
+    expect(slider).to_have_attribute("aria-valuetext", generation_text(lab_server, 0))
     page.mouse.down()
     page.mouse.move(last, height, steps=4)
     expect(generation).to_have_value("2")
     page.mouse.up()
-    page.go_back()  # past all that was passed on the way
+    # The history does not contain the generations during the drag.
+    page.go_back()
     expect(generation).to_have_value("0")
     slider.press("End")
     expect(generation).to_have_value("2")
     page.get_by_test_id("run-a").select_option("0")
-    expect(slider).not_to_have_attribute("aria-valuetext", told(lab_server, 2))
+    expect(slider).not_to_have_attribute("aria-valuetext", generation_text(lab_server, 2))
     page.get_by_test_id("compare").click()
     expect(page.get_by_role("slider", name="Generation")).to_have_count(2)
     expect(page.locator(".run-curve:not(.plain)")).to_have_count(2)
-    page.set_viewport_size(
-        {"width": 900, "height": 800}
-    )  # where two stand side by side with little room
+    # Two worlds next to each other are narrow in this window.
+    page.set_viewport_size({"width": 900, "height": 800})
     for curve in page.locator(".run-curve").all():
         expect(curve).to_be_visible()
-        place = curve.bounding_box()
-        assert place is not None and place["width"] >= 60
+        box = curve.bounding_box()
+        assert box is not None and box["width"] >= 60
 
 
-def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_curve(
+def test_a_tap_selects_a_generation_and_a_preset_has_no_curve(
     browser: Browser, lab_server: LabServer, tmp_path: Path
 ) -> None:
     with lab_server.context(
@@ -78,9 +75,9 @@ def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_c
         page.goto(f"{lab_server.entry}#/world?{LIFE}")
         page.get_by_test_id("close-guide").tap()
         expect(page.locator(".run-curve:not(.plain)")).to_have_count(1)
-        place = page.locator(".run-curve").bounding_box()
-        assert place is not None and 28 <= place["height"] <= 40
-        page.touchscreen.tap(place["x"] + 9, place["y"] + place["height"] / 2)
+        box = page.locator(".run-curve").bounding_box()
+        assert box is not None and 28 <= box["height"] <= 40
+        page.touchscreen.tap(box["x"] + 9, box["y"] + box["height"] / 2)
         expect(page.get_by_test_id("generation-a")).to_have_value("0")
         with run_server(tmp_path) as empty:
             page.goto(f"{empty.entry}#/world?condition=evo%2Bself-taught/A&generation=0")
@@ -92,7 +89,7 @@ def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_c
 
 
 def rows_of(line: dict[str, Any]) -> list[list[str]]:
-    """A row for each ancestor but the agent itself, the youngest first."""
+    """Return the table of ancestors without the agent, the last generation first."""
     columns = zip(
         line["agents"],
         line["eaten"],
@@ -102,22 +99,22 @@ def rows_of(line: dict[str, Any]) -> list[list[str]]:
         strict=False,
     )
     rows = []
-    for generation, (fitter, eaten, other, ate, number) in enumerate(columns):
-        beside = "the same" if other == fitter else f"agent {other}{ate}"
-        rows.append([str(generation), f"agent {fitter}{eaten}", beside, str(number)])
+    for generation, (fitter, eaten, second, second_eaten, number) in enumerate(columns):
+        second_cell = "the same" if second == fitter else f"agent {second}{second_eaten}"
+        rows.append([str(generation), f"agent {fitter}{eaten}", second_cell, str(number)])
     return rows[::-1]
 
 
-def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(
+def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     page: Page, lab_server: LabServer
 ) -> None:
     line = get_json(lab_server.address, "ancestors", **SMALL, agent=3)
     page.goto(f"/#/world?{LIFE}&agent=3")
-    turner, title, generation = (
-        page.get_by_test_id(name) for name in ("ancestors-of", "agent", "generation-a")
-    )
-    turner.press("Enter")
-    expect(turner).to_have_attribute("aria-pressed", "true")
+    toggle = page.get_by_test_id("ancestors-of")
+    title = page.get_by_test_id("agent")
+    generation = page.get_by_test_id("generation-a")
+    toggle.press("Enter")
+    expect(toggle).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_test_id("kin")).to_be_hidden()
     rows = page.get_by_test_id("ancestors").locator("tbody tr")
     expect(rows).to_have_count(2)
@@ -144,12 +141,12 @@ def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_li
     chart.click(position={"x": 34 + (width - 40) / 2, "y": 40})
     expect(title).to_have_text(f"Agent {line['agents'][1]}")
     expect(generation).to_have_value("1")
-    turner.click()
+    toggle.click()
     expect(page.get_by_test_id("kin")).to_be_visible()
     expect(page).not_to_have_url(re.compile("inside="))
 
 
-def test_the_ancestors_of_an_agent_of_a_live_run_are_there_as_well(page: Page) -> None:
+def test_the_inspector_lists_the_ancestors_in_a_live_run(page: Page) -> None:
     page.goto(f"/#/live?preset=evo/A&runs=1&pace=0&set={quote(json.dumps(LIVE), safe='')}")
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)

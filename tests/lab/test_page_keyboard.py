@@ -1,4 +1,4 @@
-"""By keyboard and screen reader: keys go where the focus is, the focus is never lost, and nothing talks without being asked."""
+"""Tests of the keyboard and of screen readers: focus, names and announcements."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.small_studies import shorten_preset
 LIFE = "study=small&condition=evo/A&run=1&generation=1&step=10"
 
 
-def test_keys_in_the_generation_slider_move_the_generation_and_not_the_step(page: Page) -> None:
+def test_keys_in_the_generation_slider_change_the_generation_only(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}")
     slider = page.get_by_role("slider", name="Generation")
     slider.press("ArrowRight")
@@ -25,7 +25,7 @@ def test_keys_in_the_generation_slider_move_the_generation_and_not_the_step(page
     expect(page.get_by_test_id("step")).to_have_text("11 / 299")
 
 
-def test_the_focus_goes_into_an_agent_that_opens_and_escape_gives_it_back(page: Page) -> None:
+def test_the_focus_moves_to_an_opened_agent_and_escape_returns_it(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}")
     line = page.get_by_test_id("agent-3")
     line.press("Enter")
@@ -41,7 +41,7 @@ def test_the_focus_goes_into_an_agent_that_opens_and_escape_gives_it_back(page: 
     assert page.evaluate("document.activeElement.matches('.agent-line, canvas')")
 
 
-def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not_announced(
+def test_the_button_of_an_agent_has_a_name_and_the_step_is_not_announced(
     page: Page,
 ) -> None:
     page.goto(f"/#/world?{LIFE}")
@@ -53,15 +53,14 @@ def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not
     expect(
         page.get_by_role("button", name=re.compile(f"^agent 0, {eaten} items? eaten$"))
     ).to_be_visible()
-    assert (
-        page.evaluate(
-            "document.querySelector('[data-testid=step]').closest('output, [aria-live], [role=status]')"
-        )
-        is None
+    announcer = page.evaluate(
+        """document.querySelector("[data-testid=step]")
+            .closest("output, [aria-live], [role=status]")"""
     )
+    assert announcer is None
 
 
-def test_who_wants_nothing_to_move_starts_the_life_by_hand(
+def test_with_reduced_motion_a_lifetime_starts_with_a_click(
     browser: Browser, lab_server: LabServer
 ) -> None:
     with lab_server.context(browser, reduced_motion="reduce") as context:

@@ -1,4 +1,4 @@
-"""The map is never smaller than 240 px, in whatever window: where there is no room for all, the page scrolls to all of it."""
+"""Tests of the layout: maps have at least 240 px, and controls are reachable."""
 
 from __future__ import annotations
 
@@ -15,35 +15,42 @@ from playwright.sync_api import Browser, Page, expect
 from tests.lab.client import WINDOWS, LabServer, get_response
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
-LOW = [WINDOWS[name] for name in ("phone on its side", "a desk at 200 %", "the narrowest")]
+LOW = [WINDOWS[name] for name in ("phone in landscape", "desktop at 200 %", "smallest phone")]
 
-# The map's shorter edge in each world; how much wider the page is than its window; and the controls that no scrolling shows
-# uncovered, by their names.
+# Return the shorter edge of each map, the excess width of the page in px, the names of controls
+# that stay covered after scrolling, and the number of controls.
 MEASURE = """async module => {
     const { WorldView } = await import(module);
     const scale = Object.getOwnPropertyDescriptor(WorldView.prototype, "scale").get;
-    const maps = [...document.querySelectorAll(".stage canvas, .figure-stage canvas")].map(canvas => 640 * scale.call(
-        { width: canvas.clientWidth, height: canvas.clientHeight, camera: { zoom: 1 }, world: { width: 640, height: 640 } }));
-    const view = document.querySelector("main"), page = document.documentElement;
+    const camera = { zoom: 1 };
+    const world = { width: 640, height: 640 };
+    const edge = ({ clientWidth: width, clientHeight: height }) =>
+        640 * scale.call({ width, height, camera, world });
+    const canvases = [...document.querySelectorAll(".stage canvas, .figure-stage canvas")];
+    const maps = canvases.map(edge);
+    const view = document.querySelector("main");
+    const page = document.documentElement;
     const wide = [view.scrollWidth - view.clientWidth, page.scrollWidth - innerWidth];
     const covered = control => {
         control.scrollIntoView({ block: "center" });
         const { left, top, width, height } = control.getBoundingClientRect();
-        const there = document.elementFromPoint(left + width / 2, top + height / 2);
-        return !(control.contains(there) || control.closest("label, .chart-slider")?.contains(there));
+        const top_element = document.elementFromPoint(left + width / 2, top + height / 2);
+        const group = control.closest("label, .chart-slider");
+        return !(control.contains(top_element) || group?.contains(top_element));
     };
     const all = [...document.querySelectorAll("button, select, input, summary, a[href]")];
     const controls = all.filter(control => control.checkVisibility());
-    const lost = controls.filter(covered).map(control => control.dataset.testid || control.ariaLabel || control.textContent);
+    const name = control => control.dataset.testid || control.ariaLabel || control.textContent;
+    const lost = controls.filter(covered).map(name);
     return { maps, wide, lost, controls: controls.length };
 }"""
 
 
 @contextmanager
-def window(
+def open_window(
     browser: Browser, width: int, height: int, dots: int, lab: LabServer | None = None
 ) -> Iterator[Page]:
-    """A page in a window of this size, which may ask a lab."""
+    """Yield a page in a window of this size. With a lab, its context has the token."""
     options: dict[str, Any] = {
         "viewport": {"width": width, "height": height},
         "device_scale_factor": dots,
@@ -53,25 +60,33 @@ def window(
         yield context.new_page()
 
 
-def require_room(page: Page, maps: int, module: str = "/world.js") -> None:
-    """For so many maps, and for everything else."""
-    require_room_in(page.evaluate(MEASURE, module), maps)
+def check_page_layout(page: Page, maps: int, module: str = "/world.js") -> None:
+    """Check the size of the maps, the width of the page, and the controls."""
+    check_layout(page.evaluate(MEASURE, module), maps)
 
 
-def require_room_in(found: dict[str, Any], maps: int) -> None:
-    """What `MEASURE` found."""
-    assert len(found["maps"]) == maps and min(found["maps"]) >= 240, found
-    assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
+def check_layout(layout: dict[str, Any], maps: int) -> None:
+    """Check the result of `MEASURE`, with the number of maps."""
+    assert len(layout["maps"]) == maps, layout
+    assert min(layout["maps"]) >= 240, layout
+    check_controls(layout)
+
+
+def check_controls(layout: dict[str, Any]) -> None:
+    """Check that the page is not wider than its window and that controls are reachable."""
+    assert max(layout["wide"]) <= 0, layout
+    assert layout["lost"] == [], layout
+    assert layout["controls"] > 5, layout
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
-def test_maps_have_room_alone_in_comparison_and_beside_an_agent_and_its_ancestors(
+def test_maps_are_large_enough_with_two_worlds_an_agent_and_its_ancestors(
     browser: Browser, lab_server: LabServer, width: int, height: int, dots: int
 ) -> None:
-    with window(browser, width, height, dots, lab_server) as page:
+    with open_window(browser, width, height, dots, lab_server) as page:
         page.goto(f"/#/world?{LIFE}")
         expect(page.locator("[data-ready]")).to_have_count(1)
-        steps = (
+        clicks = (
             (None, 1),
             ("close-guide", 1),
             ("compare", 2),
@@ -79,63 +94,58 @@ def test_maps_have_room_alone_in_comparison_and_beside_an_agent_and_its_ancestor
             ("agent-3", 2),
             ("ancestors-of", 2),
         )
-        for more, worlds in steps:
-            if more is not None:
-                page.get_by_test_id(more).click()
+        for control, worlds in clicks:
+            if control is not None:
+                page.get_by_test_id(control).click()
             expect(page.locator("[data-ready]")).to_have_count(worlds)
-            require_room(page, worlds)
-            assert page.evaluate("document.documentElement.scrollHeight <= innerHeight"), more
+            check_page_layout(page, worlds)
+            assert page.evaluate("document.documentElement.scrollHeight <= innerHeight"), control
         expect(page.get_by_test_id("play")).to_be_in_viewport()
         page.get_by_test_id("close-agent").click()
         page.get_by_test_id("fit").scroll_into_view_if_needed()
         expect(page.get_by_test_id("fit")).to_be_in_viewport()
 
 
-@pytest.mark.parametrize("beside", [False, True], ids=["alone", "in comparison"])
-def test_a_shared_page_has_room_for_its_maps(
-    browser: Browser, lab_server: LabServer, tmp_path: Path, beside: bool
+@pytest.mark.parametrize("n_worlds", [1, 2])
+def test_the_maps_of_a_shared_page_are_large_enough(
+    browser: Browser, lab_server: LabServer, tmp_path: Path, n_worlds: int
 ) -> None:
-    one, other = LIFE, LIFE.replace("%2Bself-taught", "")
+    lifetimes = {"a": LIFE, "b": LIFE.replace("%2Bself-taught", "")}
+    query = dict(list(lifetimes.items())[:n_worlds])
     path = tmp_path / "shared.html"
-    path.write_bytes(
-        get_response(
-            lab_server.address, "share", a=one, step=40, **({"b": other} if beside else {})
-        ).content
-    )
+    path.write_bytes(get_response(lab_server.address, "share", step=40, **query).content)
     for width, height, dots in LOW:
-        with window(browser, width, height, dots) as page:
+        with open_window(browser, width, height, dots) as page:
             page.goto(path.as_uri())
             expect(page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
             expect(page.get_by_test_id("replay-play")).to_be_in_viewport()
-            require_room(page, 1 + beside, "lab/world.js")
+            check_page_layout(page, n_worlds, "lab/world.js")
             page.get_by_test_id("replay-canvas-agent").first.select_option("3")
             page.locator("summary").click()
-            require_room(page, 1 + beside, "lab/world.js")
+            check_page_layout(page, n_worlds, "lab/world.js")
 
 
-def test_a_live_run_has_room_for_its_world_and_for_an_agent_of_it(
+def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
     browser: Browser, lab_server: LabServer
 ) -> None:
     changes = quote(json.dumps({"lifetime.steps": 300, "evolution.generations": 2}), safe="")
-    with window(browser, 1280, 800, 1, lab_server) as page:
+    with open_window(browser, 1280, 800, 1, lab_server) as page:
         page.goto(f"/#/live?preset=evo%2Bself-taught/A&runs=1&pace=0&set={changes}")
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
         run = page.url.replace("#/live?", "#/live?generation=1&step=9&")
     for width, height, dots in LOW:
-        with window(browser, width, height, dots, lab_server) as page:
+        with open_window(browser, width, height, dots, lab_server) as page:
             page.goto(run)
             expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1", timeout=60_000)
             page.get_by_test_id("close-guide").click()
-            require_room(page, 1)
+            check_page_layout(page, 1)
             page.evaluate("document.querySelector('.live-world .figure-stage').scrollIntoView()")
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             page.get_by_test_id("live-canvas-agent").select_option("3")
             expect(page.get_by_test_id("kin")).to_contain_text("parents")
-            for part in (
-                "networks",
-                "kin",
-            ):  # the bar of time stays in sight beside whatever is looked at
+            # The controls of time stay in the viewport.
+            for part in ("networks", "kin"):
                 page.get_by_test_id(part).evaluate("part => part.scrollIntoView()")
                 expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
-            require_room(page, 1)
+            check_page_layout(page, 1)

@@ -1,4 +1,4 @@
-"""Networks with a memory, modules that gate, and lessons, as the page draws them."""
+"""Tests of the drawing of networks with memory, gating modules and teachers."""
 
 from __future__ import annotations
 
@@ -15,35 +15,42 @@ from tests.models.miniworld.plain import compile_nothing
 from tests.small_studies import make_small_study
 from tests.worlds import make_small_experiment
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore:.*encountered in:RuntimeWarning"
-)  # plain numbers that wrap around
+# Random numbers in plain Python overflow.
+pytestmark = pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")
+# Draw a network of layers, and return the texts and the arcs.
 DRAWN = """async ({ net }) => {
     const { drawNetwork } = await import("/network.js");
     const pen = document.createElement("canvas").getContext("2d");
-    const [words, arcs] = [[], []];
+    const words = [];
+    const arcs = [];
     pen.fillText = (text) => words.push(text);
-    pen.quadraticCurveTo = (...way) => arcs.push(way);
+    pen.quadraticCurveTo = (...values) => arcs.push(values);
     drawNetwork(pen, { left: 0, top: 0, width: 400, height: 150 }, net);
     return { words, arcs };
 }"""
 
 
+# Draw a network without layers. Return the texts, and count the lines, columns and units.
 GRAPH = """async ({ net }) => {
     const { drawGraph } = await import("/network.js");
     const pen = document.createElement("canvas").getContext("2d");
-    const [words, lines, dots] = [[], [], []];
+    const words = [];
+    const lines = [];
+    const dots = [];
     pen.fillText = (text) => words.push(text);
     pen.lineTo = (x, y) => lines.push([x, y]);
     pen.arc = (x, y) => dots.push([Math.round(x), Math.round(y)]);
-    drawGraph(pen, { left: 0, top: 0, width: 400, height: 150 }, { ...net, links: new Float32Array(net.links) });
-    return { words, lines: lines.length, columns: [...new Set(dots.map(([x]) => x))].sort((a, b) => a - b), dots: dots.length };
+    const box = { left: 0, top: 0, width: 400, height: 150 };
+    drawGraph(pen, box, { ...net, links: new Float32Array(net.links) });
+    const columns = new Set(dots.map(([x]) => x)).size;
+    return { words, lines: lines.length, columns, dots: dots.length };
 }"""
 
 
 @pytest.fixture(scope="module")
-def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    root = tmp_path_factory.mktemp("minds")
+def networks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a server with a study of four kinds of learning and networks."""
+    root = tmp_path_factory.mktemp("networks")
     kinds: dict[str, dict[str, Any]] = {
         "follower": {"learning": {"rule": "imitation"}},
         "gated": {"learning": {"rule": "modulated"}},
@@ -60,10 +67,9 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
             },
         },
     }
-    with (
-        pytest.MonkeyPatch.context() as patched
-    ):  # in plain Python, as two combinations of parts take longer to compile
-        compile_nothing(patched)
+    # Plain Python is faster here than the compilation of these combinations of parts.
+    with pytest.MonkeyPatch.context() as patch:
+        compile_nothing(patch)
         make_small_study(
             root / "small",
             [
@@ -77,17 +83,21 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 
 @pytest.fixture
-def guest(browser: Browser, minds: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
+def networks_page(
+    browser: Browser, networks_server: LabServer, request: pytest.FixtureRequest
+) -> Iterator[Page]:
+    """Yield a blank page. The test fails if the page does not catch an error."""
     width, height = getattr(request, "param", (1280, 800))
-    context = minds.context(browser, viewport={"width": width, "height": height})
-    page, faults = context.new_page(), list[str]()
-    page.on("pageerror", lambda error: faults.append(str(error)))
+    context = networks_server.context(browser, viewport={"width": width, "height": height})
+    page = context.new_page()
+    errors = list[str]()
+    page.on("pageerror", lambda error: errors.append(str(error)))
     yield page
     context.close()
-    assert not faults
+    assert not errors
 
 
-def test_units_that_remember_are_named_and_an_arc_leads_back_to_each(page: Page) -> None:
+def test_memory_units_have_names_and_feedback_arcs(page: Page) -> None:
     page.goto("/")
     net = {
         "sizes": [3, 2, 1],
@@ -97,68 +107,68 @@ def test_units_that_remember_are_named_and_an_arc_leads_back_to_each(page: Page)
         "action": 0,
     }
     named = {"inputs": ["front"], "actions": ["forward"], "memory": [[3, 1], [4, 2]]}
-    found = page.evaluate(DRAWN, {"net": net | named})
-    assert found["words"] == ["front", "memory 1", "memory 2", "forward"]
-    assert len(found["arcs"]) == 2
-    without = page.evaluate(DRAWN, {"net": net | named | {"memory": [], "sizes": [1, 2, 1]}})
-    assert without == {"words": ["front", "forward"], "arcs": []}
+    drawing = page.evaluate(DRAWN, {"net": net | named})
+    assert drawing["words"] == ["front", "memory 1", "memory 2", "forward"]
+    assert len(drawing["arcs"]) == 2
+    drawing = page.evaluate(DRAWN, {"net": net | named | {"memory": [], "sizes": [1, 2, 1]}})
+    assert drawing == {"words": ["front", "forward"], "arcs": []}
 
 
-@pytest.mark.parametrize("guest", [(1280, 800), (390, 844)], indirect=True)
-def test_the_legend_says_what_a_line_to_a_teacher_is_only_where_there_are_lessons(
-    guest: Page,
+@pytest.mark.parametrize("networks_page", [(1280, 800), (390, 844)], indirect=True)
+def test_the_legend_has_an_entry_for_teachers_only_if_agents_learn_from_others(
+    networks_page: Page,
 ) -> None:
-    guest.goto("/#/world?study=small&condition=follower&run=0&generation=2&step=70")
-    lesson = guest.get_by_test_id("legend").first.get_by_text("learns from")
+    networks_page.goto("/#/world?study=small&condition=follower&run=0&generation=2&step=70")
+    lesson = networks_page.get_by_test_id("legend").first.get_by_text("learns from")
     expect(lesson).to_have_count(1)
-    expect(guest.locator("[data-ready]")).to_have_count(1)
+    expect(networks_page.locator("[data-ready]")).to_have_count(1)
     assert lesson.evaluate("entry => !entry.hidden")
-    guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70")
-    expect(guest.get_by_text("gated").first).to_be_visible()
-    guest.wait_for_function(
+    networks_page.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70")
+    expect(networks_page.get_by_text("gated").first).to_be_visible()
+    networks_page.wait_for_function(
         "document.querySelector('[data-testid=legend] .lesson').parentElement.hidden"
     )
 
 
-@pytest.mark.parametrize("guest", [(1280, 800), (390, 844)], indirect=True)
-def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
-    guest: Page, minds: LabServer
+@pytest.mark.parametrize("networks_page", [(1280, 800), (390, 844)], indirect=True)
+def test_the_inspector_names_teachers_of_the_previous_generation_without_a_line(
+    networks_page: Page, networks_server: LabServer
 ) -> None:
-    guest.goto("/#/world?study=small&condition=heir&run=0&generation=2&agent=3")
-    fitter, other = StudyStore(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
-    assert fitter != other
-    expect(guest.get_by_test_id("teachers")).to_have_text(
-        f"Taught by agents {fitter} and {other} of generation 1. "
+    networks_page.goto("/#/world?study=small&condition=heir&run=0&generation=2&agent=3")
+    record = StudyStore(networks_server.root / "small").read("heir", 0)
+    fitter, second = record.parents.values[2, 3].tolist()
+    assert fitter != second
+    expect(networks_page.get_by_test_id("teachers")).to_have_text(
+        f"Taught by agents {fitter} and {second} of generation 1. "
         "Its reinforcement module contains the weights that they had learned by their death."
     )
-    assert guest.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    expect(guest.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()
-    guest.goto("/#/world?study=small&condition=heir&run=0&generation=0&agent=3")
-    expect(guest.get_by_test_id("kin")).to_contain_text("random weights")
-    expect(guest.get_by_test_id("teachers")).to_have_count(0)
+    assert networks_page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect(networks_page.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()
+    networks_page.goto("/#/world?study=small&condition=heir&run=0&generation=0&agent=3")
+    expect(networks_page.get_by_test_id("kin")).to_contain_text("random weights")
+    expect(networks_page.get_by_test_id("teachers")).to_have_count(0)
 
 
-def test_a_gate_is_no_teacher_whose_error_is_shown(guest: Page) -> None:
-    guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70&agent=3")
-    expect(guest.get_by_test_id("networks")).to_be_visible()
-    expect(guest.get_by_text("weight changes, since birth")).to_be_visible()
-    expect(guest.get_by_text("error between the networks")).to_be_hidden()
+def test_a_gating_module_has_no_error_chart(networks_page: Page) -> None:
+    networks_page.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70&agent=3")
+    expect(networks_page.get_by_test_id("networks")).to_be_visible()
+    expect(networks_page.get_by_text("weight changes, since birth")).to_be_visible()
+    expect(networks_page.get_by_text("error between the networks")).to_be_hidden()
 
 
-def test_a_network_whose_links_evolved_is_drawn_by_depth(page: Page) -> None:
-    """Two units one behind the other, of which the first hears the input, and the second the bias and the first."""
+def test_an_evolved_topology_is_drawn_by_depth(page: Page) -> None:
+    """Draw two hidden units in series. The input feeds the first one, the bias the second one."""
     page.goto("/")
     links = [[0, 2, 1.0], [2, 3, -1.0], [-1, 3, 0.5], [3, 5, 2.0], [0, 5, 0.5]]
     net = {"inputs": ["front", "left"], "actions": ["forward"], "activations": [0] * 6, "action": 0}
-    found = page.evaluate(
-        GRAPH, {"net": net | {"links": [each for link in links for each in link]}}
-    )
-    assert found["words"] == ["front", "left", "bias", "forward"]
-    assert (found["lines"], len(found["columns"]), found["dots"]) == (len(links), 4, 6)
+    flat_links = [value for link in links for value in link]
+    drawing = page.evaluate(GRAPH, {"net": net | {"links": flat_links}})
+    assert drawing["words"] == ["front", "left", "bias", "forward"]
+    assert (drawing["lines"], drawing["columns"], drawing["dots"]) == (len(links), 4, 6)
 
 
-def test_what_grew_inside_an_agent_is_looked_at(guest: Page) -> None:
-    with guest.expect_response(lambda answer: "/api/agent" in answer.url) as answered:
-        guest.goto("/#/world?study=small&condition=grown&run=0&generation=2&agent=3")
-    assert answered.value.ok
-    expect(guest.get_by_test_id("kin")).to_contain_text("parents")
+def test_the_inspector_opens_an_agent_with_an_evolved_topology(networks_page: Page) -> None:
+    with networks_page.expect_response(lambda response: "/api/agent" in response.url) as event:
+        networks_page.goto("/#/world?study=small&condition=grown&run=0&generation=2&agent=3")
+    assert event.value.ok
+    expect(networks_page.get_by_test_id("kin")).to_contain_text("parents")

@@ -1,4 +1,4 @@
-"""The Papers tab: a card for each paper, with ways to its studies, to a live run and to its command."""
+"""Tests of the Papers tab: the cards of papers, with links to studies and live runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from baldwinlab.studies.store import StudyStore, create
 from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer
 from tests.lab.conftest import run_server
-from tests.lab.test_page_layout import MEASURE, window
+from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 from tests.lab.test_page_results import CLAIM
 from tests.small_studies import make_small_study
 
@@ -23,9 +23,9 @@ NAME = "hinton-nowlan-1987"
 
 
 @pytest.fixture(scope="module")
-def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """A server over a study of a paper, with a report."""
-    root = tmp_path_factory.mktemp("shelf")
+def papers_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a server with a study of a paper and its claims."""
+    root = tmp_path_factory.mktemp("papers")
     guessing = load("guessing").replace(
         population={"size": 40}, evolution={"generations": 3}, hinton_nowlan={"loci": 6}
     )
@@ -41,14 +41,15 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 
 @pytest.fixture
-def shown(page: Page, shelf: LabServer) -> Page:
-    page.goto(f"{shelf.entry}#/papers")
+def papers_page(page: Page, papers_server: LabServer) -> Page:
+    """Open the Papers tab."""
+    page.goto(f"{papers_server.entry}#/papers")
     expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
     return page
 
 
-def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer) -> None:
-    page.goto(f"{shelf.entry}#/results?study=needle")
+def test_the_logo_opens_the_papers(page: Page, papers_server: LabServer) -> None:
+    page.goto(f"{papers_server.entry}#/results?study=needle")
     page.get_by_test_id("curves").locator("canvas").wait_for()
     page.get_by_role("link", name="baldwinlab: papers").click()
     expect(page.get_by_test_id("tab-papers")).to_have_attribute("aria-current", "page")
@@ -62,59 +63,64 @@ def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer)
     )
 
 
-def test_a_card_says_what_came_of_a_study_and_leads_into_it(shown: Page) -> None:
-    study = shown.get_by_test_id("study-needle")
+def test_a_card_shows_the_verdicts_of_a_study_and_opens_it(papers_page: Page) -> None:
+    study = papers_page.get_by_test_id("study-needle")
     expect(study).to_contain_text("changed model: hinton_nowlan.loci=6")
     expect(study.locator(".badge")).to_have_text(["2 hold", "1 is undecided", "1 does not hold"])
     study.get_by_role("link", name="Watch: needle").click()
-    expect(shown.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 2")
-    shown.go_back()
-    shown.get_by_role("link", name="Results: needle").click()
-    expect(shown.get_by_test_id("results-study")).to_have_value("needle")
+    expect(papers_page.get_by_test_id("alleles-heading")).to_have_text(
+        "Alleles by locus, generation 2"
+    )
+    papers_page.go_back()
+    papers_page.get_by_role("link", name="Results: needle").click()
+    expect(papers_page.get_by_test_id("results-study")).to_have_value("needle")
 
 
-def test_a_paper_is_run_live_and_its_command_copied(shown: Page) -> None:
-    shown.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    shown.get_by_test_id(f"copy-{NAME}").click()
-    expect(shown.get_by_test_id("message-done")).to_contain_text(f"baldwinlab reproduce {NAME}")
-    assert shown.evaluate("navigator.clipboard.readText()") == f"baldwinlab reproduce {NAME}"
-    shown.get_by_role("link", name="Run live: How learning can guide evolution").click()
-    expect(shown.get_by_test_id("preset")).to_have_value("guessing")
+def test_a_card_copies_the_command_and_opens_a_live_run(papers_page: Page) -> None:
+    papers_page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    papers_page.get_by_test_id(f"copy-{NAME}").click()
+    expect(papers_page.get_by_test_id("message-done")).to_contain_text(
+        f"baldwinlab reproduce {NAME}"
+    )
+    assert papers_page.evaluate("navigator.clipboard.readText()") == f"baldwinlab reproduce {NAME}"
+    papers_page.get_by_role("link", name="Run live: How learning can guide evolution").click()
+    expect(papers_page.get_by_test_id("preset")).to_have_value("guessing")
 
 
-def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there_are(
-    shown: Page,
+def test_an_address_opens_a_card_and_an_unknown_paper_shows_the_available_papers(
+    papers_page: Page,
 ) -> None:
-    shown.goto(re.sub("#.*", "#/papers?paper=worlds-and-minds", shown.url))
-    expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_focused()
-    expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_in_viewport()
-    shown.goto(re.sub("#.*", "#/papers?paper=mayley-1969", shown.url))
-    sentence = "there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); there are le-2019, "
-    expect(shown.get_by_test_id("message-error")).to_contain_text(sentence)
+    papers_page.goto(re.sub("#.*", "#/papers?paper=worlds-and-minds", papers_page.url))
+    expect(papers_page.get_by_test_id("paper-worlds-and-minds")).to_be_focused()
+    expect(papers_page.get_by_test_id("paper-worlds-and-minds")).to_be_in_viewport()
+    papers_page.goto(re.sub("#.*", "#/papers?paper=mayley-1969", papers_page.url))
+    message = "there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); there are le-2019, "
+    expect(papers_page.get_by_test_id("message-error")).to_contain_text(message)
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
-def test_cards_have_room_in_every_window(
-    browser: Browser, shelf: LabServer, width: int, height: int, dots: int
+def test_cards_fit_in_every_window(
+    browser: Browser, papers_server: LabServer, width: int, height: int, dots: int
 ) -> None:
-    with window(browser, width, height, dots, shelf) as page:
+    with open_window(browser, width, height, dots, papers_server) as page:
         page.goto("/#/papers")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
-        found = page.evaluate(MEASURE, "/world.js")
-        assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
+        check_controls(page.evaluate(MEASURE, "/world.js"))
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_barrier(browser: Browser, shelf: LabServer, scheme: str) -> None:
-    with shelf.context(browser, color_scheme="dark" if scheme == "dark" else "light") as context:
+def test_the_tab_has_no_barriers(browser: Browser, papers_server: LabServer, scheme: str) -> None:
+    with papers_server.context(
+        browser, color_scheme="dark" if scheme == "dark" else "light"
+    ) as context:
         page = context.new_page()
         page.goto("/#/papers?guide=open")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
         assert find_violations(page) == []
 
 
-def test_a_link_that_is_no_web_address_is_not_shown(shown: Page) -> None:
-    """Whatever a server says: the page of a paper that somebody else wrote runs no script of theirs."""
+def test_a_link_of_another_scheme_is_not_shown(papers_page: Page) -> None:
+    """Check that the link of a third-party paper cannot run a script."""
     links = [
         "javascript:alert(1)",
         " javascript:alert(1)",
@@ -123,15 +129,15 @@ def test_a_link_that_is_no_web_address_is_not_shown(shown: Page) -> None:
         "HTTPS://example.org/a",
     ]
 
-    def answer(route: Route) -> None:
-        found = route.fetch().json()
-        for paper, link in zip(found["papers"], links, strict=False):
+    def replace_links(route: Route) -> None:
+        content = route.fetch().json()
+        for paper, link in zip(content["papers"], links, strict=False):
             paper["link"] = link
-        route.fulfill(json=found)
+        route.fulfill(json=content)
 
-    shown.route("**/api/papers*", answer)
-    shown.reload()
-    cards = shown.locator(".paper-card")
+    papers_page.route("**/api/papers*", replace_links)
+    papers_page.reload()
+    cards = papers_page.locator(".paper-card")
     expect(cards.nth(4).get_by_role("link", name="the paper")).to_have_attribute(
         "href", "HTTPS://example.org/a"
     )

@@ -1,4 +1,4 @@
-"""The Results tab shows a study's curves, boxes and claims, and each of them leads to the lifetime behind it."""
+"""Tests of the Results tab: curves, box plots and claims, which open the World tab."""
 
 from __future__ import annotations
 
@@ -39,14 +39,16 @@ CLAIM = {
 
 
 @pytest.fixture
-def claims(lab_server: LabServer) -> Iterator[None]:
+def stored_claims(lab_server: LabServer) -> Iterator[None]:
+    """Store two claims in the study `small`."""
     study = StudyStore(lab_server.root / "small")
     write_claims(study, [CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}])
     yield
     (study.directory / CLAIMS).unlink()
 
 
-def hash_of(page: Page) -> dict[str, str]:
+def read_query(page: Page) -> dict[str, str]:
+    """Return the query of the address."""
     return dict(parse_qsl(page.url.partition("?")[2]))
 
 
@@ -66,17 +68,16 @@ def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
     plot = page.get_by_test_id("curves").locator(".u-over")
     box = plot.bounding_box()
     assert box is not None
-    plot.click(
-        position={"x": box["width"] / 2, "y": 1}
-    )  # generation 1 of 0 to 2; the highest curve is nearest
+    # This is the position of generation 1 of 0 to 2, where the highest curve is nearest.
+    plot.click(position={"x": box["width"] / 2, "y": 1})
     expect(page.get_by_test_id("share")).to_be_visible()
-    found = hash_of(page)
-    assert found["condition"] == name
-    assert found["generation"] == "1"
-    assert found["run"] == str(results["typical_run"][name])
+    query = read_query(page)
+    assert query["condition"] == name
+    assert query["generation"] == "1"
+    assert query["run"] == str(results["typical_run"][name])
 
 
-def test_the_keyboard_reaches_the_same_place(page: Page) -> None:
+def test_the_keyboard_opens_a_generation_of_a_curve(page: Page) -> None:
     open_results(page)
     plot = page.get_by_role("group", name="Fitness of the best agent, generation by generation")
     plot.press("Home")
@@ -85,9 +86,7 @@ def test_the_keyboard_reaches_the_same_place(page: Page) -> None:
     expect(page).to_have_url(re.compile(r"#/world\?.*generation=1"))
 
 
-def test_each_run_is_a_point_that_leads_to_its_last_generation(
-    page: Page, lab_server: LabServer
-) -> None:
+def test_the_point_of_a_run_opens_its_last_generation(page: Page, lab_server: LabServer) -> None:
     open_results(page)
     points = page.get_by_test_id("final-best").locator("a.chart-point")
     expect(points).to_have_count(4)
@@ -101,7 +100,7 @@ def test_each_run_is_a_point_that_leads_to_its_last_generation(
     expect(page).to_have_url(re.compile(r"#/world\?study=small&condition=.*&run=1&generation=2"))
 
 
-def test_measures_and_conditions_are_switched_and_the_address_keeps_them(page: Page) -> None:
+def test_the_address_contains_the_selected_measure_and_conditions(page: Page) -> None:
     open_results(page)
     page.get_by_test_id("measure-share").click()
     key = page.get_by_test_id("curves").get_by_role("button", name="evo/A")
@@ -114,25 +113,28 @@ def test_measures_and_conditions_are_switched_and_the_address_keeps_them(page: P
 
 
 @pytest.fixture(scope="module")
-def many(lab_server: LabServer) -> Iterator[str]:
-    """A study of nine conditions: three learners with three numbers of items, called maps."""
-    learners, maps = ("evo", "self-taught", "evo+self-taught"), (5, 50, 90)
-    named = {
+def large_study(lab_server: LabServer) -> Iterator[str]:
+    """Store a study of three learners with three numbers of items, called maps."""
+    learners = ("evo", "self-taught", "evo+self-taught")
+    maps = (5, 50, 90)
+    factors = {
         f"{learner}/{count}": Factors(learner, str(count)) for learner in learners for count in maps
     }
-    made = {name: shorten_preset().replace(name=name, lifetime={"steps": 20}) for name in named}
-    life = simulate(made["evo/5"], seed=5)
-    study = create(lab_server.root / "many", list(made.values()), 5, factors=named)
-    for number, (name, experiment) in enumerate(made.items()):
+    experiments = {
+        name: shorten_preset().replace(name=name, lifetime={"steps": 20}) for name in factors
+    }
+    life = simulate(experiments["evo/5"], seed=5)
+    study = create(lab_server.root / "large", list(experiments.values()), 5, factors=factors)
+    for number, (name, experiment) in enumerate(experiments.items()):
         eaten = life.food_eaten * 0 + number
         record = life.assign(food_eaten=eaten, energy=eaten.astype(np.float64))
         study.write(name, 0, record.assign_attrs(condition=name, experiment=to_toml(experiment)))
-    yield "many"
+    yield "large"
     shutil.rmtree(study.directory)
 
 
-def test_many_conditions_are_drawn_together_filtered_and_taken_apart(page: Page, many: str) -> None:
-    open_results(page, f"study={many}")
+def test_many_conditions_are_grouped_filtered_and_separated(page: Page, large_study: str) -> None:
+    open_results(page, f"study={large_study}")
     keys = page.get_by_test_id("curves").locator(".chart-key")
     expect(keys).to_have_text(["evo", "self-taught", "evo+self-taught"])
     page.get_by_test_id("group").select_option("map")
@@ -148,8 +150,8 @@ def test_many_conditions_are_drawn_together_filtered_and_taken_apart(page: Page,
     expect(page).to_have_url(re.compile(r"results\?study=small$"))
 
 
-def test_a_click_on_a_curve_of_several_conditions_shows_these(page: Page, many: str) -> None:
-    open_results(page, f"study={many}&measure=mean")
+def test_a_group_curve_opens_the_curves_of_its_conditions(page: Page, large_study: str) -> None:
+    open_results(page, f"study={large_study}&measure=mean")
     plot = page.get_by_role("group", name="Fitness of the average agent, generation by generation")
     plot.press("Home")
     plot.press("Enter")
@@ -157,21 +159,21 @@ def test_a_click_on_a_curve_of_several_conditions_shows_these(page: Page, many: 
     expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
 
 
-def test_runs_stand_in_a_table_that_sorts_and_can_be_saved(page: Page, many: str) -> None:
-    open_results(page, f"study={many}")
+def test_the_table_of_runs_is_sorted_and_downloaded(page: Page, large_study: str) -> None:
+    open_results(page, f"study={large_study}")
     page.get_by_test_id("runs").locator("summary").click()
     rows = page.get_by_test_id("runs").locator("tbody tr")
     expect(rows.first).to_contain_text("evo+self-taught/90")
     page.get_by_test_id("sort-condition").click()
     expect(rows.first).to_contain_text("evo+self-taught/5")
-    with page.expect_download() as saved:
+    with page.expect_download() as download:
         page.get_by_test_id("download-runs.csv").click()
-    text = saved.value.path().read_text()
+    text = download.value.path().read_text()
     assert text.splitlines()[:2] == ["condition,run,best,mean,share", "evo/5,0,0,0,0"]
 
 
-def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_both_worlds(
-    page: Page, claims: None
+def test_a_claim_shows_verdict_effect_and_published_value_and_opens_both_worlds(
+    page: Page, stored_claims: None
 ) -> None:
     open_results(page)
     expect(page.get_by_test_id("claims")).to_contain_text("1 holds, 1 is undecided.")
@@ -183,31 +185,31 @@ def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_b
     expect(page.get_by_test_id("world-b")).to_be_visible()
 
 
-def test_questions_of_a_study_s_own_are_held_against_no_paper(
-    page: Page, lab_server: LabServer, claims: None
+def test_custom_claims_of_a_study_have_no_published_value(
+    page: Page, lab_server: LabServer, stored_claims: None
 ) -> None:
     write_claims(StudyStore(lab_server.root / "small"), [CLAIM | {"paper": "", "figure": None}])
     open_results(page)
-    shown = page.get_by_test_id("claims")
-    expect(shown.get_by_role("heading")).to_have_text("The claims")
-    expect(shown).to_contain_text("Watch")
-    expect(shown).not_to_contain_text("The paper")
+    section = page.get_by_test_id("claims")
+    expect(section.get_by_role("heading")).to_have_text("The claims")
+    expect(section).to_contain_text("Watch")
+    expect(section).not_to_contain_text("The paper")
 
 
-def test_claims_that_were_changed_by_hand_are_not_shown(
-    page: Page, lab_server: LabServer, claims: None
+def test_manually_changed_claims_are_not_shown(
+    page: Page, lab_server: LabServer, stored_claims: None
 ) -> None:
     path = lab_server.root / "small" / CLAIMS
     path.write_text(path.read_text().replace('"undecided"', '"holds"'))
     open_results(page)
-    shown = page.get_by_test_id("claims")
-    expect(shown.get_by_test_id("claims-problem")).to_contain_text(
+    section = page.get_by_test_id("claims")
+    expect(section.get_by_test_id("claims-problem")).to_contain_text(
         "claims.json is not what a report has written"
     )
-    expect(shown).not_to_contain_text("holds")
+    expect(section).not_to_contain_text("holds")
 
 
-def test_a_study_of_no_paper_has_no_section_of_claims(page: Page) -> None:
+def test_a_study_without_a_paper_has_no_section_of_claims(page: Page) -> None:
     open_results(page)
     expect(page.get_by_test_id("claims")).to_have_count(0)
     expect(page.get_by_test_id("report-link")).to_have_count(0)
@@ -215,25 +217,26 @@ def test_a_study_of_no_paper_has_no_section_of_claims(page: Page) -> None:
 
 def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: LabServer) -> None:
     open_results(page)
-    shown = page.get_by_test_id("comparison")
-    expect(shown.locator("tbody tr")).to_have_count(2)
-    expect(shown).to_contain_text(
-        "With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed."
+    section = page.get_by_test_id("comparison")
+    expect(section.locator("tbody tr")).to_have_count(2)
+    expect(section).to_contain_text(
+        "With 2 runs and 2 tests, the smallest corrected p-value is 0.67."
+        " At least 5 runs are needed."
     )
-    expect(shown.locator("tbody .badge").first).to_have_text("too few runs")
+    expect(section.locator("tbody .badge").first).to_have_text("too few runs")
     rows = get_json(lab_server.address, "results", study="small")["comparison"]["rows"]
     expected = bl.open_study(lab_server.root / "small").compare()
     assert [row["effect"] for row in rows] == expected["effect"].tolist()
 
 
-def test_an_unknown_study_is_a_sentence_with_a_way_out(page: Page) -> None:
+def test_an_unknown_study_shows_a_message_and_a_menu_of_studies(page: Page) -> None:
     page.goto("/#/results?study=gone")
     expect(page.get_by_test_id("results-empty")).to_contain_text("gone is not in this folder.")
     page.get_by_test_id("results-study").select_option("small")
     expect(page.get_by_test_id("curves")).to_be_visible()
 
 
-def test_a_report_opens_where_there_is_one(page: Page, lab_server: LabServer) -> None:
+def test_a_report_opens_if_it_exists(page: Page, lab_server: LabServer) -> None:
     report = lab_server.root / "small" / "report.html"
     report.write_text("<h1>The report</h1>")
     open_results(page)
@@ -243,15 +246,15 @@ def test_a_report_opens_where_there_is_one(page: Page, lab_server: LabServer) ->
     report.unlink()
 
 
-def test_five_numbers_and_ticks_are_those_of_the_textbook(page: Page) -> None:
+def test_five_number_summaries_and_ticks_are_correct(page: Page) -> None:
     page.goto("/#/results")
-    found = page.evaluate(
+    values = page.evaluate(
         """async () => {
             const { fiveNumbers } = await import("/box_chart.js");
             const { niceTicks } = await import("/drawing.js");
             return [fiveNumbers([9, 1, 2, 3, 4, 100]), niceTicks(437), niceTicks(0.9)];
         }"""
     )
-    assert found[0] == {"low": 1, "first": 2.25, "median": 3.5, "third": 7.75, "high": 9}
-    assert found[1] == [0, 100, 200, 300, 400, 500]
-    assert found[2] == [0, 0.2, 0.4, 0.6, 0.8, 1]
+    assert values[0] == {"low": 1, "first": 2.25, "median": 3.5, "third": 7.75, "high": 9}
+    assert values[1] == [0, 100, 200, 300, 400, 500]
+    assert values[2] == [0, 0.2, 0.4, 0.6, 0.8, 1]

@@ -1,4 +1,4 @@
-"""What leaves the World tab: a link, a page that plays with no server, a picture."""
+"""Tests of sharing from the World tab: links, pages without a server, and pictures."""
 
 from __future__ import annotations
 
@@ -18,40 +18,39 @@ from tests.lab.client import SMALL, LabServer, get_response
 from tests.lab.conftest import open_offline_page
 
 SHOWN = SMALL | {"step": 120, "agent": 3, "speed": 50}
-BESIDE = {f"b.{name}": value for name, value in (SMALL | {"condition": "evo/A"}).items()}
+SECOND_WORLD = {f"b.{name}": value for name, value in (SMALL | {"condition": "evo/A"}).items()}
 
-# The shared page has no way in, and needs none: this stands between its own modules.
-SPY = """async () => {
+# Record the worlds that a shared page draws. The page has no interface for tests.
+RECORDER = """async () => {
     const { WorldView } = await import("lab/world.js");
     const draw = WorldView.prototype.draw;
     globalThis.drawn = [];
-    WorldView.prototype.draw = function (...given) {
-        const ready = draw.apply(this, given);
-        globalThis.drawn.push({ x: [...this.x], y: [...this.y], time: given[1] });
+    WorldView.prototype.draw = function (...values) {
+        const ready = draw.apply(this, values);
+        globalThis.drawn.push({ x: [...this.x], y: [...this.y], time: values[1] });
         return ready;
     };
 }"""
 
 
 def trace_of(server: LabServer, condition: str) -> xr.Dataset:
+    """Replay the lifetime that SMALL names, for a condition."""
     study = StudyStore(server.root / "small")
     energy = study.read(condition, 1).energy
-    return replay(
-        study.experiment(condition), seed=study.seed, run=1, generation=2, energy=energy
-    )  # the life that SMALL names
+    return replay(study.experiment(condition), seed=study.seed, run=1, generation=2, energy=energy)
 
 
 @pytest.fixture
 def offline_page(browser: Browser) -> Iterator[Page]:
-    """A page with no network; its test fails if it asks for anything but the file itself, or has a fault."""
-    with open_offline_page(browser, 800) as (page, asked):
+    """Yield a page without a network. The test fails if it requests anything except its file."""
+    with open_offline_page(browser, 800) as (page, requests):
         yield page
-    assert [url for url in asked if not url.startswith("data:")] == [
-        f for f in asked if f.startswith("file:")
-    ][:1]
+    files = [url for url in requests if url.startswith("file:")]
+    assert [url for url in requests if not url.startswith("data:")] == files[:1]
 
 
 def open_shared(page: Page, server: LabServer, folder: Path, **query: Any) -> None:
+    """Open the shared page of a query from a file."""
     path = folder / "shared.html"
     path.write_bytes(get_response(server.address, "share", **query).content)
     page.goto(path.as_uri())
@@ -59,7 +58,7 @@ def open_shared(page: Page, server: LabServer, folder: Path, **query: Any) -> No
 
 
 def last_drawn(page: Page, time: int) -> list[dict[str, Any]]:
-    """The worlds as they were drawn last at a step, in the order of their panels."""
+    """Return the last drawing of each world at a step, in the order of the panels."""
     page.wait_for_function("time => globalThis.drawn.at(-1)?.time === time", arg=time)
     drawn = page.evaluate("globalThis.drawn")
     return [world for world in drawn if world["time"] == time][
@@ -82,7 +81,7 @@ def test_a_shared_page_plays_from_a_file(
     expect(step).to_have_text("step 298 of 300")
 
 
-def test_a_shared_page_shows_the_agents_where_the_replay_has_them(
+def test_the_positions_of_agents_on_a_shared_page_are_those_of_the_replay(
     offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
     open_shared(
@@ -94,7 +93,7 @@ def test_a_shared_page_shows_the_agents_where_the_replay_has_them(
         step=40,
     )
     expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
-    offline_page.evaluate(SPY)
+    offline_page.evaluate(RECORDER)
     for step in (210, 17):
         offline_page.get_by_test_id("timeline").fill(str(step))
         worlds = last_drawn(offline_page, step)
@@ -104,38 +103,39 @@ def test_a_shared_page_shows_the_agents_where_the_replay_has_them(
             assert world["y"] == trace.y.values.tolist()
 
 
-def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_agent(
+def test_a_shared_page_shows_the_food_zooms_and_describes_an_agent(
     offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
     offline_page.set_viewport_size({"width": 390, "height": 844})
     open_shared(offline_page, lab_server, tmp_path, a=urlencode(SMALL), step=250)
     trace = trace_of(lab_server, "evo+self-taught/A")
     eaten = trace.eaten.values[:251].sum(axis=0)
-    canvas, facts = (
-        offline_page.get_by_test_id("replay-canvas"),
-        offline_page.get_by_test_id("replay-canvas-facts"),
-    )
+    canvas = offline_page.get_by_test_id("replay-canvas")
+    facts = offline_page.get_by_test_id("replay-canvas-facts")
     expect(offline_page.get_by_test_id("replay-canvas-count")).to_have_text(
         f"{eaten.sum()} eaten · {(eaten > 0).sum()} of 20 ate"
     )
     for meaning in ("food", "has eaten", "has not eaten", "active sensor", "eating"):
         expect(offline_page.get_by_test_id("legend")).to_contain_text(meaning)
-    assert offline_page.evaluate(
-        "[...document.querySelector('.timeline canvas').getContext('2d').getImageData(0, 0, 300, 30).data].some(Boolean)"
+    pixels = offline_page.evaluate(
+        """Array.from(document.querySelector(".timeline canvas")
+            .getContext("2d").getImageData(0, 0, 300, 30).data)"""
     )
+    assert any(pixels)
     agent = int(eaten.argmax())
-    offline_page.evaluate(SPY)
+    offline_page.evaluate(RECORDER)
     offline_page.get_by_test_id("zoom-closer").click()
     offline_page.get_by_test_id("zoom-whole").click()
     (world,) = last_drawn(offline_page, 250)
     box = canvas.bounding_box()
-    assert box and box["width"] >= 240 and box["height"] >= 240
+    assert box is not None
+    assert min(box["width"], box["height"]) >= 240
     margin = min(28, box["width"] * 0.03)
     scale = (min(box["width"], box["height"]) - 2 * margin) / 640
     left, top = ((box[side] - 640 * scale) / 2 for side in ("width", "height"))
-    canvas.click(
-        position={"x": left + world["x"][agent] * scale, "y": top + world["y"][agent] * scale}
-    )
+    x = left + world["x"][agent] * scale
+    y = top + world["y"][agent] * scale
+    canvas.click(position={"x": x, "y": y})
     action = ("left", "forward", "right")[int(trace.action.values[250, agent])]
     expect(facts).to_contain_text(f"Agent {agent}: {eaten[agent]} eaten")
     expect(facts).to_contain_text(f"action: {action}")
@@ -144,7 +144,7 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     assert offline_page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def test_a_shared_page_says_what_it_is_and_how_to_have_it_again(
+def test_a_shared_page_describes_its_lifetime_and_the_commands_that_reproduce_it(
     offline_page: Page, lab_server: LabServer, tmp_path: Path
 ) -> None:
     open_shared(offline_page, lab_server, tmp_path, a=urlencode(SMALL))
@@ -158,13 +158,13 @@ def test_a_shared_page_says_what_it_is_and_how_to_have_it_again(
     expect(offline_page.get_by_test_id("replay-experiment")).to_contain_text("steps = 300")
 
 
-def test_the_link_opens_exactly_what_was_shown(page: Page, lab_server: LabServer) -> None:
-    page.goto(f"/#/world?{urlencode(SHOWN | BESIDE)}")
+def test_the_link_reopens_the_shown_state(page: Page, lab_server: LabServer) -> None:
+    page.goto(f"/#/world?{urlencode(SHOWN | SECOND_WORLD)}")
     page.get_by_test_id("share").click()
     link = page.get_by_test_id("share-link").input_value()
-    assert (SHOWN | BESIDE).items() <= {
-        k: int(v) if v.isdigit() else v for k, v in parse_qsl(link.partition("?")[2])
-    }.items()
+    query = dict(parse_qsl(link.partition("?")[2]))
+    expected = {name: str(value) for name, value in (SHOWN | SECOND_WORLD).items()}
+    assert expected.items() <= query.items()
     page.goto("about:blank")
     page.goto(link)
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
@@ -173,10 +173,10 @@ def test_the_link_opens_exactly_what_was_shown(page: Page, lab_server: LabServer
     expect(page.get_by_test_id("share-link")).to_have_value(link)
 
 
-def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(
+def test_the_menu_downloads_both_worlds_as_a_page_and_as_a_picture(
     page: Page, offline_page: Page, tmp_path: Path
 ) -> None:
-    page.goto(f"/#/world?{urlencode(SHOWN | BESIDE)}")
+    page.goto(f"/#/world?{urlencode(SHOWN | SECOND_WORLD)}")
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
     page.get_by_test_id("share").click()
     for kind in ("html", "png"):
@@ -190,7 +190,7 @@ def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(
     expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
 
 
-def test_what_the_server_refuses_is_a_sentence_on_the_page(
+def test_an_error_of_the_server_is_shown_on_the_page(
     browser: Browser, lab_server: LabServer
 ) -> None:
     page = lab_server.context(browser).new_page()

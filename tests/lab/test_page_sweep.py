@@ -1,4 +1,4 @@
-"""A sweep from the Live tab: planned in a dialog, lived while the page watches, and looked at in Results."""
+"""Tests of sweeps from the Live tab: the dialog, the progress and the results."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from tests.lab.client import LabServer
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
 
 
-def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
+def test_a_sweep_is_planned_downloaded_started_and_opened_in_results(
     page: Page, lab_server: LabServer
 ) -> None:
-    page.goto(
-        f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'set': json.dumps(CHANGES)})}"
-    )
+    query = {"preset": "evo+self-taught/A", "runs": 2, "set": json.dumps(CHANGES)}
+    page.goto(f"/#/live?{urlencode(query)}")
     page.get_by_test_id("sweep").click()
-    field, values = page.get_by_test_id("sweep-field-0"), page.get_by_test_id("sweep-values-0")
-    start, size = page.get_by_test_id("sweep-start"), page.get_by_test_id("sweep-size")
+    field = page.get_by_test_id("sweep-field-0")
+    values = page.get_by_test_id("sweep-values-0")
+    start = page.get_by_test_id("sweep-start")
+    size = page.get_by_test_id("sweep-size")
     expect(start).to_be_disabled()
     field.select_option("learning.rate")
     expect(values).to_have_value("0.005, 0.01, 0.02")
@@ -35,16 +36,19 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     values.fill("0.01, 0.1")
     expect(size).to_contain_text("2 points, 4 runs in total: ")
     expect(size).to_contain_text(
-        "With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed."
+        "With 2 runs and 2 tests, the smallest corrected p-value is 0.67."
+        " At least 5 runs are needed."
     )
     expect(page).to_have_url(re.compile(r"fields=.*learning\.rate.*0\.01,0\.1"))
-    page.reload()  # the address holds what is planned
+    # The address contains the plan.
+    page.reload()
     expect(values).to_have_value("0.01, 0.1")
     expect(start).to_be_enabled(timeout=60_000)
     assert find_violations(page) == []
-    with page.expect_download() as saved:
+    with page.expect_download() as download:
         page.get_by_test_id("download-sweep.toml").click()
-    assert tomllib.loads(saved.value.path().read_text())["fields"] == {"learning.rate": [0.01, 0.1]}
+    plan = tomllib.loads(download.value.path().read_text())
+    assert plan["fields"] == {"learning.rate": [0.01, 0.1]}
     page.get_by_test_id("sweep-name").fill("swept/rates")
     start.click()
     expect(page.get_by_test_id("sweep-dialog")).to_have_count(0)
@@ -54,7 +58,7 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     assert find_violations(page) == []
     page.get_by_test_id("sweep-results").click()
     expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
-    page.goto("/#/results?study=swept/rates")  # by whatever way one comes
+    page.goto("/#/results?study=swept/rates")
     expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
     page.goto("/#/live?sweep=swept/gone")
     expect(page.get_by_test_id("live-empty")).to_contain_text("This sweep has ended")
@@ -62,7 +66,7 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
     shutil.rmtree(lab_server.root / "swept")
 
 
-def test_escape_closes_the_dialog_and_forgets_what_was_planned(page: Page) -> None:
+def test_escape_closes_the_dialog_and_removes_the_plan(page: Page) -> None:
     page.goto("/#/live")
     page.get_by_test_id("sweep").click()
     page.get_by_test_id("sweep-field-0").select_option("population.size")

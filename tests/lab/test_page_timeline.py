@@ -1,4 +1,4 @@
-"""Where the World tab begins, and how it gets from meal to meal and from generation to generation by itself."""
+"""Tests of time in the World tab: its start, meals, generations and tooltips."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.small_studies import shorten_preset
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
 
 
-def test_where_the_address_names_no_run_the_typical_one_plays_at_a_speed_that_shows_its_life_in_some_seconds(
+def test_without_a_run_in_the_address_the_typical_run_plays_in_some_seconds(
     page: Page, lab_server: LabServer
 ) -> None:
     typical = get_json(lab_server.address, "results", study="small")["typical_run"]
@@ -29,13 +29,13 @@ def test_where_the_address_names_no_run_the_typical_one_plays_at_a_speed_that_sh
     expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false", timeout=15_000)
 
 
-@pytest.mark.parametrize("agent", [None, 4], ids=["of anybody", "of the open agent"])
-def test_the_next_and_the_previous_meal_are_those_of_the_replay(
+@pytest.mark.parametrize("agent", [None, 4], ids=["any agent", "the open agent"])
+def test_the_next_and_the_previous_meals_are_those_of_the_replay(
     page: Page, agent: int | None
 ) -> None:
     eaten = replay(shorten_preset(), seed=5, run=1, generation=2).eaten
-    one = eaten.sum("agent") if agent is None else eaten.isel(agent=agent)
-    meals = [int(step) for step in (one.values > 0).nonzero()[0]]
+    eaten = eaten.sum("agent") if agent is None else eaten.isel(agent=agent)
+    meals = (eaten.values > 0).nonzero()[0].tolist()
     page.goto(f"/#/world?{LIFE}&step={meals[0]}" + ("" if agent is None else f"&agent={agent}"))
     expect(page.get_by_test_id("step")).to_have_text(f"{meals[0]} / 299")
     for step in meals[1:4]:
@@ -49,7 +49,7 @@ def test_the_next_and_the_previous_meal_are_those_of_the_replay(
     expect(page.get_by_test_id("message-info")).to_contain_text("Nothing is eaten after this step.")
 
 
-def test_generations_play_one_after_the_other_and_stop_at_the_last(page: Page) -> None:
+def test_generations_play_and_stop_at_the_last_one(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=200&speed=1000")
     expect(page.locator("[data-ready]")).to_have_count(1)
     tour = page.get_by_test_id("tour-a")
@@ -63,13 +63,14 @@ def test_generations_play_one_after_the_other_and_stop_at_the_last(page: Page) -
     expect(page.get_by_test_id("step")).to_have_text("299 / 299")
 
 
-def test_the_pointer_is_told_which_agent_and_which_steps_lie_under_it(page: Page) -> None:
+def test_tooltips_describe_the_agent_and_the_step_at_the_pointer(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=0")
     expect(page.locator("[data-ready]")).to_have_count(1)
     box = page.get_by_test_id("world-a").bounding_box()
     assert box is not None
     scale = min(box["width"], box["height"]) * 0.94
-    left, top = (box["x"] + (box["width"] - scale) / 2, box["y"] + (box["height"] - scale) / 2)
+    left = box["x"] + (box["width"] - scale) / 2
+    top = box["y"] + (box["height"] - scale) / 2
     first = replay(shorten_preset(), seed=5, run=1, generation=2).isel(step=0)
     trace = first.isel(agent=7)
     page.mouse.move(left + float(trace.x) / 640 * scale, top + float(trace.y) / 640 * scale)

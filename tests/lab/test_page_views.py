@@ -1,4 +1,4 @@
-"""The World tab of models that have views: lives in cells, walks and matrices, through agents and generations."""
+"""Tests of the World tab for models with views: grids, paths and matrices."""
 
 from __future__ import annotations
 
@@ -10,139 +10,141 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer, get_arrays
-from tests.lab.test_page_layout import MEASURE, window
+from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 
-CELLS = "study=looks&condition=cells&run=1&generation=2"
-MATRIX, WALK = CELLS.replace("cells", "hawks"), CELLS.replace("cells", "climbers")
+CELLS = "study=views&condition=cells&run=1&generation=2"
+MATRIX = CELLS.replace("cells", "hawks")
+PATH = CELLS.replace("cells", "climbers")
 
 
 @pytest.fixture
-def opened(page: Page, looks_server: LabServer) -> Page:
-    """A life of the fittest agent, at its first step."""
-    page.goto(f"{looks_server.entry}#/world?{CELLS}&step=0")
+def cells_page(page: Page, views_server: LabServer) -> Page:
+    """Open the lifetime of the fittest agent at its first step."""
+    page.goto(f"{views_server.entry}#/world?{CELLS}&step=0")
     expect(page.locator("[data-ready]")).to_have_count(1)
     return page
 
 
-def told(server: LabServer, step: int, **asked: int) -> str:
-    """What the page says of a step of a life of twenty moves in each of six environments."""
-    _, found = get_arrays(
-        server.address, "view", study="looks", condition="cells", run=1, view="life", **asked
+def describe_step(server: LabServer, step: int, **query: int) -> str:
+    """Return the text of a step. A lifetime has 20 steps in each of 6 environments."""
+    _, arrays = get_arrays(
+        server.address, "view", study="views", condition="cells", run=1, view="life", **query
     )
-    row, column = found["place"][step] + 1
-    looks = ("right", "down", "left", "up")[found["heading"][step]]
-    where = f"environment {step // 20 + 1} of 6, step {step % 20 + 1} of 20: row {row}, column {column}, facing {looks}"
-    return f"{where}; gained {found['gained'][step]:g} in this environment so far"
+    row, column = arrays["position"][step] + 1
+    direction = ("right", "down", "left", "up")[arrays["heading"][step]]
+    time = f"environment {step // 20 + 1} of 6, step {step % 20 + 1} of 20"
+    gain = f"gained {arrays['gained'][step]:g} in this environment so far"
+    return f"{time}: row {row}, column {column}, facing {direction}; {gain}"
 
 
-def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(
-    opened: Page, looks_server: LabServer
+def test_keys_and_the_slider_change_the_step_of_a_lifetime(
+    cells_page: Page, views_server: LabServer
 ) -> None:
-    words = opened.get_by_test_id("grid-description")
-    expect(words).to_have_text(told(looks_server, 0, generation=2))
-    opened.keyboard.press("ArrowRight")
-    expect(words).to_have_text(told(looks_server, 1, generation=2))
-    opened.keyboard.press("Shift+ArrowRight")
-    expect(words).to_have_text(told(looks_server, 11, generation=2))
-    slider = opened.get_by_role("slider", name="Step")
+    description = cells_page.get_by_test_id("grid-description")
+    expect(description).to_have_text(describe_step(views_server, 0, generation=2))
+    cells_page.keyboard.press("ArrowRight")
+    expect(description).to_have_text(describe_step(views_server, 1, generation=2))
+    cells_page.keyboard.press("Shift+ArrowRight")
+    expect(description).to_have_text(describe_step(views_server, 11, generation=2))
+    slider = cells_page.get_by_role("slider", name="Step")
     slider.press("End")
-    expect(words).to_have_text(told(looks_server, 119, generation=2))
-    expect(opened).to_have_url(re.compile("step=119"))
+    expect(description).to_have_text(describe_step(views_server, 119, generation=2))
+    expect(cells_page).to_have_url(re.compile("step=119"))
     slider.press("Home")
-    expect(words).to_have_text(told(looks_server, 0, generation=2))
-    play = opened.get_by_test_id("grid-play")
+    expect(description).to_have_text(describe_step(views_server, 0, generation=2))
+    play = cells_page.get_by_test_id("grid-play")
     play.click()
-    expect(words).not_to_have_text(told(looks_server, 0, generation=2))
+    expect(description).not_to_have_text(describe_step(views_server, 0, generation=2))
     play.click()
     expect(play).to_have_attribute("aria-label", "Play")
 
 
-def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(
-    opened: Page, looks_server: LabServer
+def test_the_step_stays_when_the_generation_or_the_agent_changes(
+    cells_page: Page, views_server: LabServer
 ) -> None:
-    fittest = [
-        int(one.argmax())
-        for one in StudyStore(looks_server.root / "looks").read("cells", 1).energy.values
-    ]
-    opened.keyboard.press("Shift+ArrowRight")
-    heading, words = (
-        opened.get_by_test_id("view-heading"),
-        opened.get_by_test_id("grid-description"),
-    )
+    record = StudyStore(views_server.root / "views").read("cells", 1)
+    fittest = record.energy.values.argmax(axis=1)
+    cells_page.keyboard.press("Shift+ArrowRight")
+    heading = cells_page.get_by_test_id("view-heading")
+    description = cells_page.get_by_test_id("grid-description")
     expect(heading).to_have_text(f"Life, agent {fittest[2]} (fittest), generation 2")
-    opened.keyboard.press("[")
+    cells_page.keyboard.press("[")
     expect(heading).to_have_text(f"Life, agent {fittest[1]} (fittest), generation 1")
-    expect(words).to_have_text(told(looks_server, 10, generation=1))
-    opened.get_by_test_id("agent-a").select_option("7")
+    expect(description).to_have_text(describe_step(views_server, 10, generation=1))
+    cells_page.get_by_test_id("agent-a").select_option("7")
     expect(heading).to_have_text("Life, agent 7, generation 1")
-    expect(words).to_have_text(told(looks_server, 10, generation=1, agent=7))
-    opened.get_by_role("slider", name="Generation").press("End")
-    expect(words).to_have_text(told(looks_server, 10, generation=3, agent=7))
-    expect(opened).to_have_url(
+    expect(description).to_have_text(describe_step(views_server, 10, generation=1, agent=7))
+    cells_page.get_by_role("slider", name="Generation").press("End")
+    expect(description).to_have_text(describe_step(views_server, 10, generation=3, agent=7))
+    expect(cells_page).to_have_url(
         re.compile("generation=3&step=10&agent=7|generation=3&.*agent=7.*step=10")
     )
-    opened.reload()
+    cells_page.reload()
     expect(heading).to_have_text("Life, agent 7, generation 3")
-    expect(words).to_have_text(told(looks_server, 10, generation=3, agent=7))
-    opened.go_back()
+    expect(description).to_have_text(describe_step(views_server, 10, generation=3, agent=7))
+    cells_page.go_back()
     expect(heading).to_have_text("Life, agent 7, generation 1")
 
 
-def test_generations_play_one_after_the_other(opened: Page) -> None:
-    opened.keyboard.press("g")
+def test_generations_play_in_order(cells_page: Page) -> None:
+    cells_page.keyboard.press("g")
     for generation in range(4):
-        expect(opened.get_by_test_id("view-heading")).to_contain_text(f"generation {generation}")
-    expect(opened.get_by_test_id("tour-a")).to_have_attribute("aria-pressed", "false")
+        expect(cells_page.get_by_test_id("view-heading")).to_contain_text(
+            f"generation {generation}"
+        )
+    expect(cells_page.get_by_test_id("tour-a")).to_have_attribute("aria-pressed", "false")
 
 
-def test_where_alleles_are_declared_too_the_reader_chooses_what_to_look_at(opened: Page) -> None:
-    opened.get_by_test_id("condition-a").select_option("climbers")
-    expect(opened.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 2")
-    expect(opened.get_by_test_id("agent-a")).to_be_hidden()
-    opened.get_by_test_id("view-a").select_option("climb")
-    expect(opened.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
-    expect(opened.get_by_test_id("path").locator(".chart-key")).to_have_text(
+def test_a_user_selects_alleles_or_a_view_of_a_model(cells_page: Page) -> None:
+    cells_page.get_by_test_id("condition-a").select_option("climbers")
+    expect(cells_page.get_by_test_id("alleles-heading")).to_have_text(
+        "Alleles by locus, generation 2"
+    )
+    expect(cells_page.get_by_test_id("agent-a")).to_be_hidden()
+    cells_page.get_by_test_id("view-a").select_option("climb")
+    expect(cells_page.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
+    expect(cells_page.get_by_test_id("path").locator(".chart-key")).to_have_text(
         [re.compile("^agent "), "average of all", "best of all"]
     )
-    expect(opened).to_have_url(re.compile("look=climb"))
-    opened.reload()
-    expect(opened.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
-    opened.get_by_test_id("condition-a").select_option("cells")
-    expect(opened.get_by_test_id("view-heading")).to_contain_text("Life, agent ")
-    expect(opened.get_by_test_id("view-a")).to_be_hidden()
+    expect(cells_page).to_have_url(re.compile("look=climb"))
+    cells_page.reload()
+    expect(cells_page.get_by_test_id("view-heading")).to_contain_text("Climb, agent ")
+    cells_page.get_by_test_id("condition-a").select_option("cells")
+    expect(cells_page.get_by_test_id("view-heading")).to_contain_text("Life, agent ")
+    expect(cells_page.get_by_test_id("view-a")).to_be_hidden()
 
 
-def test_where_nothing_follows_birth_a_walk_is_a_sentence_and_not_a_chart(opened: Page) -> None:
-    opened.get_by_test_id("condition-a").select_option("climbers")
-    opened.get_by_test_id("view-a").select_option("climb")
-    walk = opened.get_by_test_id("path")
-    expect(walk.locator(".uplot")).to_be_visible()
-    opened.get_by_test_id("condition-a").select_option("still")
-    expect(walk).to_contain_text(
-        "These lifetimes have no trial, so all values stay as they are at birth: fitness of the string"
+def test_a_path_without_steps_is_shown_as_text(cells_page: Page) -> None:
+    cells_page.get_by_test_id("condition-a").select_option("climbers")
+    cells_page.get_by_test_id("view-a").select_option("climb")
+    path = cells_page.get_by_test_id("path")
+    expect(path.locator(".uplot")).to_be_visible()
+    cells_page.get_by_test_id("condition-a").select_option("still")
+    expect(path).to_contain_text(
+        "These lifetimes have no trial, so all values stay as they are at birth:"
+        " fitness of the string"
     )
-    expect(walk.locator("li")).to_have_text(
-        [re.compile(rf"^{who}.*: 0\.\d+$") for who in ("agent", "average of all", "best of all")]
-    )
-    expect(walk.locator(".uplot")).to_have_count(0)
+    names = ("agent", "average of all", "best of all")
+    expect(path.locator("li")).to_have_text([re.compile(rf"^{name}.*: 0\.\d+$") for name in names])
+    expect(path.locator(".uplot")).to_have_count(0)
 
 
-def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
-    opened.get_by_test_id("condition-a").select_option("hawks")
-    table = opened.get_by_test_id("matrix")
-    expect(opened.get_by_test_id("view-heading")).to_have_text("Payoffs, generation 2")
+def test_a_matrix_is_a_table_of_its_generation(cells_page: Page) -> None:
+    cells_page.get_by_test_id("condition-a").select_option("hawks")
+    table = cells_page.get_by_test_id("matrix")
+    expect(cells_page.get_by_test_id("view-heading")).to_have_text("Payoffs, generation 2")
     expect(table.locator("thead th")).to_have_text(["hawk", "dove"])
     expect(table.locator("tbody tr")).to_have_text(
         [re.compile(r"^hawk \(\d+%\)04$"), re.compile(r"^dove \(\d+%\)12$")]
     )
-    opened.get_by_test_id("about").click()
-    expect(opened.get_by_test_id("guide")).to_contain_text(
-        "What strategies get against each other."
+    cells_page.get_by_test_id("about").click()
+    expect(cells_page.get_by_test_id("guide")).to_contain_text(
+        "The payoff of each strategy against each strategy."
     )
 
 
 @pytest.mark.parametrize(
-    ("asked", "sentence"),
+    ("query", "message"),
     [
         (f"{CELLS}&look=live", "cells has no view live. Available: life."),
         (f"{CELLS}&agent=20", "cells has no agent 20: its agents are 0 to 19."),
@@ -152,44 +154,41 @@ def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
         ),
     ],
 )
-def test_what_is_not_there_is_said_and_something_else_is_shown(
-    page: Page, looks_server: LabServer, asked: str, sentence: str
+def test_an_unknown_view_shows_a_message_and_another_view(
+    page: Page, views_server: LabServer, query: str, message: str
 ) -> None:
-    page.goto(f"{looks_server.entry}#/world?{asked}")
-    expect(page.get_by_test_id("message-error")).to_contain_text(sentence)
+    page.goto(f"{views_server.entry}#/world?{query}")
+    expect(page.get_by_test_id("message-error")).to_contain_text(message)
     expect(page.get_by_test_id("grid-description")).to_contain_text("environment 1 of 6")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_barrier(browser: Browser, looks_server: LabServer, scheme: str) -> None:
-    with looks_server.context(
+def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, scheme: str) -> None:
+    with views_server.context(
         browser, color_scheme="dark" if scheme == "dark" else "light"
     ) as context:
         page = context.new_page()
-        for asked in (f"{CELLS}&step=9&guide=open", f"{WALK}&look=climb", MATRIX):
-            page.goto(f"/#/world?{asked}")
+        for query in (f"{CELLS}&step=9&guide=open", f"{PATH}&look=climb", MATRIX):
+            page.goto(f"/#/world?{query}")
             expect(page.locator("[data-ready]")).to_have_count(1)
             expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
             assert find_violations(page) == []
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
-def test_views_have_room_in_every_window(
-    browser: Browser, looks_server: LabServer, width: int, height: int, dots: int
+def test_views_fit_in_every_window(
+    browser: Browser, views_server: LabServer, width: int, height: int, dots: int
 ) -> None:
-    with window(browser, width, height, dots, looks_server) as page:
-        for asked in (f"{CELLS}&step=9", f"{WALK}&look=climb", MATRIX):
-            page.goto(f"/#/world?{asked}")
+    with open_window(browser, width, height, dots, views_server) as page:
+        for query in (f"{CELLS}&step=9", f"{PATH}&look=climb", MATRIX):
+            page.goto(f"/#/world?{query}")
             if page.get_by_test_id("close-guide").is_visible():
                 page.get_by_test_id("close-guide").click()
             expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
-            found = page.evaluate(MEASURE, "/world.js")
-            assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
-            for chooser in page.locator(
-                "[data-testid=condition-a]:visible, [data-testid=agent-a]:visible"
-            ).all():
-                assert chooser.evaluate("chooser => chooser.clientWidth") > 80, (
-                    "its choice can be read"
-                )
+            check_controls(page.evaluate(MEASURE, "/world.js"))
+            # The selected option is legible.
+            menus = "[data-testid=condition-a]:visible, [data-testid=agent-a]:visible"
+            for menu in page.locator(menus).all():
+                assert menu.evaluate("menu => menu.clientWidth") > 80
         page.goto(f"/#/world?{CELLS}&step=9")
         assert page.get_by_test_id("grid").evaluate("grid => grid.clientWidth") >= 236

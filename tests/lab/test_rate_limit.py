@@ -1,4 +1,4 @@
-"""No client takes more of the server than its share, and none keeps it waiting."""
+"""Tests of the limits for clients: time, connections and size of requests."""
 
 from __future__ import annotations
 
@@ -17,42 +17,47 @@ from tests.lab.client import CLIENT, SMALL, LabServer, get_response
 from tests.lab.conftest import run_server
 from tests.small_studies import shorten_preset
 
-SOON = 0.3  # seconds
+# The timeout of clients in these tests, in seconds.
+TIMEOUT = 0.3
 
 
 @pytest.fixture
-def impatient(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
-    monkeypatch.setattr(rate_limit, "CLIENT_TIMEOUT", SOON)
+def strict_server(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
+    """Yield a server with a short timeout and at most 20 clients."""
+    monkeypatch.setattr(rate_limit, "CLIENT_TIMEOUT", TIMEOUT)
     monkeypatch.setattr(rate_limit, "MAX_CLIENTS", 20)
     with run_server(lab_server.root) as server:
         yield server
 
 
 @contextmanager
-def client(server: LabServer, lines: str) -> Iterator[socket.socket]:
-    """One that has sent this much, and takes little at a time. PORT and COOKIE stand for the server's."""
-    with closing(socket.socket()) as it:
-        it.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2**16)
-        it.settimeout(60)
-        it.connect(("127.0.0.1", server.port))
-        it.sendall(server.request(lines))
-        yield it
+def open_client(server: LabServer, lines: str) -> Iterator[socket.socket]:
+    """Yield a client that has sent these lines and has a small receive buffer.
+
+    PORT and COOKIE are replaced by those of the server.
+    """
+    with closing(socket.socket()) as connection:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2**16)
+        connection.settimeout(60)
+        connection.connect(("127.0.0.1", server.port))
+        connection.sendall(server.request(lines))
+        yield connection
 
 
-def rest(it: socket.socket, pause: float = 0) -> bytes:
-    """All that comes until the server has ended the connection."""
-    found = bytearray()
+def receive_all(connection: socket.socket, pause: float = 0) -> bytes:
+    """Return the bytes until the server closes the connection."""
+    content = bytearray()
     try:
-        while more := it.recv(2**16):
-            found += more
+        while more := connection.recv(2**16):
+            content += more
             time.sleep(pause)
     except ConnectionResetError:
         pass
-    return bytes(found)
+    return bytes(content)
 
 
 @pytest.mark.parametrize(
-    "begun",
+    "lines",
     [
         "",
         "GET /api/stu",
@@ -60,71 +65,73 @@ def rest(it: socket.socket, pause: float = 0) -> bytes:
         "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\nContent-Length: 9\n\n{",
     ],
 )
-def test_who_never_ends_a_request_is_cut_off(impatient: LabServer, begun: str) -> None:
-    with client(impatient, begun) as it:
-        assert rest(it) == b""
+def test_a_client_with_an_incomplete_request_is_disconnected(
+    strict_server: LabServer, lines: str
+) -> None:
+    with open_client(strict_server, lines) as connection:
+        assert receive_all(connection) == b""
 
 
 RECORDING = (
     f"GET /api/recording?{urlencode(SMALL)} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
 )
-MANY = (
-    f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"
-)  # answers of 90 kB each, more than a kernel keeps for a client
+# The responses of 90 kB exceed the buffers of the operating system.
+REQUESTS = f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"
 
 
-def test_who_does_not_take_an_answer_is_cut_off(impatient: LabServer) -> None:
-    assert (
-        get_response(impatient.address, "recording", **SMALL).status_code == 200
-    )  # so that the others are there at once
+def test_a_client_that_does_not_read_a_response_is_disconnected(strict_server: LabServer) -> None:
+    # The recording is in the cache for the next requests.
+    assert get_response(strict_server.address, "recording", **SMALL).status_code == 200
 
-    def taken_after(pause: float) -> int:
-        with client(impatient, MANY) as it:
+    def count_responses(pause: float) -> int:
+        with open_client(strict_server, REQUESTS) as connection:
             time.sleep(pause)
-            return rest(it).count(b"HTTP/1.1 200 OK")
+            return receive_all(connection).count(b"HTTP/1.1 200 OK")
 
-    assert any(
-        taken_after(pause) < 100 for pause in (1.5, 6, 24)
-    )  # a busy machine takes its time before it waits for a client
-
-
-def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None:
-    with client(impatient, MANY) as it:
-        assert rest(it, pause=0.001).count(b"HTTP/1.1 200 OK") == 100
+    # A machine under load needs more time to fill the buffers.
+    assert any(count_responses(pause) < 100 for pause in (1.5, 6, 24))
 
 
-def test_a_page_that_only_listens_is_not_cut_off(impatient: LabServer) -> None:
-    order = {
+def test_a_client_that_reads_slowly_receives_the_complete_response(
+    strict_server: LabServer,
+) -> None:
+    with open_client(strict_server, REQUESTS) as connection:
+        assert receive_all(connection, pause=0.001).count(b"HTTP/1.1 200 OK") == 100
+
+
+def test_a_page_that_only_receives_is_not_disconnected(strict_server: LabServer) -> None:
+    request = {
         "experiment": shorten_preset().replace(evolution={"generations": 1000}).to_dict(),
-        "seconds": SOON,
+        "seconds": TIMEOUT,
     }
-    id = CLIENT.post(f"{impatient.address}/api/live", json=order).json()["id"]
-    with impatient.websocket(f"/api/live/{id}") as page:
-        until = time.monotonic() + 5 * SOON
-        while time.monotonic() < until:
+    id = CLIENT.post(f"{strict_server.address}/api/live", json=request).json()["id"]
+    with strict_server.websocket(f"/api/live/{id}") as page:
+        deadline = time.monotonic() + 5 * TIMEOUT
+        while time.monotonic() < deadline:
             page.recv(timeout=10)
         page.send('{"do": "stop"}')
 
 
-def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: LabServer) -> None:
-    with ExitStack() as many:
+def test_connections_above_the_limit_are_rejected_with_a_message(strict_server: LabServer) -> None:
+    with ExitStack() as stack:
 
-        def asked_among_many() -> httpx.Response:
+        def request_among_clients() -> httpx.Response:
             for _ in range(20):
-                many.enter_context(client(impatient, ""))
-            return CLIENT.get(f"{impatient.address}/api/studies")
+                stack.enter_context(open_client(strict_server, ""))
+            return CLIENT.get(f"{strict_server.address}/api/studies")
 
-        answers = (
-            asked_among_many() for _ in range(10)
-        )  # on a busy machine the first may be cut off before the last is there
-        answer = next(answer for answer in answers if answer.status_code == 503)
-        assert answer.json()["error"].endswith("open connections; close some of its pages")
-        time.sleep(2 * SOON)
-        assert CLIENT.get(f"{impatient.address}/api/studies").status_code == 200
+        # On a machine under load, the first clients can time out before the last ones connect.
+        responses = (request_among_clients() for _ in range(10))
+        response = next(response for response in responses if response.status_code == 503)
+        assert response.json()["error"].endswith("open connections; close some of its pages")
+        time.sleep(2 * TIMEOUT)
+        assert CLIENT.get(f"{strict_server.address}/api/studies").status_code == 200
 
 
 @pytest.mark.parametrize("path", ["validate", "schema", "appearance", "live", "live/1/save"])
-def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path: str) -> None:
+def test_the_size_and_the_depth_of_a_posted_body_are_limited(
+    lab_server: LabServer, path: str
+) -> None:
     address = f"{lab_server.address}/api/{path}"
     large = CLIENT.post(address, content=b" " * (MAX_BODY_SIZE + 1))
     assert large.status_code == 413

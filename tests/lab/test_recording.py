@@ -1,4 +1,4 @@
-"""A recording is the replay of the same life, to the bit."""
+"""Tests of recordings, which are bit-identical to replays."""
 
 from __future__ import annotations
 
@@ -34,29 +34,37 @@ def trace_of(server: LabServer, condition: str, run: int, generation: int) -> xr
     )
 
 
-def items(found: dict[str, npt.NDArray[Any]], first: int, last: int) -> npt.NDArray[np.float32]:
-    """Where the items lie, [step, (x, y), item], as the page works it out."""
-    place, places = np.stack([found["item_x"], found["item_y"]]), []
+def compute_item_positions(
+    arrays: dict[str, npt.NDArray[Any]], first: int, last: int
+) -> npt.NDArray[np.float32]:
+    """Return the positions of items [step, (x, y), item], computed as in the page."""
+    current = np.stack([arrays["item_x"], arrays["item_y"]])
+    positions = []
     for step in range(first, last):
-        for move in np.flatnonzero(found["move_step"] == step):
-            place[:, found["move_item"][move]] = found["move_x"][move], found["move_y"][move]
-        places.append(place.copy())
-    return np.array(places)
+        for move in np.flatnonzero(arrays["move_step"] == step):
+            item = arrays["move_item"][move]
+            current[:, item] = arrays["move_x"][move], arrays["move_y"][move]
+        positions.append(current.copy())
+    return np.array(positions)
 
 
-def require_same(
-    found: dict[str, npt.NDArray[Any]], trace: xr.Dataset, first: int, last: int
+def check_recording(
+    arrays: dict[str, npt.NDArray[Any]], trace: xr.Dataset, first: int, last: int
 ) -> None:
+    """Check that the recording of a span of steps is the replay."""
     part = trace.isel(step=slice(first, last))
-    assert np.array_equal(found["x"], part.x)
-    assert np.array_equal(found["y"], part.y)
-    assert np.array_equal(found["heading"] * np.float32(9), part.heading)
-    assert np.array_equal(found["action"], part.action)
-    assert np.array_equal(found["sensor"], (part.sensor.values * [1, 2, 4]).sum(axis=-1))
+    assert np.array_equal(arrays["x"], part.x)
+    assert np.array_equal(arrays["y"], part.y)
+    assert np.array_equal(arrays["heading"] * np.float32(9), part.heading)
+    assert np.array_equal(arrays["action"], part.action)
+    assert np.array_equal(arrays["sensor"], (part.sensor.values * [1, 2, 4]).sum(axis=-1))
     assert np.array_equal(
-        found["eaten_in_life"], trace.eaten.cumsum("step").isel(step=slice(first, last))
+        arrays["eaten_in_life"], trace.eaten.cumsum("step").isel(step=slice(first, last))
     )
-    assert np.array_equal(items(found, first, last), np.stack([part.item_x, part.item_y], axis=1))
+    assert np.array_equal(
+        compute_item_positions(arrays, first, last),
+        np.stack([part.item_x, part.item_y], axis=1),
+    )
 
 
 @pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
@@ -66,24 +74,14 @@ def test_a_recording_of_a_stored_run_is_its_replay(
 ) -> None:
     trace = trace_of(lab_server, condition, 1, generation)
     query = {"study": "small", "condition": condition, "run": 1, "generation": generation}
-    header, found = get_arrays(lab_server.address, "recording", **query)
-    require_same(found, trace, 0, 300)
+    header, arrays = get_arrays(lab_server.address, "recording", **query)
+    check_recording(arrays, trace, 0, 300)
     assert trace.eaten.sum() > 0
-    assert found["move_step"].size == trace.eaten[:-1].sum()
+    assert arrays["move_step"].size == trace.eaten[:-1].sum()
     assert header["source"] == {name: str(value) for name, value in query.items()}
-    assert (header["condition"], header["run"], header["generation"], header["seed"]) == (
-        condition,
-        1,
-        generation,
-        5,
-    )
-    assert (
-        header["first"],
-        header["last"],
-        header["steps"],
-        header["agents"],
-        header["items"],
-    ) == (0, 300, 300, 20, 50)
+    expected = {"condition": condition, "run": 1, "generation": generation, "seed": 5}
+    expected |= {"first": 0, "last": 300, "steps": 300, "agents": 20, "items": 50}
+    assert expected.items() <= header.items()
     assert header["learns"] == (condition != "evo/A")
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
@@ -92,14 +90,14 @@ def test_a_recording_of_a_stored_run_is_its_replay(
     )
 
 
-def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
-    header, found = get_arrays(lab_server.address, "recording", **SMALL, first=120, last=170)
+def test_a_span_of_steps_is_the_span_of_the_replay(lab_server: LabServer) -> None:
+    header, arrays = get_arrays(lab_server.address, "recording", **SMALL, first=120, last=170)
     assert (header["first"], header["last"], header["steps"]) == (120, 170, 300)
-    require_same(found, trace_of(lab_server, "evo+self-taught/A", 1, 2), 120, 170)
+    check_recording(arrays, trace_of(lab_server, "evo+self-taught/A", 1, 2), 120, 170)
 
 
-def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
-    _, found = get_arrays(
+def test_a_preset_is_simulated_without_a_study(lab_server: LabServer) -> None:
+    _, arrays = get_arrays(
         lab_server.address,
         "recording",
         preset="evo+self-taught/A",
@@ -108,75 +106,76 @@ def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
         generation=1,
         last=400,
     )
-    require_same(found, replay(load("evo+self-taught/A"), seed=3, run=1, generation=1), 0, 400)
+    check_recording(arrays, replay(load("evo+self-taught/A"), seed=3, run=1, generation=1), 0, 400)
 
 
-def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
+def test_genomes_that_are_not_stored_are_recomputed(tmp_path: Path) -> None:
     sparse = shorten_preset().replace(record={"genome_every": 100})
     study = make_small_study(tmp_path / "small", [sparse], runs=1)
     with run_server(tmp_path) as server:
-        _, found = get_arrays(
+        _, arrays = get_arrays(
             server.address, "recording", study="small", condition=sparse.name, run=0, generation=1
         )
-    require_same(found, replay(sparse, seed=study.seed, generation=1), 0, 300)
+    check_recording(arrays, replay(sparse, seed=study.seed, generation=1), 0, 300)
 
 
 def test_a_world_without_food_is_recorded() -> None:
-    life = life_of(shorten_preset().replace(world={"food": []}))
-    header, found = binary_frames.unpack(recording.record_life(life, Span(0, 10), {}))
+    life = make_life(shorten_preset().replace(world={"food": []}))
+    header, arrays = binary_frames.unpack(recording.record_life(life, Span(0, 10), {}))
     assert header["items"] == 0
-    assert found["move_step"].size == 0
-    assert not found["eaten_in_life"].any()
+    assert arrays["move_step"].size == 0
+    assert not arrays["eaten_in_life"].any()
 
 
-def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> None:
+def test_real_valued_inputs_are_recorded_unchanged(in_plain_python: None) -> None:
     experiment = shorten_preset("evo/A").replace(
         senses={"kinds": ["food", "nearest", "smell"]}, lifetime={"steps": 50}
     )
-    header, found = binary_frames.unpack(
-        recording.record_life(life_of(experiment), Span(0, 50), {})
+    header, arrays = binary_frames.unpack(
+        recording.record_life(make_life(experiment), Span(0, 50), {})
     )
     assert header["appearance"]["is_continuous"] == [False] * 3 + [True] * 4
-    sensor, trace = found["sensor"].reshape(50, 20, 7), replay(experiment)
+    sensor = arrays["sensor"].reshape(50, 20, 7)
+    trace = replay(experiment)
     assert np.array_equal(sensor, trace.sensor[:50])
     assert np.unique(sensor).size > 100
     assert recording.bytes_per_step(experiment) == 20 * (recording.BYTES_PER_AGENT + 28)
 
 
-def life_of(experiment: Any) -> Life:
-    moment = GenerationKey(0, 0, 0)
-    return Life(
-        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
-    )
+def make_life(experiment: Any) -> Life:
+    """Return the first generation of an experiment."""
+    key = GenerationKey(0, 0, 0)
+    return Life(experiment, key, lambda: ParentGeneration(draw_genomes(experiment, key), None))
 
 
-def test_a_large_world_comes_in_parts_of_bounded_size(
+def test_a_large_world_is_recorded_in_spans_of_limited_size(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert life_query.read_span({}, 5000, recording.bytes_per_step(shorten_preset())) == Span(
         0, 5000
     )
     large = recording.bytes_per_step(shorten_preset().replace(population={"size": 1000}))
-    parts = [life_query.read_span({}, 5000, large)]
-    while parts[-1].last < 5000:
-        parts.append(life_query.read_span({"first": str(parts[-1].last)}, 5000, large))
-    assert max(last - first for first, last in parts) * large <= life_query.MAX_BYTES
-    assert len(parts) == 3
+    spans = [life_query.read_span({}, 5000, large)]
+    while spans[-1].last < 5000:
+        spans.append(life_query.read_span({"first": str(spans[-1].last)}, 5000, large))
+    assert max(last - first for first, last in spans) * large <= life_query.MAX_BYTES
+    assert len(spans) == 3
     assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_STEPS)
     assert life_query.read_span({}, 5000, 10**9) == Span(0, 1)
     monkeypatch.setattr(life_query, "MAX_BYTES", 100 * recording.bytes_per_step(shorten_preset()))
-    header, found = get_arrays(lab_server.address, "recording", **SMALL, first=7)
-    assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
+    header, arrays = get_arrays(lab_server.address, "recording", **SMALL, first=7)
+    assert (header["first"], header["last"], len(arrays["x"])) == (7, 107, 100)
 
 
 @pytest.mark.parametrize(
-    ("change", "status", "sentence"),
+    ("change", "status", "message"),
     [
         ({"study": "other"}, 404, "there is no study 'other' in {root}"),
         (
             {"condition": "evo/C"},
             404,
-            "{root}/small has no condition 'evo/C' (did you mean 'evo/A'?); there are evo/A, evo+self-taught/A",
+            "{root}/small has no condition 'evo/C' (did you mean 'evo/A'?); there are evo/A,"
+            " evo+self-taught/A",
         ),
         (
             {"run": 2},
@@ -192,24 +191,26 @@ def test_a_large_world_comes_in_parts_of_bounded_size(
         (
             {"first": 20, "last": 10},
             400,
-            "first = 20 and last = 10 must be in order and at most 300, the number of steps of a lifetime",
+            "first = 20 and last = 10 must be in order and at most 300, the number of steps of a"
+            " lifetime",
         ),
         (
             {"last": 301},
             400,
-            "first = 0 and last = 301 must be in order and at most 300, the number of steps of a lifetime",
+            "first = 0 and last = 301 must be in order and at most 300, the number of steps of a"
+            " lifetime",
         ),
     ],
 )
-def test_what_is_not_there_is_said_in_a_sentence(
-    lab_server: LabServer, change: dict[str, Any], status: int, sentence: str
+def test_an_unknown_lifetime_is_rejected_with_a_message(
+    lab_server: LabServer, change: dict[str, Any], status: int, message: str
 ) -> None:
-    assert get_error(
-        lab_server.address, "recording", status, **(SMALL | change)
-    ) == sentence.format(root=lab_server.root)
+    assert get_error(lab_server.address, "recording", status, **(SMALL | change)) == message.format(
+        root=lab_server.root
+    )
 
 
-def test_a_request_that_lacks_something_is_told_what(lab_server: LabServer) -> None:
+def test_an_incomplete_request_is_rejected_with_the_missing_name(lab_server: LabServer) -> None:
     for missing in ("generation", "run", "condition"):
         query = {name: value for name, value in SMALL.items() if name != missing}
         assert (
@@ -220,10 +221,10 @@ def test_a_request_that_lacks_something_is_told_what(lab_server: LabServer) -> N
         get_error(lab_server.address, "recording", 400, generation=0)
         == "preset is missing from the request"
     )
-    sentence = get_error(
+    message = get_error(
         lab_server.address, "recording", 400, preset="evo/A", seed=2**31, generation=0
     )
-    assert sentence == "seed = 2147483648 must be at least 0 and less than 2147483648"
+    assert message == "seed = 2147483648 must be at least 0 and less than 2147483648"
 
 
 def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:
@@ -240,41 +241,38 @@ def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:
 def test_a_damaged_record_is_named(tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "small", [shorten_preset()], runs=1)
     path = study.path("evo+self-taught/A", 0)
-    raw = bytearray(path.read_bytes())
-    raw[-5] ^= 1
-    path.write_bytes(raw)
+    content = bytearray(path.read_bytes())
+    content[-5] ^= 1
+    path.write_bytes(content)
     with run_server(tmp_path) as server:
-        for ask_for in ("recording", "agent"):
-            sentence = get_error(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
-            assert sentence == f"{path} is damaged: its checksum does not fit its content"
+        for endpoint in ("recording", "agent"):
+            message = get_error(server.address, endpoint, 400, **(SMALL | {"run": 0, "agent": 0}))
+            assert message == f"{path} is damaged: its checksum does not fit its content"
         assert "is damaged" in get_error(server.address, "results", 400, study="small")
 
 
-@pytest.mark.parametrize("whom", ["best", "nearest"])
-def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> None:
+@pytest.mark.parametrize("teacher_rule", ["best", "nearest"])
+def test_the_recorded_teachers_have_eaten(teacher_rule: str, in_plain_python: None) -> None:
     experiment = shorten_preset("evo/A").replace(
-        learning={"rule": "imitation", "imitation": {"teacher": whom, "min_items": 1}}
+        learning={"rule": "imitation", "imitation": {"teacher": teacher_rule, "min_items": 1}}
     )
-    moment = GenerationKey(1, 0, 0)
-    life = Life(
-        experiment, moment, lambda: ParentGeneration(draw_genomes(experiment, moment), None)
-    )
-    _, found = binary_frames.unpack(recording.record_life(life, Span(0, 300), {}))
-    themselves, eaten = np.arange(20), np.vstack([np.zeros(20), found["eaten_in_life"]])
-    assert eaten[-1].any(), "nobody ever ate"
-    for step, teacher in enumerate(found["teacher"]):
-        learns = teacher != themselves
-        assert (eaten[step + 1][teacher[learns]] > 0).all(), (
-            "somebody learns from who has eaten nothing"
-        )
-        if whom == "best" and eaten[step].any():
-            assert set(teacher) == {eaten[step].argmax()} or set(teacher) == {
-                eaten[step + 1].argmax()
-            }
-    assert (found["teacher"] != themselves).any()
+    key = GenerationKey(1, 0, 0)
+    life = Life(experiment, key, lambda: ParentGeneration(draw_genomes(experiment, key), None))
+    _, arrays = binary_frames.unpack(recording.record_life(life, Span(0, 300), {}))
+    agents = np.arange(20)
+    eaten = np.vstack([np.zeros(20), arrays["eaten_in_life"]])
+    assert eaten[-1].any(), "no agent ate"
+    for step, teacher in enumerate(arrays["teacher"]):
+        learns = teacher != agents
+        assert (eaten[step + 1][teacher[learns]] > 0).all(), "a teacher has eaten nothing"
+        if teacher_rule == "best" and eaten[step].any():
+            best = {eaten[step].argmax(), eaten[step + 1].argmax()}
+            assert len(set(teacher)) == 1
+            assert set(teacher) <= best
+    assert (arrays["teacher"] != agents).any()
 
 
-def test_it_tells_nothing_of_teachers_where_nobody_learns_from_another(
+def test_a_recording_has_no_teachers_if_no_agent_learns_from_another(
     lab_server: LabServer,
 ) -> None:
     assert "teacher" not in get_arrays(lab_server.address, "recording", **SMALL)[1]

@@ -1,4 +1,4 @@
-"""What Results ask for piece by piece: the curves of a condition's runs, and reaction norms."""
+"""Tests of the requests of the Results tab: the curves of runs, and reaction norms."""
 
 from __future__ import annotations
 
@@ -19,41 +19,41 @@ from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
 
-ONE = {"study": "small", "condition": "evo+self-taught/A"}
+CONDITION = {"study": "small", "condition": "evo+self-taught/A"}
 
 
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
-def test_the_curve_of_every_run_is_what_the_condition_s_mean_is_made_of(
+def test_the_curves_of_runs_are_the_values_of_the_measure(
     lab_server: LabServer, measure: str
 ) -> None:
-    found = get_json(lab_server.address, "results/runs", **ONE, measure=measure)
+    curves = get_json(lab_server.address, "results/runs", **CONDITION, measure=measure)
     values = fitness.MEASURES[measure](open_runs(lab_server.root / "small")).sel(
-        condition=ONE["condition"]
+        condition=CONDITION["condition"]
     )
-    assert list(found) == ["0", "1"]
-    for run, curve in found.items():
+    assert list(curves) == ["0", "1"]
+    for run, curve in curves.items():
         assert np.array_equal(curve, values.sel(run=int(run)))
 
 
-def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_sentence(
+def test_curves_of_an_unknown_condition_or_of_too_many_runs_are_rejected(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = ONE | {"measure": "best"}
+    query = CONDITION | {"measure": "best"}
     assert "has no condition 'evo'" in get_error(
-        lab_server.address, "results/runs", 404, **asked | {"condition": "evo"}
+        lab_server.address, "results/runs", 404, **query | {"condition": "evo"}
     )
-    sentence = get_error(lab_server.address, "results/runs", 400, **asked | {"measure": "worst"})
-    assert sentence == "measure = 'worst' must be one of best, mean, share"
+    message = get_error(lab_server.address, "results/runs", 400, **query | {"measure": "worst"})
+    assert message == "measure = 'worst' must be one of best, mean, share"
     monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with run_server(tmp_path) as server:
-        sentence = get_error(server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
-    assert sentence.startswith(
+        message = get_error(server.address, "results/runs", 400, **query | {"condition": "evo/A"})
+    assert message.startswith(
         "evo/A has 2 runs of 3 generations. Curves of single runs are limited to 5 values"
     )
 
 
-def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evolved_with(
+def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
     tmp_path: Path,
 ) -> None:
     study = make_small_study(tmp_path / "it", [shorten_preset("evo/A")], runs=6)
@@ -64,21 +64,21 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evo
         }
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
-        made = of_study(reaction("evo/A", 60), study, "evo/A")
-        (folder / "A.nc").write_bytes(to_bytes(made))
-        found = get_json(server.address, "results/reaction", study="it")
-        assert found["unit"] == "fitness (energy)"
-        panels = {panel["field"]: panel for panel in found["panels"]}
+        assay = of_study(reaction("evo/A", 60), study, "evo/A")
+        (folder / "A.nc").write_bytes(to_bytes(assay))
+        response = get_json(server.address, "results/reaction", study="it")
+        assert response["unit"] == "fitness (energy)"
+        panels = {panel["field"]: panel for panel in response["panels"]}
         count = panels["world.food.0.count"]
         assert (count["map"], count["values"], count["evolved"]) == (
             "A",
             ["10", "50", "100"],
             ["50"],
         )
-        food = made["energy"].mean("agent")
+        food = assay["energy"].mean("agent")
         settings = [
-            (made["field"] == "world.food.0.count") & (made["value"] == "10"),
-            made["field"] == AS_EVOLVED,
+            (assay["field"] == "world.food.0.count") & (assay["value"] == "10"),
+            assay["field"] == AS_EVOLVED,
         ]
         medians = [float(food.where(setting, drop=True).median()) for setting in settings]
         assert count["norms"]["evo/A"]["median"][:2] == pytest.approx(medians)
@@ -87,8 +87,8 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evo
         assert "A.nc is damaged" in get_error(server.address, "results/reaction", 400, study="it")
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes there")
-def test_neither_a_pipe_nor_a_link_that_leads_out_is_read(
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
+def test_a_pipe_and_a_link_out_of_the_folder_are_not_read(
     lab_server: LabServer, tmp_path: Path
 ) -> None:
     folder = tmp_path / "root" / "it" / "assays" / "reaction"

@@ -1,4 +1,4 @@
-"""While the engine is compiled, the page plays a life that came with it, and says what it waits for."""
+"""Tests of the startup: the page plays a packaged lifetime while the engine is compiled."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study
 
 
-def test_the_life_that_ships_is_the_one_that_the_engine_gives() -> None:
+def test_the_packaged_lifetime_is_current() -> None:
     script = runpy.run_path(str(Path(__file__).parents[2] / "scripts/first_life.py"))
     shipped = script["PLACE"].read_bytes()
-    assert script["first_life"]() == shipped, "python scripts/first_life.py makes it anew"
+    assert script["first_life"]() == shipped, "run `python scripts/first_life.py`"
     assert len(shipped) < 300_000
 
 
-def test_the_lab_opens_without_waiting_for_what_only_reports_need() -> None:
+def test_the_server_does_not_import_the_libraries_of_reports() -> None:
     code = "import baldwinlab.lab.server, sys; print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
@@ -33,7 +33,7 @@ def test_the_lab_opens_without_waiting_for_what_only_reports_need() -> None:
 
 
 @pytest.mark.parametrize("view", ["world", "live"])
-def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked_for(
+def test_the_page_shows_the_packaged_lifetime_until_the_engine_is_ready(
     browser: Browser, tmp_path: Path, view: str
 ) -> None:
     make_small_study(tmp_path / "small", runs=1)
@@ -45,11 +45,11 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
         expect(first).to_contain_text("The lab compiles its engine for this machine")
         expect(first).to_contain_text(re.compile(r"Elapsed: [1-9]\d* s"), timeout=20_000)
         expect(page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
-        expect(page.get_by_test_id("first-play")).to_have_attribute(
-            "aria-label", "Pause"
-        )  # it plays by itself
+        # The lifetime plays without a click.
+        expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Pause")
+        # Results need no engine.
         page.get_by_test_id("tab-results").click()
-        expect(page.get_by_test_id("results")).to_be_visible()  # which needs no engine
+        expect(page.get_by_test_id("results")).to_be_visible()
         page.get_by_test_id(f"tab-{view}").click()
         expect(first).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
@@ -60,7 +60,9 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
         page.close()
 
 
-def test_whoever_wants_less_motion_starts_it_himself(browser: Browser, tmp_path: Path) -> None:
+def test_with_reduced_motion_the_lifetime_starts_with_a_click(
+    browser: Browser, tmp_path: Path
+) -> None:
     with run_server(tmp_path, lambda: False) as server:
         page = server.context(browser, reduced_motion="reduce").new_page()
         page.goto("/")

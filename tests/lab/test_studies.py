@@ -1,4 +1,4 @@
-"""Which studies there are, and what came of them."""
+"""Tests of the list of studies and of their results."""
 
 from __future__ import annotations
 
@@ -27,12 +27,9 @@ from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
 
 
-def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
-    (found,) = [
-        study
-        for study in get_json(lab_server.address, "studies")["studies"]
-        if study["id"] == "small"
-    ]
+def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer) -> None:
+    studies_list = get_json(lab_server.address, "studies")["studies"]
+    (summary,) = [study for study in studies_list if study["id"] == "small"]
     sizes = {
         "runs": [0, 1],
         "generations": 3,
@@ -46,7 +43,7 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
         {"name": f"{name}/A", "learner": name, "map": "A", "variant": "", "shown": False, **sizes}
         for name in learners
     ]
-    assert found == {
+    assert summary == {
         "id": "small",
         "seed": 5,
         "paper": "",
@@ -56,7 +53,7 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
     }
 
 
-def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
+def test_a_study_can_be_the_folder_itself_or_be_in_another_study(tmp_path: Path) -> None:
     create(tmp_path, [shorten_preset()], 1)
     create(tmp_path / "variants" / "deep", [shorten_preset()], 2)
     assert list(studies.study_names(tmp_path)) == [".", "variants/deep"]
@@ -65,11 +62,11 @@ def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path
     assert studies.find_study(lab, "variants/deep").seed == 2
 
 
-def test_a_folder_that_is_not_there_yet_holds_no_studies(tmp_path: Path) -> None:
+def test_a_missing_folder_has_no_studies(tmp_path: Path) -> None:
     assert list(studies.study_names(tmp_path / "results")) == []
 
 
-def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -> None:
+def test_an_unreadable_study_is_listed_with_the_reason(tmp_path: Path) -> None:
     create(tmp_path / "sound", [shorten_preset()], 1)
     (tmp_path / "torn").mkdir()
     (tmp_path / "torn" / "study.toml").write_text("format = 1\nseed")
@@ -78,23 +75,23 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
     create(tmp_path / "lacking", [shorten_preset()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
     with run_server(tmp_path) as server:
-        found = {
+        problems = {
             study["id"]: study["problem"]
             for study in get_json(server.address, "studies")["studies"]
         }
-        assert found["sound"] is None
-        assert found["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
-        assert found["odd"].startswith(f"{tmp_path}/odd/study.toml cannot be read: ")
-        assert found["lacking"].startswith(
+        assert problems["sound"] is None
+        assert problems["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
+        assert problems["odd"].startswith(f"{tmp_path}/odd/study.toml cannot be read: ")
+        assert problems["lacking"].startswith(
             f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: "
         )
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
-        assert get_error(server.address, "recording", 400, **query) == found["torn"]
-        assert get_error(server.address, "results", 400, study="torn") == found["torn"]
+        assert get_error(server.address, "recording", 400, **query) == problems["torn"]
+        assert get_error(server.address, "results", 400, study="torn") == problems["torn"]
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes there")
-def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> None:
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
+def test_a_pipe_instead_of_a_file_is_reported_without_waiting(tmp_path: Path) -> None:
     (tmp_path / "pipe").mkdir()
     os.mkfifo(tmp_path / "pipe" / "study.toml")
     for name, file in (
@@ -107,32 +104,30 @@ def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> N
         (study.directory / file).parent.mkdir(exist_ok=True)
         os.mkfifo(study.directory / file)
     with run_server(tmp_path) as server:
-        found = {
+        problems = {
             study["id"]: study["problem"]
             for study in get_json(server.address, "studies")["studies"]
         }
-        assert found["pipe"].endswith("study.toml cannot be read: it is not a regular file")
-        assert "0000.nc has the name of a record but is not a file" in found["record"]
-        assert (found["claims"], found["paper"]) == (None, None)
-        found = get_json(server.address, "results", study="claims")
-        assert (
-            found["claims"] == []
-            and "claims.json cannot be read: it is not a regular file" in found["problem"]
-        )
+        assert problems["pipe"].endswith("study.toml cannot be read: it is not a regular file")
+        assert "0000.nc has the name of a record but is not a file" in problems["record"]
+        assert (problems["claims"], problems["paper"]) == (None, None)
+        results = get_json(server.address, "results", study="claims")
+        assert results["claims"] == []
+        assert "claims.json cannot be read: it is not a regular file" in results["problem"]
 
 
 @pytest.mark.parametrize("file", ["study.toml", "runs/evo+self-taught/A/experiment.toml"])
-def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(
+def test_a_study_with_too_many_nested_levels_is_listed_with_the_reason(
     tmp_path: Path, file: str
 ) -> None:
     create(tmp_path / "it", [shorten_preset()], 1)
     (tmp_path / "it" / file).write_text("deep = " + "[" * 5000 + "]" * 5000)
     with run_server(tmp_path) as server:
-        (found,) = get_json(server.address, "studies")["studies"]
-    assert f"{file} cannot be read: " in found["problem"]
+        (summary,) = get_json(server.address, "studies")["studies"]
+    assert f"{file} cannot be read: " in summary["problem"]
 
 
-def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
+def test_a_replaced_study_is_read_again(tmp_path: Path) -> None:
     lab = Lab(tmp_path, Live())
     create(tmp_path / "it", [shorten_preset()], 1)
     assert studies.find_study(lab, "it").seed == 1
@@ -141,45 +136,46 @@ def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
     assert studies.find_study(lab, "it").seed == 2
 
 
-def test_the_experiment_of_a_condition_is_served_whole(lab_server: LabServer) -> None:
-    found = get_json(lab_server.address, "experiment", study="small", condition="evo+self-taught/A")
-    assert Experiment.model_validate(found) == shorten_preset("evo+self-taught/A")
+def test_the_complete_experiment_of_a_condition_is_served(lab_server: LabServer) -> None:
+    settings = get_json(
+        lab_server.address, "experiment", study="small", condition="evo+self-taught/A"
+    )
+    assert Experiment.model_validate(settings) == shorten_preset("evo+self-taught/A")
     assert "has no condition 'evo'" in get_error(
         lab_server.address, "experiment", 404, study="small", condition="evo"
     )
 
 
-def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> None:
-    found = get_json(lab_server.address, "presets")
-    names = [preset["name"] for preset in found["presets"]]
+def test_the_list_of_presets_contains_the_schema_of_their_fields(lab_server: LabServer) -> None:
+    response = get_json(lab_server.address, "presets")
+    names = [preset["name"] for preset in response["presets"]]
     assert {"evo/A", "self-taught/B"} <= set(names)
-    assert all(preset["description"] for preset in found["presets"])
-    assert found["default"] == "evo+self-taught/A"
-    (shown,) = (preset for preset in found["presets"] if preset["shown"])
+    assert all(preset["description"] for preset in response["presets"])
+    assert response["default"] == "evo+self-taught/A"
+    (shown,) = (preset for preset in response["presets"] if preset["shown"])
     assert (shown["name"], shown["world"]) == (
         "evo+self-taught/B",
         {"generations": 100, "agents": 20, "steps": 5000},
     )
-    assert found["schema"]["properties"].keys() == Experiment.model_fields.keys()
+    assert response["schema"]["properties"].keys() == Experiment.model_fields.keys()
     assert get_json(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
-    refused = get_error(lab_server.address, "preset", 404, name="evo/Z")
-    assert (
-        refused.startswith("there is no preset 'evo/Z' (did you mean 'evo/") and len(refused) < 200
-    )
+    message = get_error(lab_server.address, "preset", 404, name="evo/Z")
+    assert message.startswith("there is no preset 'evo/Z' (did you mean 'evo/")
+    assert len(message) < 200
 
 
-def test_the_page_names_no_preset_of_its_own() -> None:
+def test_the_modules_of_the_page_contain_no_preset_name() -> None:
     names = {
         preset
-        for one in built_in().values()
-        for preset in one.experiment_names()
+        for paper in built_in().values()
+        for preset in paper.experiment_names()
         if len(preset) > 1
     }
     for path in STATIC.glob("*.js"):
         assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name
 
 
-def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(
+def test_factors_are_the_settings_that_differ_between_conditions(
     lab_server: LabServer,
 ) -> None:
     assert get_json(lab_server.address, "results", study="small")["factors"] == {
@@ -187,50 +183,50 @@ def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(
     }
 
 
-def test_results_are_kept_beside_the_report_and_used_while_they_fit(
+def test_results_are_stored_with_the_report_and_used_while_they_are_current(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = make_small_study(tmp_path / "it", runs=1)
-    read = studies.results_of(Lab(tmp_path, Live()), "it")
+    results = studies.results_of(Lab(tmp_path, Live()), "it")
     lab_results.cache_results(study)
     with monkeypatch.context() as patch:
-        patch.setattr(lab_results, "compute_results", None)  # nothing is read again
-        assert studies.results_of(Lab(tmp_path, Live()), "it") == read
-    kept = tmp_path / "it" / lab_results.FILE
-    for other in (b"{", b"[1]", kept.read_bytes().replace(b'"typical_run"', b'"typical_ran"')):
-        kept.write_bytes(other)
-        assert studies.results_of(Lab(tmp_path, Live()), "it") == read
+        # Without this function, the results cannot be computed again.
+        patch.setattr(lab_results, "compute_results", None)
+        assert studies.results_of(Lab(tmp_path, Live()), "it") == results
+    cache = tmp_path / "it" / lab_results.FILE
+    renamed = cache.read_bytes().replace(b'"typical_run"', b'"typical_ran"')
+    for content in (b"{", b"[1]", renamed):
+        cache.write_bytes(content)
+        assert studies.results_of(Lab(tmp_path, Live()), "it") == results
     lab_results.cache_results(study)
     study.write("evo/A", 1, simulate(shorten_preset("evo/A"), seed=5, run=1))
-    assert (
-        len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"])
-        == 2
-    )
+    new_results = json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))
+    assert len(new_results["final"]["evo/A"]["best"]) == 2
 
 
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
 def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) -> None:
     study = open_runs(lab_server.root / "small")
-    found = get_json(lab_server.address, "results", study="small")
-    assert found["conditions"] == ["evo/A", "evo+self-taught/A"]
-    assert found["generation"] == [0, 1, 2]
+    results = get_json(lab_server.address, "results", study="small")
+    assert results["conditions"] == ["evo/A", "evo+self-taught/A"]
+    assert results["generation"] == [0, 1, 2]
     average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
     high = high.clip(max=1) if measure == "share" else high
-    for name in found["conditions"]:
-        curve = found["curves"][name][measure]
+    for name in results["conditions"]:
+        curve = results["curves"][name][measure]
         for part, values in (("mean", average), ("low", low), ("high", high)):
             assert np.array_equal(curve[part], values.sel(condition=name))
         assert (
-            found["final"][name][measure]
+            results["final"][name][measure]
             == fitness.final(study, measure).sel(condition=name).values.tolist()
         )
-        assert found["typical_run"][name] == fitness.typical_run(study, name)
+        assert results["typical_run"][name] == fitness.typical_run(study, name)
         assert get_json(lab_server.address, "typical", study="small", condition=name) == {
             "run": fitness.typical_run(study, name)
         }
 
 
-def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(
+def test_missing_numbers_are_null_and_conditions_without_runs_are_omitted(
     tmp_path: Path,
 ) -> None:
     short = shorten_preset("evo/A").replace(name="short", evolution={"generations": 2})
@@ -238,28 +234,31 @@ def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out
     for experiment in (shorten_preset("evo/A"), short):
         study.write(experiment.name, 0, simulate(experiment, seed=5))
     with run_server(tmp_path) as server:
-        found = get_json(server.address, "results", study="it")
-    assert found["conditions"] == ["evo/A", "short"]
-    assert found["curves"]["short"]["mean"]["mean"][2] is None
-    assert found["curves"]["evo/A"]["mean"]["low"] == [None] * 3
-    assert len(found["final"]["short"]["mean"]) == 1
-    assert found["final"]["short"]["mean"][0] is not None
+        results = get_json(server.address, "results", study="it")
+    assert results["conditions"] == ["evo/A", "short"]
+    assert results["curves"]["short"]["mean"]["mean"][2] is None
+    assert results["curves"]["evo/A"]["mean"]["low"] == [None] * 3
+    assert len(results["final"]["short"]["mean"]) == 1
+    assert results["final"]["short"]["mean"][0] is not None
 
 
 def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
     create(tmp_path / "it", [shorten_preset()], 1)
     with run_server(tmp_path) as server:
-        found = get_json(server.address, "results", study="it")
+        results = get_json(server.address, "results", study="it")
         query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}
-        sentence = get_error(server.address, "recording", 404, **query)
-        nothing = get_error(
+        recording_message = get_error(server.address, "recording", 404, **query)
+        typical_message = get_error(
             server.address, "typical", 404, study="it", condition="evo+self-taught/A"
         )
-    assert nothing == f"{tmp_path}/it has no run of evo+self-taught/A"
-    assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; no run is stored yet"
-    assert found.pop("swept") is False
+    assert typical_message == f"{tmp_path}/it has no run of evo+self-taught/A"
+    assert (
+        recording_message
+        == f"{tmp_path}/it has no run 0 of evo+self-taught/A; no run is stored yet"
+    )
+    assert results.pop("swept") is False
     names = ("factors", "curves", "final", "typical_run")
-    assert found == {
+    assert results == {
         "conditions": [],
         "generation": [],
         "claims": [],
@@ -268,7 +267,7 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
     }
 
 
-def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(
+def test_claims_are_those_of_the_report_and_are_read_again_after_a_change(
     lab_server: LabServer, tmp_path: Path
 ) -> None:
     shutil.copytree(lab_server.root / "small", tmp_path / "it")
@@ -279,7 +278,8 @@ def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(
         write_claims(StudyStore(tmp_path / "it"), written)
         assert get_json(server.address, "results", study="it")["claims"] == written != []
         (tmp_path / "it" / "claims.json").write_text("[{")
-        found = get_json(server.address, "results", study="it")
-        assert found["claims"] == [] and found["curves"]
-        assert found["problem"].startswith(f"{tmp_path}/it/claims.json cannot be read: ")
-        assert found["problem"].endswith(f"; `baldwinlab report {tmp_path}/it` makes it again")
+        results = get_json(server.address, "results", study="it")
+        assert results["claims"] == []
+        assert results["curves"]
+        assert results["problem"].startswith(f"{tmp_path}/it/claims.json cannot be read: ")
+        assert results["problem"].endswith(f"; `baldwinlab report {tmp_path}/it` makes it again")
