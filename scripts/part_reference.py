@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import parts
-from baldwinlab.api.checks import reference as naive
-from baldwinlab.api.checks import signatures
+from baldwinlab.api.checks import oracle_data, signatures
+from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine import rng
 from baldwinlab.engine.phases import Array
 from baldwinlab.experiment import Experiment
@@ -377,8 +377,8 @@ def oracles() -> str:
         for key, contract in signatures.ORACLES.items()
     ]
     methods = "".join(
-        f"\n### naive.{name}\n\n{format_function(getattr(naive.Naive, name), name)}"
-        for name, value in vars(naive.Naive).items()
+        f"\n### naive.{name}\n\n{format_function(getattr(Naive, name), name)}"
+        for name, value in vars(Naive).items()
         if inspect.isfunction(value) and not name.startswith("_")
     )
     return f"""# Oracles
@@ -389,23 +389,23 @@ An oracle computes the same as a hook, independently and in plain Python.
 {table(("kind or hook", "signature", "result", "verified hooks"), rows)}
 `naive`, `agent` and `items` are objects of the classes below.
 
-{_text(naive)}
+{_text(oracle_data)}
 
 ## Agent
 
-{_text(naive.Agent)}
+{_text(oracle_data.Agent)}
 
-{table(("field", "meaning"), _attribute_rows(naive.Agent))}
+{table(("field", "meaning"), _attribute_rows(oracle_data.Agent))}
 ## Item
 
-{_text(naive.Item)}
+{_text(oracle_data.Item)}
 
-{table(("field", "meaning"), _attribute_rows(naive.Item))}
+{table(("field", "meaning"), _attribute_rows(oracle_data.Item))}
 ## Naive
 
-{_text(naive.Naive)}
+{_text(Naive)}
 
-{table(("field", "meaning"), _attribute_rows(naive.Naive))}{methods}"""
+{table(("field", "meaning"), _attribute_rows(Naive))}{methods}"""
 
 
 def helpers() -> str:

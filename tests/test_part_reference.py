@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from baldwinlab import parts
-from baldwinlab.api.checks import reference as naive
+from baldwinlab.api.checks import oracle_data
+from baldwinlab.api.checks.reference import Naive
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
 from baldwinlab.parts.part import hook_names
@@ -132,7 +133,7 @@ def test_every_field_of_model_and_state_has_a_description(described: type) -> No
     assert all(entry.text for entry in attributes.values())
 
 
-@pytest.mark.parametrize("described", [naive.Agent, naive.Item, naive.Naive])
+@pytest.mark.parametrize("described", [oracle_data.Agent, oracle_data.Item, Naive])
 def test_every_field_of_an_oracle_has_a_description(described: type) -> None:
     attributes = described_attributes(described)
     assert list(attributes) == list(described.__annotations__)
@@ -140,7 +141,7 @@ def test_every_field_of_an_oracle_has_a_description(described: type) -> None:
 
 
 def test_every_function_of_naive_has_a_description() -> None:
-    functions = {name: value for name, value in vars(naive.Naive).items() if callable(value)}
+    functions = {name: value for name, value in vars(Naive).items() if callable(value)}
     public = {name: value for name, value in functions.items() if not name.startswith("_")}
     assert public
     assert all(value.__doc__ for value in public.values())

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 import numba
 import numpy as np
 
-from baldwinlab.api.checks.fixture import subjects
+from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.core.resources import peak_memory
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, registry
@@ -35,7 +35,7 @@ REPETITIONS: Final = 5  # of the lives of a world, a tenth of a second in all
 WORLD_SIZES = (20, 1000, 10_000)  # agents in one world, at the density of the paper
 
 
-class Record(NamedTuple):
+class BenchmarkRecord(NamedTuple):
     """The measurements of one case.
 
     `seconds` excludes `compile_seconds`. `peak_mib` is the largest memory of its process, in MiB.
@@ -77,7 +77,7 @@ def rule_cases() -> list[str]:
 
 def measure_cases(
     quick: bool, backend: str = "auto", parts: Sequence[Path] = (), all_rules: bool = False
-) -> Iterator[Record]:
+) -> Iterator[BenchmarkRecord]:
     """Measure every case, then the learning rules, then the parts of each file.
 
     Parameters
@@ -111,7 +111,7 @@ def measure_cases(
             yield process.submit(task, argument, quick, backend).result()
 
 
-def measure(case: str, quick: bool, backend: str = "auto") -> Record:
+def measure(case: str, quick: bool, backend: str = "auto") -> BenchmarkRecord:
     """Measure one case in this process.
 
     Parameters
@@ -142,10 +142,12 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
         agent_steps, seconds, threads = _condition(
             chosen, _case(case), generations // 5 if quick else generations
         )
-    return Record(case, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), threads)
+    return BenchmarkRecord(
+        case, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), threads
+    )
 
 
-def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
+def measure_parts(file: Path, quick: bool, backend: str = "auto") -> BenchmarkRecord:
     """Measure the parts in a file in this process, in the worlds of `baldwinlab check`.
 
     Parameters
@@ -168,7 +170,7 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
         "evolution": {"generations": 4 if quick else 20},
     }
     experiments = [
-        subject.experiment.replace(**length) for subject in subjects(parts_in(load_file(file)))
+        group.experiment.replace(**length) for group in group_parts(parts_in(load_file(file)))
     ]
     experiments = [
         experiment.replace(lifetime={"steps": 5000})
@@ -179,7 +181,9 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
     compile_seconds = compile_experiments(experiments, chosen)
     measured = [_runs(chosen, experiment) for experiment in experiments]
     agent_steps, seconds = (sum(column) for column in zip(*measured, strict=True))
-    return Record(file.stem, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), 1)
+    return BenchmarkRecord(
+        file.stem, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), 1
+    )
 
 
 def _peak_mib() -> float | None:

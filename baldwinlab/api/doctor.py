@@ -19,7 +19,7 @@ State = Literal["well", "missing", "problem"]  # "missing" concerns something op
 MIN_FREE: Final = 2**30  # bytes of memory or disk that a study of the paper takes
 
 
-class Finding(NamedTuple):
+class DoctorFinding(NamedTuple):
     """The result of one check, and how to fix a problem."""
 
     topic: str
@@ -28,7 +28,7 @@ class Finding(NamedTuple):
     fix: str = ""
 
 
-def examine(folder: Path) -> Iterator[Finding]:
+def examine(folder: Path) -> Iterator[DoctorFinding]:
     """Yield the findings on this machine.
 
     Parameters
@@ -38,7 +38,7 @@ def examine(folder: Path) -> Iterator[Finding]:
 
     Yields
     ------
-    Finding
+    DoctorFinding
         The result of one check.
     """
     yield _check_python()
@@ -57,13 +57,13 @@ def examine(folder: Path) -> Iterator[Finding]:
     yield _check_gpu()
 
 
-def _check_python() -> Finding:
+def _check_python() -> DoctorFinding:
     system = f"{platform.system()} {platform.machine()}"
     message = f"{platform.python_version()} on {system}, baldwinlab {__version__}"
-    return Finding("Python", "well", message)
+    return DoctorFinding("Python", "well", message)
 
 
-def _check_packages() -> Iterator[Finding]:
+def _check_packages() -> Iterator[DoctorFinding]:
     """Yield the core and each extra: installed versions, or missing packages and how to add them."""
     required = extras.required_packages()
     for extra in (extras.CORE, *extras.PURPOSES):
@@ -77,33 +77,33 @@ def _check_packages() -> Iterator[Finding]:
         )
 
 
-def _check_core(installed: str, missing: str) -> Finding:
+def _check_core(installed: str, missing: str) -> DoctorFinding:
     if missing:
-        return Finding(
+        return DoctorFinding(
             "core", "problem", f"not installed: {missing}", "install baldwinlab again with pip"
         )
-    return Finding("core", "well", installed)
+    return DoctorFinding("core", "well", installed)
 
 
-def _check_extra(extra: str, installed: str, missing: str) -> Finding:
+def _check_extra(extra: str, installed: str, missing: str) -> DoctorFinding:
     topic = f"extra {extra}"
     purpose = f"for {extras.PURPOSES[extra]}"
     if missing:
         message = f"{purpose}; not installed: {missing}"
-        return Finding(topic, "missing", message, extras.installation_command(extra))
-    return Finding(topic, "well", f"{purpose}: {installed}")
+        return DoctorFinding(topic, "missing", message, extras.installation_command(extra))
+    return DoctorFinding(topic, "well", f"{purpose}: {installed}")
 
 
-def _check_cores() -> Finding:
+def _check_cores() -> DoctorFinding:
     usable = available_cores()
     total = os.cpu_count() or 1
     count = f"{usable} of {total}" if usable != total else str(usable)
-    return Finding("cores", "well", f"{count}, the default number of threads (--workers)")
+    return DoctorFinding("cores", "well", f"{count}, the default number of threads (--workers)")
 
 
-def _check_free_space(topic: str, free: int | None, fix: str) -> Finding:
+def _check_free_space(topic: str, free: int | None, fix: str) -> DoctorFinding:
     if free is None:
-        return Finding(
+        return DoctorFinding(
             topic,
             "missing",
             "the system does not report how much is free",
@@ -111,27 +111,27 @@ def _check_free_space(topic: str, free: int | None, fix: str) -> Finding:
         )
     message = f"{resources.amount(free)} free"
     if free >= MIN_FREE:
-        return Finding(topic, "well", message)
-    return Finding(topic, "problem", message, fix)
+        return DoctorFinding(topic, "well", message)
+    return DoctorFinding(topic, "problem", message, fix)
 
 
-def _check_cache() -> Finding:
+def _check_cache() -> DoctorFinding:
     """Check the folder of compiled code."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         folder = cache.cache_root()
     if folder is None:
-        return Finding(
+        return DoctorFinding(
             "compiled code",
             "problem",
             "; ".join(str(warning.message) for warning in caught),
             "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
     size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.ENDING}"))
-    return Finding("compiled code", "well", f"{resources.amount(size)} in {folder}")
+    return DoctorFinding("compiled code", "well", f"{resources.amount(size)} in {folder}")
 
 
-def _check_writing(folder: Path) -> Finding:
+def _check_writing(folder: Path) -> DoctorFinding:
     """Check that a study can be written, with a temporary file."""
     parents = (folder, *folder.absolute().parents)
     existing = next(parent for parent in parents if parent.exists())
@@ -141,13 +141,13 @@ def _check_writing(folder: Path) -> Finding:
     except OSError as error:
         message = f"{existing} cannot be written to ({error.strerror})"
         fix = "change to a folder that you can write to, or pass one with --out"
-        return Finding("studies", "problem", message, fix)
-    return Finding("studies", "well", f"{folder} can be written to")
+        return DoctorFinding("studies", "problem", message, fix)
+    return DoctorFinding("studies", "well", f"{folder} can be written to")
 
 
-def _check_gpu() -> Finding:
+def _check_gpu() -> DoctorFinding:
     if extras.installed_version("numba-cuda") is None:
-        return Finding(
+        return DoctorFinding(
             "GPU",
             "missing",
             "not checked, because the extra cuda is not installed; the CPU gives the same results",
@@ -157,11 +157,11 @@ def _check_gpu() -> Finding:
 
     problem = cuda.unavailable_reason()
     if problem:
-        return Finding("GPU", "missing", problem)
-    return Finding("GPU", "well", "an NVIDIA GPU that can be used")
+        return DoctorFinding("GPU", "missing", problem)
+    return DoctorFinding("GPU", "well", "an NVIDIA GPU that can be used")
 
 
-def has_problem(findings: Sequence[Finding]) -> bool:
+def has_problem(findings: Sequence[DoctorFinding]) -> bool:
     """Return whether one of the findings is a problem.
 
     Parameters

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.checks import REQUIREMENTS, findings
+from baldwinlab.api.checks import REQUIREMENTS, iterate_findings
 from baldwinlab.api.checks.fixture import SEED
 from baldwinlab.cli.options import Integer
 from baldwinlab.core import console
@@ -43,7 +43,7 @@ def check(
         baldwinlab check my_rule.py
     """
     has_failed = False
-    for finding in findings(file, requirements or (), seed):
+    for finding in iterate_findings(file, requirements or (), seed):
         console.info(str(finding))
         has_failed |= finding.holds is False
     if has_failed:

@@ -49,7 +49,7 @@ class TastesPoison(Sense, name="poison"):
 
     @staticmethod
     def oracle(part, agent, items, naive):
-        return naive.seen(agent, [item for item in items if item.kind == "poison"])
+        return naive.visible_sectors(agent, [item for item in items if item.kind == "poison"])
 
 
 class AboveTheWorst(Fitness, name="above-the-worst"):

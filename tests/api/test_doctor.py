@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.api.doctor import Finding, examine, has_problem
+from baldwinlab.api.doctor import DoctorFinding, examine, has_problem
 from baldwinlab.core import extras, resources
 from baldwinlab.engine import cache
 from tests.commands import Command
 
 
-def found(folder: Path) -> dict[str, Finding]:
+def found(folder: Path) -> dict[str, DoctorFinding]:
     return {finding.topic: finding for finding in examine(folder)}
 
 

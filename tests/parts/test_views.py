@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import subjects
+from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.api.checks.views import check_views
 from baldwinlab.models.nk_climbers import NKClimbers
 from baldwinlab.parts import GridView, MatrixView, PathView, View
@@ -65,7 +65,7 @@ def _changing(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
 @pytest.mark.parametrize(
     ("of", "sentence"),
     [
-        (_drawn, "the view 'look' of agent 0 differs from what it showed before"),
+        (_drawn, "the view 'look' of agent 0 differs when it is repeated"),
         (_changing, "the view 'look' changes the genomes that it is given"),
         (
             lambda *given: PathView({}, "", ""),
@@ -76,11 +76,11 @@ def _changing(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
 def test_a_check_finds_views_that_are_not_as_they_should_be(
     monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str
 ) -> None:
-    (subject,) = subjects([NKClimbers])
-    assert check_views(subject) == "climb"
+    (group,) = group_parts([NKClimbers])
+    assert check_views(group) == "climb"
     monkeypatch.setattr(NKClimbers, "views", {"look": View("", of)})
     with pytest.raises(FailsError, match=f"^{re.escape(sentence)}$"):
-        check_views(subject)
+        check_views(group)
 
 
 @pytest.mark.parametrize(

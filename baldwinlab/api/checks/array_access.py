@@ -1,8 +1,9 @@
-"""Hooks watched in plain Python: errors name the part, hook, line, array, index and size.
+"""Watch the array accesses of hooks in plain Python.
 
-Compiled code checks no index: one past the end of an array reads or writes other memory, or ends
-the process. NumPy takes a negative index from the end, which compiled `get` and `put` do not. So
-hooks get arrays here that know their names and refuse both.
+Compiled code does not check indices. An index outside an array reads or writes other memory, or
+ends the process. NumPy counts a negative index from the end, but compiled `get` and `put` do not.
+A watched hook therefore gets arrays that refuse both. Errors name the part, the hook, the line, the
+array, the index and the size.
 """
 
 from __future__ import annotations
@@ -17,27 +18,29 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.api.checks.fixture import label
+from baldwinlab.api.checks.fixture import part_label
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 from baldwinlab.parts.part import Part, overridden_hooks
 
 AXES: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
-OUTPUTS: Final = {  # arrays that a hook fills, by the hook; see `_outputs` for the others
+"""Singular and plural of the entries along each axis, by number of dimensions."""
+OUTPUTS: Final = {
     "vary": "child",
     "vary_population": "children",
     "select": "parents",
     "select_with_genomes": "parents",
     "evaluate": "fitness",
 }
+"""The array that a hook fills. `_outputs` has the hooks `measure` and `inherit`."""
 
 
 class HookError(BaldwinLabError):
-    """A hook that fails in plain Python; the message names the part, the hook and the line."""
+    """Error of a hook in plain Python. The message names the part, the hook and the line."""
 
 
 class UnwrittenError(HookError):
-    """A hook that leaves an output unwritten."""
+    """Error of a hook that leaves an output unwritten."""
 
 
 class _Call(NamedTuple):
@@ -45,18 +48,31 @@ class _Call(NamedTuple):
     hook: str
     file: str
 
-    def at(self, line: int | None) -> str:
-        place = f"{label(self.part)}: {self.hook}"
-        return place if line is None else f"{place}, line {line}"
+    def describe(self, line: int | None) -> str:
+        hook = f"{part_label(self.part)}: {self.hook}"
+        return hook if line is None else f"{hook}, line {line}"
 
 
 class Watch:
-    """Replace the hooks of parts, in this process, by watched ones."""
+    """Replace the hooks of parts in this process by watched hooks.
+
+    Parameters
+    ----------
+    parts
+        The parts.
+
+    Attributes
+    ----------
+    unwritten_read : str
+        The first read of unwritten memory, or an empty string.
+    """
 
     def __init__(self, parts: Iterable[type[Part]]) -> None:
-        self.unwritten_read = ""  # where a hook first read poison, with or without effect
+        self.unwritten_read = ""
         self._calls: list[_Call] = []
-        self._named: dict[tuple[int, str], tuple[Any, Any]] = {}  # named tuples by address and name
+        # The key is the address of a tuple and its name. The value has the tuple, so that the
+        # address stays in use, and the tuple with named arrays.
+        self._named: dict[tuple[int, str], tuple[Any, Any]] = {}
         for part in parts:
             for hook in overridden_hooks(part):
                 setattr(part, hook, staticmethod(self._watched(part, hook)))
@@ -64,39 +80,41 @@ class Watch:
     def _watched(self, part: type[Part], hook: str) -> Callable[..., Any]:
         function: Any = getattr(part, hook)
         names = list(inspect.signature(function).parameters)
-        called = _Call(part, hook, function.__code__.co_filename)
+        call = _Call(part, hook, function.__code__.co_filename)
 
         @wraps(function)
-        def call(*arguments: Any) -> Any:
-            given = dict(zip(names, arguments, strict=True))
-            outputs = _outputs(part, hook, given)
+        def watched(*arguments: Any) -> Any:
+            values = dict(zip(names, arguments, strict=True))
+            outputs = _outputs(part, hook, values)
             for array in outputs.values():
-                array[...] = _erased(array)
-            self._calls.append(called)
+                array[...] = _unwritten_value(array)
+            self._calls.append(call)
             try:
-                result = function(*(self._add_name(value, name) for name, value in given.items()))
+                result = function(*(self._add_name(value, name) for name, value in values.items()))
             except HookError:
                 raise
-            except Exception as error:  # whatever a hook raises
-                where = called.at(_line(error, called.file))
-                raise HookError(f"{where}: {_message(error)}") from None
+            # A hook can raise any exception.
+            except Exception as error:
+                location = call.describe(_find_line(error, call.file))
+                raise HookError(f"{location}: {_format_error(error)}") from None
             finally:
                 self._calls.pop()
             for name, array in outputs.items():
-                if (index := _first_erased(array)) is not None:
+                if (index := _first_unwritten(array)) is not None:
                     entry = f"{name}[{_index_text(index)}]"
-                    raise UnwrittenError(f"{called.at(None)} leaves {entry} unwritten")
+                    raise UnwrittenError(f"{call.describe(None)} leaves {entry} unwritten")
             return result
 
-        return call
+        return watched
 
     def _add_name(self, value: Any, name: str) -> Any:
-        """Return the value with arrays that know their names."""
+        """Return the value with named arrays."""
         if isinstance(value, NamedArray):
             return value
         if isinstance(value, np.ndarray):
             named = value.view(NamedArray)
-            named.name, named.watch = name, self
+            named.name = name
+            named.watch = self
             return named
         if not isinstance(value, tuple):
             return value
@@ -108,35 +126,43 @@ class Watch:
     def _add_field_names(self, value: Any, name: str) -> Any:
         if not hasattr(value, "_fields"):
             return tuple(
-                self._add_name(each, f"{name}[{number}]") for number, each in enumerate(value)
+                self._add_name(entry, f"{name}[{index}]") for index, entry in enumerate(value)
             )
         fields = zip(value._fields, value, strict=True)
-        return type(value)(*(self._add_name(each, f"{name}.{field}") for field, each in fields))
+        return type(value)(*(self._add_name(entry, f"{name}.{field}") for field, entry in fields))
 
     def note_read(self, array: str, index: Any) -> None:
-        """Remember the first place where a hook reads poison; later values may follow from it.
+        """Store the first read of unwritten memory. Later reads can follow from it.
 
         Parameters
         ----------
         array
-            The array.
+            The name of the array.
         index
-            The index.
+            The index that the hook reads.
         """
         if not self._calls or self.unwritten_read:
             return
-        called = self._calls[-1]
+        call = self._calls[-1]
         frame: Any = sys._getframe()
-        while frame is not None and frame.f_code.co_filename != called.file:
+        while frame is not None and frame.f_code.co_filename != call.file:
             frame = frame.f_back
-        where = called.at(frame.f_lineno if frame is not None else None)
-        self.unwritten_read = f"{where}: {array}[{_index_text(index)}]"
+        location = call.describe(frame.f_lineno if frame is not None else None)
+        self.unwritten_read = f"{location}: {array}[{_index_text(index)}]"
 
 
 class NamedArray(np.ndarray):
-    """An array that refuses an index past its end or below 0, with its name."""
+    """An array that refuses an index outside it and reports reads of unwritten memory.
 
-    name: str = ""  # empty for an array that is calculated from others
+    Attributes
+    ----------
+    name : str
+        The name of the array. Empty for a result of calculations.
+    watch : Watch or None
+        The watch that gets the reads.
+    """
+
+    name: str = ""
     watch: Watch | None = None
 
     def __getitem__(self, index: Any) -> Any:
@@ -145,7 +171,8 @@ class NamedArray(np.ndarray):
         self._require_within(index)
         value = super().__getitem__(index)
         if isinstance(value, NamedArray):
-            value.name, value.watch = f"{self.name}[{_index_text(index)}]", self.watch
+            value.name = f"{self.name}[{_index_text(index)}]"
+            value.watch = self.watch
         elif self.watch is not None and poison.is_on() and _is_poisoned(value):
             self.watch.note_read(self.name, index)
         return value
@@ -179,10 +206,9 @@ def _index_text(index: Any) -> str:
 
 
 def _is_poisoned(value: Any) -> bool:
-    """Return whether a number was never written.
+    """Return whether a number equals the pattern of unwritten memory.
 
-    Each kind of number is recognized by the pattern that other numbers seldom equal: no result of
-    calculations with NaN, and no count.
+    The patterns are numbers that calculations and counts seldom give.
     """
     pattern = poison.PATTERNS[poison.pattern_number()]
     if isinstance(value, np.floating):
@@ -191,34 +217,35 @@ def _is_poisoned(value: Any) -> bool:
     return is_signed and pattern.signed < 0 and bool(value == pattern.signed)
 
 
-def _outputs(part: Any, hook: str, given: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
-    """Return what a hook must fill, whatever it held before."""
+def _outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays that a hook must fill, by name."""
     if hook == "measure":
-        lane, first = given["world"] * given["model"].agents + given["agent"], given["first"]
-        rows = slice(first, first + len(part.inputs))
-        return {"state.activations": np.asarray(given["state"].activations)[rows, lane]}
-    if hook == "inherit":  # a genome may have further genes, behind those of the action module
-        return {"inherited": np.asarray(given["inherited"])[: given["learned"].size]}
+        lane = values["world"] * values["model"].agents + values["agent"]
+        rows = slice(values["first"], values["first"] + len(part.inputs))
+        return {"state.activations": np.asarray(values["state"].activations)[rows, lane]}
+    if hook == "inherit":
+        # A genome can have further genes after those of the action module.
+        return {"inherited": np.asarray(values["inherited"])[: values["learned"].size]}
     if hook not in OUTPUTS:
         return {}
-    return {OUTPUTS[hook]: np.asarray(given[OUTPUTS[hook]])}
+    return {OUTPUTS[hook]: np.asarray(values[OUTPUTS[hook]])}
 
 
-def _erased(array: npt.NDArray[Any]) -> float:
+def _unwritten_value(array: npt.NDArray[Any]) -> float:
     return np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).min
 
 
-def _first_erased(array: npt.NDArray[Any]) -> tuple[int, ...] | None:
-    erased = np.isnan(array) if array.dtype.kind == "f" else array == np.iinfo(array.dtype).min
-    return tuple(map(int, np.argwhere(erased)[0])) if erased.any() else None
+def _first_unwritten(array: npt.NDArray[Any]) -> tuple[int, ...] | None:
+    is_unwritten = np.isnan(array) if array.dtype.kind == "f" else array == _unwritten_value(array)
+    return tuple(map(int, np.argwhere(is_unwritten)[0])) if is_unwritten.any() else None
 
 
-def _line(error: Exception, file: str) -> int | None:
-    """Return the line of the part's file that an error comes from."""
+def _find_line(error: Exception, file: str) -> int | None:
+    """Return the line of the file that raises the error."""
     frames = traceback.extract_tb(error.__traceback__)
     return next((frame.lineno for frame in reversed(frames) if frame.filename == file), None)
 
 
-def _message(error: Exception) -> str:
+def _format_error(error: Exception) -> str:
     text = " ".join(str(error).split())
     return text if isinstance(error, IndexError) else f"{type(error).__name__}: {text}"

@@ -1,4 +1,7 @@
-"""Small worlds in which parts are tried: agents, update, modules of genomes, items of a feature."""
+"""Small worlds in which parts are checked.
+
+They differ in the number of agents, the update, the modules of genomes and the items of a feature.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,14 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
-from baldwinlab.api.checks.fixture import Subject, is_of_miniworld
+from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.miniworld.backends.cpu import code_key
 
-FEATURE: Final = "patches"  # adds items
-RULES: Final = {1: "none", 2: "self-taught"}  # learning rules, by the modules of their genomes
-# Agents, update, whether genomes have the other number of modules, whether a feature adds items,
-# steps. Every pair of values is among them; plain Python simulates all of them in seconds.
+FEATURE: Final = "patches"
+"""A world feature that adds items."""
+RULES: Final = {1: "none", 2: "self-taught"}
+"""Learning rules, by the number of modules of their genomes."""
 SETTINGS: Final = (
     (1, "sequential", False, False, 30),
     (2, "simultaneous", True, True, 12),
@@ -24,80 +27,102 @@ SETTINGS: Final = (
     (17, "simultaneous", False, False, 6),
     (20, "sequential", True, False, 8),
 )
-POPULATIONS: Final = (1, 2, 17, 20)  # agents, of models that have no settings of MiniWorld
+"""Agents, update, whether the number of modules changes, whether a feature adds items, and steps.
+
+Every pair of values occurs. Plain Python simulates all cases in seconds.
+"""
+POPULATIONS: Final = (1, 2, 17, 20)
+"""Numbers of agents for models other than MiniWorld."""
 
 
 class Case(NamedTuple):
-    words: str  # its settings, for messages
+    """A small world in which a group of parts is checked.
+
+    Attributes
+    ----------
+    description : str
+        The settings of the case, for messages.
+    experiment : BaseExperiment
+        The experiment.
+    has_items : bool
+        Whether a feature adds items to the experiment of the group.
+    is_same_code : bool
+        Whether the case needs the same compiled code as the experiment of the group.
+    """
+
+    description: str
     experiment: Any
-    has_items: bool = False  # of a feature that is added to the subject's experiment
-    is_same_code: bool = True  # whether it needs no code beyond that of the subject's experiment
+    has_items: bool = False
+    is_same_code: bool = True
 
     @property
     def agents(self) -> int:
+        """The number of agents in a world."""
         return int(self.experiment.population.size)
 
 
-def cases(subject: Subject) -> Iterator[Case]:
-    """Yield the cases of a subject, without the combinations that its parts refuse.
+def make_cases(group: PartGroup) -> Iterator[Case]:
+    """Yield the cases of a group, without the combinations that its parts refuse.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
+
+    Yields
+    ------
+    Case
+        One case.
     """
     make: Callable[..., Case] = _case_of_miniworld
     settings: Iterable[tuple[Any, ...]] = SETTINGS
-    if not is_of_miniworld(subject.experiment):
-        make, settings = _case_of_model, [(agents,) for agents in POPULATIONS]
-    for each in settings:
+    if not is_of_miniworld(group.experiment):
+        make = _case_of_model
+        settings = [(agents,) for agents in POPULATIONS]
+    for values in settings:
         with suppress(ExperimentError):
-            yield make(subject, *each)
+            yield make(group, *values)
 
 
-def _case_of_model(subject: Subject, agents: int) -> Case:
-    return Case(_count(agents), subject.experiment.replace(population={"size": agents}))
+def _case_of_model(group: PartGroup, agents: int) -> Case:
+    return Case(_count_agents(agents), group.experiment.replace(population={"size": agents}))
 
 
-def _case_of_miniworld(
-    subject: Subject,
-    agents: int,
-    update: str,
-    has_other_modules: bool,
-    has_items: bool,
-    steps: int,
-) -> Case:
+def _case_of_miniworld(group: PartGroup, *values: Any) -> Case:
+    """Return the case with the values of an entry of `SETTINGS`."""
+    agents, update, changes_modules, has_items, steps = values
     lifetime = {"update": update, "steps": steps}
-    base = subject.experiment.replace(population={"size": agents}, lifetime=lifetime)
-    experiment = _with_other_modules(subject, base) if has_other_modules else base
-    experiment = _with_items(experiment) if has_items else experiment
+    base = group.experiment.replace(population={"size": agents}, lifetime=lifetime)
+    experiment = _change_modules(group, base) if changes_modules else base
+    experiment = _add_items(experiment) if has_items else experiment
     is_same_code = code_key(experiment) == code_key(base)
-    return Case(_words(experiment, has_items), experiment, has_items, is_same_code)
+    return Case(_describe(experiment, has_items), experiment, has_items, is_same_code)
 
 
-def _with_other_modules(subject: Subject, experiment: Any) -> Any:
+def _change_modules(group: PartGroup, experiment: Any) -> Any:
     """Return the experiment with two modules instead of one, or one instead of two.
 
-    The learning rule decides how many there are, so a rule that is checked alone stays.
+    The learning rule defines the number of modules. If the group has only learning rules, the
+    experiment does not change.
     """
-    if all(part.kind == "learning rule" for part in subject.parts):
+    if all(part.kind == "learning rule" for part in group.parts):
         return experiment
     rule = RULES[2 if len(experiment.modules) == 1 else 1]
     return assign(experiment, [f"learning.rule={rule}"])
 
 
-def _with_items(experiment: Any) -> Any:
+def _add_items(experiment: Any) -> Any:
     features = dict.fromkeys([*experiment.world.features, FEATURE])
     return assign(experiment, [f"world.features={list(features)}"])
 
 
-def _words(experiment: Any, has_items: bool) -> str:
+def _describe(experiment: Any, has_items: bool) -> str:
     modules = len(experiment.modules)
     genomes = f"genomes of {modules} module{'s' * (modules > 1)}"
     items = ", items of a world feature" * has_items
-    agents = _count(experiment.population.size)
+    agents = _count_agents(experiment.population.size)
     return f"{agents}, {experiment.lifetime.update} update, {genomes}{items}"
 
 
-def _count(agents: int) -> str:
+def _count_agents(agents: int) -> str:
     return f"{agents} agent{'s' * (agents > 1)}"

@@ -1,4 +1,7 @@
-"""The child of `processes.Process`: a request on standard input, answers on standard output."""
+"""Child process of `processes.Process`.
+
+It reads a request from standard input and writes answers to standard output.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from typing import Any, Final
 
 
 def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the outcome of each subject, in plain Python with watched hooks.
+    """Yield the outcome of each group of parts, in plain Python with watched hooks.
 
     Parameters
     ----------
@@ -19,14 +22,19 @@ def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
         The request, as JSON.
     parts
         The parts.
+
+    Yields
+    ------
+    dict
+        The outcome of one group, see `plain_python.Outcome`.
     """
     from baldwinlab.api.checks.array_access import Watch
-    from baldwinlab.api.checks.fixture import subjects
-    from baldwinlab.api.checks.plain_python import try_out
+    from baldwinlab.api.checks.fixture import group_parts
+    from baldwinlab.api.checks.plain_python import simulate_cases
 
     watch = Watch(parts)
-    for subject in subjects(parts, request["seed"]):
-        yield try_out(subject, watch)
+    for group in group_parts(parts, request["seed"]):
+        yield simulate_cases(group, watch)
 
 
 def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
@@ -38,18 +46,23 @@ def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]
         The request, as JSON.
     parts
         The parts.
-    """
-    from baldwinlab.api.checks.fixture import subjects
-    from baldwinlab.api.checks.requirements import findings_of
 
-    known = zip(subjects(parts, request["seed"]), request["plain_bits"], strict=True)
-    together = [subject._replace(plain_bits=bits) for subject, bits in known]
-    for name, again in request["again"].items():
-        yield findings_of(name, together, again)
+    Yields
+    ------
+    list of CheckFinding
+        The findings of one requirement.
+    """
+    from baldwinlab.api.checks.fixture import group_parts
+    from baldwinlab.api.checks.requirements import check_requirement
+
+    pairs = zip(group_parts(parts, request["seed"]), request["plain_bits"], strict=True)
+    groups = [group._replace(plain_bits=bits) for group, bits in pairs]
+    for name, command in request["commands"].items():
+        yield check_requirement(name, groups, command)
 
 
 def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the bits of run 0 of each experiment, or why the backend cannot be used.
+    """Yield the hashes of run 0 of each experiment, or the reason why the backend is unavailable.
 
     Parameters
     ----------
@@ -57,12 +70,17 @@ def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
         The request, as JSON.
     parts
         The parts.
+
+    Yields
+    ------
+    list of str or dict
+        One hash, or the key "problem" with the reason.
     """
-    from baldwinlab.api.checks.reproducibility import backend_of, hash_runs
+    from baldwinlab.api.checks.hashes import hash_runs, load_backend
     from baldwinlab.experiment import validate
 
     try:
-        backend = backend_of(request["backend"])
+        backend = load_backend(request["backend"])
     except ValueError as error:
         yield {"problem": str(error)}
         return
@@ -78,7 +96,7 @@ TASKS: Final[dict[str, Callable[[dict[str, Any], list[Any]], Iterator[Any]]]] = 
 
 
 def main() -> None:
-    """Answer the request. What parts print goes to standard error."""
+    """Answer the request. The printed output of parts goes to standard error."""
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     from baldwinlab.api.checks.processes import LAST, load_parts

@@ -1,14 +1,14 @@
-"""Compare parts of reproduction with their oracles, which use plain lists."""
+"""Compare the parts of reproduction with their oracles, which use plain lists."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import Subject, breeding_arguments, values_of
+from baldwinlab.api.checks.fixture import PartGroup, breeding_arguments, part_values
 from baldwinlab.api.checks.signatures import oracle_key
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import cached_jit
@@ -20,55 +20,90 @@ from baldwinlab.parts.breeding import ITSELF, breeding_part
 from baldwinlab.parts.part import overridden_hooks
 
 ROUNDS: Final = 200
-# Populations of parts that use complete populations.
+"""Number of random arguments for parts that use single parents or children."""
 AGENTS = 30
+"""Population size for parts that use complete populations."""
 GENERATIONS = 40
+"""Number of generations for parts that use complete populations."""
 CLOSE: Final = 1e-5
 
 
-def _rounds(
-    subject: Subject, part: Any
-) -> Iterator[tuple[int, Any, dict[str, Any], dict[str, Any]]]:
-    """Number, the part's values, arguments as arrays, and as plain lists."""
-    random, values = np.random.default_rng(subject.seed), values_of(subject.experiment, part)
-    for number in range(ROUNDS):
-        arrays = breeding_arguments(random, len(subject.experiment.modules))
-        yield (
-            number,
-            values,
-            arrays,
-            {name: np.asarray(each).tolist() for name, each in arrays.items()},
-        )
+class Round(NamedTuple):
+    """Random arguments of a hook of reproduction.
 
-
-def _generations(
-    subject: Subject, part: Any
-) -> Iterator[tuple[Any, Any, Genome, Fitness, GenerationKey]]:
-    """Populations that breed as the experiment says, whatever their fitness: for parts that look at whole ones.
-
-    Gives the experiment, the part's values, genomes and fitness, and when the next generation is.
+    Attributes
+    ----------
+    number : int
+        Number of the round.
+    values : NamedTuple
+        The argument `part` of hooks.
+    arrays : dict
+        The arguments by name, as arrays.
+    lists : dict
+        The arguments by name, as lists.
     """
-    experiment = subject.experiment.replace(population={"size": AGENTS})
-    random, values = np.random.default_rng(subject.seed), values_of(experiment, part)
-    genome = draw_genomes(experiment, GenerationKey(subject.seed, 0, 0))
+
+    number: int
+    values: Any
+    arrays: dict[str, Any]
+    lists: dict[str, Any]
+
+
+class Generation(NamedTuple):
+    """A population before reproduction.
+
+    Attributes
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    values : NamedTuple
+        The argument `part` of hooks.
+    genome : Genome
+        Genomes, [agent, module, weight].
+    fitness : Fitness
+        Fitness, [agent].
+    key : GenerationKey
+        Key of the random numbers of the next generation.
+    """
+
+    experiment: Any
+    values: Any
+    genome: Genome
+    fitness: Fitness
+    key: GenerationKey
+
+
+def _rounds(group: PartGroup, part: Any) -> Iterator[Round]:
+    random = np.random.default_rng(group.seed)
+    values = part_values(group.experiment, part)
+    for number in range(ROUNDS):
+        arrays = breeding_arguments(random, len(group.experiment.modules))
+        lists = {name: np.asarray(value).tolist() for name, value in arrays.items()}
+        yield Round(number, values, arrays, lists)
+
+
+def _generations(group: PartGroup, part: Any) -> Iterator[Generation]:
+    """Yield populations that reproduce with random fitness."""
+    experiment = group.experiment.replace(population={"size": AGENTS})
+    random = np.random.default_rng(group.seed)
+    values = part_values(experiment, part)
+    genome = draw_genomes(experiment, GenerationKey(group.seed, 0, 0))
     for generation in range(1, GENERATIONS + 1):
-        fitness, key = (
-            np.round(random.uniform(0, 4, AGENTS), 1),
-            GenerationKey(subject.seed, 0, generation),
-        )
-        yield experiment, values, genome, fitness, key
+        fitness = np.round(random.uniform(0, 4, AGENTS), 1)
+        key = GenerationKey(group.seed, 0, generation)
+        yield Generation(experiment, values, genome, fitness, key)
         genome, _ = breed(experiment, genome, fitness, key)
 
 
-def compare_pairs(subject: Subject, part: Any) -> None:
+def compare_pairs(group: PartGroup, part: Any) -> None:
     """Compare a selection that uses genomes with its oracle.
 
-    `oracle(part, genome, fitness, uniforms)` returns two parents for each child. The second one is
-    `ITSELF` if the first one survives.
+    `oracle(part, genome, fitness, uniforms)` returns two parents for each child. The second parent
+    is `ITSELF` if the first one survives.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part with the oracle.
@@ -78,19 +113,19 @@ def compare_pairs(subject: Subject, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    for experiment, values, genome, fitness, key in _generations(subject, part):
+    for experiment, values, genome, fitness, key in _generations(group, part):
         uniforms = key.uniforms(rng.SELECTION, (AGENTS, 2))
-        found = select(experiment, fitness, uniforms, genome).tolist()
-        expected = _fitter_first(
-            part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist()), fitness
-        )
-        if found != expected:
+        parents = select(experiment, fitness, uniforms, genome).tolist()
+        pairs = part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist())
+        expected = _fitter_first(pairs, fitness)
+        if parents != expected:
             raise FailsError(
-                f"in generation {key.generation}, parents are {found}, and by the oracle {expected}"
+                f"in generation {key.generation}, parents are {parents}, "
+                f"and by the oracle {expected}"
             )
 
 
-def compare_children(subject: Subject, part: Any) -> None:
+def compare_children(group: PartGroup, part: Any) -> None:
     """Compare a variation of complete populations with its oracle.
 
     `oracle(part, genome, fitness, parents, draws)` returns all children, [child][module][entry].
@@ -98,7 +133,7 @@ def compare_children(subject: Subject, part: Any) -> None:
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part with the oracle.
@@ -108,17 +143,13 @@ def compare_children(subject: Subject, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    for experiment, values, genome, fitness, key in _generations(subject, part):
-        parents = select(
-            experiment, fitness, key.uniforms(rng.SELECTION, (AGENTS, 2)), genome
-        ).tolist()
+    for experiment, values, genome, fitness, key in _generations(group, part):
+        uniforms = key.uniforms(rng.SELECTION, (AGENTS, 2))
+        parents = select(experiment, fitness, uniforms, genome).tolist()
         draws = key.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
         expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
-        _require_close(
-            breed(experiment, genome, fitness, key)[0],
-            expected,
-            f"what lives in generation {key.generation}",
-        )
+        children, _ = breed(experiment, genome, fitness, key)
+        _require_close(children, expected, f"in generation {key.generation}, the population")
 
 
 def _fitter_first(pairs: Any, fitness: Any) -> Any:
@@ -128,14 +159,14 @@ def _fitter_first(pairs: Any, fitness: Any) -> Any:
     ]
 
 
-def compare_selection(subject: Subject, part: Any) -> None:
+def compare_selection(group: PartGroup, part: Any) -> None:
     """Compare a selection with its oracle.
 
     `oracle(part, fitness, uniforms)` returns two parents for each child, in any order.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part with the oracle.
@@ -145,27 +176,28 @@ def compare_selection(subject: Subject, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    _, code = breeding_part(subject.experiment, "selection")
-    for number, values, of, plain in _rounds(subject, part):
-        scratch = of["shares"], of["order"]
-        cached_jit(select_parents, code)(
-            values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"]
-        )
-        fitness = plain["fitness"]
-        expected = _fitter_first(part.oracle(values, fitness, plain["uniforms"]), fitness)
-        if of["parents"].tolist() != expected:
-            found = f"of the fitness {fitness}, parents are {of['parents'].tolist()}"
-            raise FailsError(f"in round {number}, {found}, and by the oracle {expected}")
+    names = ("genome", "fitness", "uniforms", "shares", "order", "parents")
+    _, code = breeding_part(group.experiment, "selection")
+    for number, values, arrays, lists in _rounds(group, part):
+        cached_jit(select_parents, code)(values, 0, *(arrays[name] for name in names))
+        parents = arrays["parents"].tolist()
+        fitness = lists["fitness"]
+        expected = _fitter_first(part.oracle(values, fitness, lists["uniforms"]), fitness)
+        if parents != expected:
+            raise FailsError(
+                f"in round {number}, with the fitness {fitness}, parents are {parents}, "
+                f"and by the oracle {expected}"
+            )
 
 
-def compare_variation(subject: Subject, part: Any) -> None:
+def compare_variation(group: PartGroup, part: Any) -> None:
     """Compare a variation with its oracle.
 
     `oracle(part, fitter, second, draws, gate)` returns the child, [module][weight].
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part with the oracle.
@@ -175,15 +207,14 @@ def compare_variation(subject: Subject, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    for number, values, of, plain in _rounds(subject, part):
-        part.vary(values, of["fitter"], of["second"], of["draws"], of["gate"], of["child"])
-        expected = part.oracle(
-            values, *(plain[each] for each in ("fitter", "second", "draws", "gate"))
-        )
-        _require_close(of["child"], expected, f"in round {number}, a child")
+    names = ("fitter", "second", "draws", "gate")
+    for number, values, arrays, lists in _rounds(group, part):
+        part.vary(values, *(arrays[name] for name in names), arrays["child"])
+        expected = part.oracle(values, *(lists[name] for name in names))
+        _require_close(arrays["child"], expected, f"in round {number}, a child")
 
 
-def compare_inheritance(subject: Subject, part: Any) -> None:
+def compare_inheritance(group: PartGroup, part: Any) -> None:
     """Compare an inheritance with its oracle.
 
     `oracle(part, innate, learned)` returns the inherited module, [weight]. For a part with
@@ -191,7 +222,7 @@ def compare_inheritance(subject: Subject, part: Any) -> None:
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part with the oracle.
@@ -201,25 +232,25 @@ def compare_inheritance(subject: Subject, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    _, code = breeding_part(subject.experiment, "inheritance")
-    for number, values, of, plain in _rounds(subject, part):
-        genome = np.stack([of["innate"], of["taught"]])[None]
+    _, code = breeding_part(group.experiment, "inheritance")
+    for number, values, arrays, lists in _rounds(group, part):
+        genome = np.stack([arrays["innate"], arrays["taught"]])[None]
         inherited = genome.copy()
-        cached_jit(inherit_all, code)(values, genome, of["learned"][None].copy(), inherited)
-        expected = part.oracle(values, plain["innate"], plain["learned"])
+        cached_jit(inherit_all, code)(values, genome, arrays["learned"][None].copy(), inherited)
+        expected = part.oracle(values, lists["innate"], lists["learned"])
         if "assign_teachers" not in overridden_hooks(part):
-            expected = (expected, plain["taught"])
-        _require_close(inherited[0], expected, f"in round {number}, what is inherited")
+            expected = (expected, lists["taught"])
+        _require_close(inherited[0], expected, f"in round {number}, the inherited genome")
 
 
-def compare_fitness(subject: Subject, part: Any) -> None:
+def compare_fitness(group: PartGroup, part: Any) -> None:
     """Compare a fitness with its oracle.
 
     `oracle(part, energy, cost)` returns the fitness of each agent.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part with the oracle.
@@ -229,37 +260,41 @@ def compare_fitness(subject: Subject, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    _, code = breeding_part(subject.experiment, "fitness")
-    for number, values, of, plain in _rounds(subject, part):
-        cached_jit(evaluate_agents, code)(values, of["energy"], of["cost"], of["fitness"])
-        _require_close(
-            of["fitness"],
-            part.oracle(values, plain["energy"], plain["cost"]),
-            f"in round {number}, fitness",
-        )
+    _, code = breeding_part(group.experiment, "fitness")
+    for number, values, arrays, lists in _rounds(group, part):
+        fitness = arrays["fitness"]
+        cached_jit(evaluate_agents, code)(values, arrays["energy"], arrays["cost"], fitness)
+        expected = part.oracle(values, lists["energy"], lists["cost"])
+        _require_close(fitness, expected, f"in round {number}, fitness")
 
 
-def _require_close(found: Any, expected: Any, what: str) -> None:
-    if not np.allclose(found, expected, rtol=CLOSE, atol=CLOSE):
+def _require_close(actual: Any, expected: Any, label: str) -> None:
+    if not np.allclose(actual, expected, rtol=CLOSE, atol=CLOSE):
         raise FailsError(
-            f"{what} is {np.asarray(found).tolist()}, and by the oracle {np.asarray(expected).tolist()}"
+            f"{label} is {np.asarray(actual).tolist()}, "
+            f"and by the oracle {np.asarray(expected).tolist()}"
         )
 
 
-def compare_breeding(subject: Subject, part: Any) -> None:
+def compare_breeding(group: PartGroup, part: Any) -> None:
     """Compare a part of reproduction with its oracle, by the hooks that the part defines.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     part
         The part.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
     """
-    ORACLES_THAT_BREED[oracle_key(part)](subject, part)
+    BREEDING_COMPARISONS[oracle_key(part)](group, part)
 
 
-ORACLES_THAT_BREED: Final[dict[str, Callable[[Subject, Any], None]]] = {
+BREEDING_COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], None]]] = {
     "selection": compare_selection,
     "select_with_genomes": compare_pairs,
     "variation": compare_variation,

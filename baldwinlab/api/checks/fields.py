@@ -8,18 +8,18 @@ from typing import Any
 from annotated_types import Ge, Gt, Le, Lt
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import PATHS, Subject
+from baldwinlab.api.checks.fixture import PATHS, PartGroup
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.parts.part import Part
 
 
-def check_declarations(subject: Subject) -> str:
+def check_declarations(group: PartGroup) -> str:
     """Check that each field has a description, and each number has limits.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
 
     Returns
@@ -32,7 +32,7 @@ def check_declarations(subject: Subject) -> str:
     FailsError
         If a description or a limit is missing.
     """
-    for part in subject.parts:
+    for part in group.parts:
         for name, info in part.model_fields.items():
             if not info.description:
                 raise FailsError(f"{part.__name__}.{name} has no description: its meaning and unit")
@@ -41,12 +41,12 @@ def check_declarations(subject: Subject) -> str:
     return ""
 
 
-def check_limits(subject: Subject) -> str:
+def check_limits(group: PartGroup) -> str:
     """Check that values beyond the limits of a field are refused.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
 
     Returns
@@ -60,11 +60,11 @@ def check_limits(subject: Subject) -> str:
         If a value is accepted, or the error does not name the field.
     """
     count = 0
-    for part in subject.parts:
+    for part in group.parts:
         for name, value in _outside(part):
             path = f"{_table(part)}.{name}"
             try:
-                assign(subject.experiment, [f"{path}={value}"])
+                assign(group.experiment, [f"{path}={value}"])
             except ExperimentError as error:
                 if path in str(error):
                     count += 1

@@ -8,25 +8,25 @@ from baldwinlab.core.errors import BaldwinLabError
 
 
 class FailsError(BaldwinLabError):
-    """A requirement does not hold."""
+    """Error of a requirement that does not hold."""
 
 
 class NotCheckedError(BaldwinLabError):
-    """A requirement could not be checked."""
+    """Error of a requirement that cannot be checked."""
 
 
-class Finding(NamedTuple):
+class CheckFinding(NamedTuple):
     """The result of a requirement.
 
     Attributes
     ----------
     requirement : str
-        The requirement in words, or why no oracle verifies a hook.
+        Description of the requirement, or the reason why no oracle verifies a hook.
     holds : bool or None
-        Whether it holds, or None if it could not be checked.
-    sentence : str
+        Whether the requirement holds. None if it could not be checked.
+    message : str
         Details, or an empty string.
-    again : str
+    command : str
         The command that repeats the check.
     is_unverified : bool
         Whether the finding is about a hook without an oracle.
@@ -34,14 +34,14 @@ class Finding(NamedTuple):
 
     requirement: str
     holds: bool | None
-    sentence: str
-    again: str
+    message: str
+    command: str
     is_unverified: bool = False
 
     def __str__(self) -> str:
         if self.holds is None:
             verb = "verified" if self.is_unverified else "checked"
-            return f"not {verb}: {self.requirement}: {self.sentence}"
+            return f"not {verb}: {self.requirement}: {self.message}"
         if self.holds:
-            return f"ok: {self.requirement}" + (f" ({self.sentence})" if self.sentence else "")
-        return f"does not hold: {self.requirement}: {self.sentence}; again: {self.again}"
+            return f"ok: {self.requirement}" + (f" ({self.message})" if self.message else "")
+        return f"does not hold: {self.requirement}: {self.message}; to repeat: {self.command}"

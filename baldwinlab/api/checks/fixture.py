@@ -1,4 +1,8 @@
-"""The small world in which parts are checked: the paper's map A, with everybody near everything, so that a part is used."""
+"""Groups of parts in a small world, and the arguments of their hooks.
+
+The world is map A of the paper. The agents start near each other and near the food, so that the
+parts are used.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +22,10 @@ from baldwinlab.parts.model_part import Model
 from baldwinlab.parts.part import Part
 
 PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {"model": "model"}
-MANY: Final = ("sense", "world feature")  # kinds of which an experiment has several parts
-BREEDS: Final = ("selection", "variation", "inheritance", "fitness")
+"""The setting that chooses the part, by kind of part."""
+LISTED_KINDS: Final = ("sense", "world feature")
+"""Kinds of part of which an experiment can have several."""
+BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness")
 WORLD: Final[Mapping[str, Any]] = {
     "name": "check",
     "world": {
@@ -32,96 +38,197 @@ WORLD: Final[Mapping[str, Any]] = {
     "network": {"hidden": [4]},
     "lifetime": {"steps": 40},
 }
-OF_ALL: Final[Mapping[str, Any]] = {"population": {"size": 5}, "evolution": {"generations": 2}}
-SEED: Final = 11  # of the random worlds, unless another is given
-RATE: Final = 0.5  # of learning: so high that a wrong rule cannot hide in rounding
+"""Settings of experiments with MiniWorld."""
+COMMON_SETTINGS: Final[Mapping[str, Any]] = {
+    "population": {"size": 5},
+    "evolution": {"generations": 2},
+}
+"""Settings of experiments with any model."""
+SEED: Final = 11
+"""Default seed of the random worlds."""
+RATE: Final = 0.5
+"""Learning rate, so high that the effect of a wrong rule exceeds rounding errors."""
 
 
-class Subject(NamedTuple):
-    """Parts that are checked together, the experiment that chooses them, and the seed of its worlds."""
+class PartGroup(NamedTuple):
+    """Parts that are checked in the same experiment.
+
+    Attributes
+    ----------
+    parts : tuple of type
+        The parts.
+    experiment : BaseExperiment
+        The experiment that chooses the parts.
+    seed : int
+        Seed of the random worlds.
+    plain_bits : mapping of str to sequence of str
+        Hashes of simulations in plain Python, by the description of the case. They may be missing.
+    """
 
     parts: tuple[type[Part], ...]
     experiment: Any
     seed: int = SEED
-    plain_bits: Mapping[
-        str, Sequence[str]
-    ] = {}  # of lives in plain Python, by the words of their case, where known
+    plain_bits: Mapping[str, Sequence[str]] = {}
 
     @property
     def label(self) -> str:
-        return " and ".join(map(label, self.parts))
+        """The labels of the parts, for messages."""
+        return " and ".join(map(part_label, self.parts))
 
 
-def label(part: type[Part]) -> str:
-    """The part in messages: its kind and name."""
+def part_label(part: type[Part]) -> str:
+    """Return the kind and the name of a part, for messages.
+
+    Parameters
+    ----------
+    part
+        The part.
+
+    Returns
+    -------
+    str
+        For example "learning rule 'self-taught'".
+    """
     return f"{part.kind} {part.name!r}"
 
 
-def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]:
-    """The parts of a file, as few at a time as can be together in an experiment."""
-    of_kind: dict[str, list[type[Part]]] = {}
+def group_parts(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[PartGroup]:
+    """Yield the parts in groups that fit in one experiment, each with as few parts as possible.
+
+    Parameters
+    ----------
+    parts
+        The parts to check.
+    seed
+        Seed of the random worlds.
+
+    Yields
+    ------
+    PartGroup
+        One group. The parts of reproduction join the first model, because they match its genomes.
+    """
+    parts_of_kind: dict[str, list[type[Part]]] = {}
     for part in parts:
-        of_kind.setdefault(part.kind, []).append(part)
-    models = [part for part in of_kind.pop("model", []) if issubclass(part, Model)]
-    for model in models:  # what breeds beside a model is made for its genomes
-        bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
-        evolution = {"generations": 2} | {part.kind: part.name for part in bred}
-        fields = {key_of(model.name): dict(model.check_settings)} if model.check_settings else {}
-        yield Subject(
-            (model, *bred),
-            validate({"model": model.name, **OF_ALL, "evolution": evolution, **fields}),
-            seed,
-        )
-    always = tuple(part for kind in MANY for part in of_kind.pop(kind, []))
-    for group in zip_longest(*of_kind.values()) if of_kind else [()] if always else []:
-        chosen = (*always, *(part for part in group if part))
-        yield Subject(chosen, _experiment(chosen), seed)
+        parts_of_kind.setdefault(part.kind, []).append(part)
+    for model in parts_of_kind.pop("model", []):
+        if issubclass(model, Model):
+            yield _group_of_model(model, parts_of_kind, seed)
+    listed = tuple(part for kind in LISTED_KINDS for part in parts_of_kind.pop(kind, []))
+    rows: Iterable[tuple[type[Part] | None, ...]] = zip_longest(*parts_of_kind.values())
+    if listed and not parts_of_kind:
+        rows = [()]
+    for row in rows:
+        chosen = (*listed, *(part for part in row if part))
+        yield PartGroup(chosen, _make_experiment(chosen), seed)
 
 
-def _experiment(parts: tuple[type[Part], ...]) -> Any:
+def _group_of_model(
+    model: type[Model], parts_of_kind: dict[str, list[type[Part]]], seed: int
+) -> PartGroup:
+    """Return a model with the parts of reproduction, which are removed from `parts_of_kind`."""
+    breeding = [part for kind in BREEDING_KINDS for part in parts_of_kind.pop(kind, [])]
+    settings: dict[str, Any] = {"model": model.name, **COMMON_SETTINGS}
+    settings["evolution"] = {"generations": 2} | {part.kind: part.name for part in breeding}
+    if model.check_settings:
+        settings[key_of(model.name)] = dict(model.check_settings)
+    return PartGroup((model, *breeding), validate(settings), seed)
+
+
+def _make_experiment(parts: tuple[type[Part], ...]) -> Any:
     kinds = {part.kind: part.name for part in parts}
-    rule = kinds.get(
-        "learning rule", "self-taught" if kinds.keys() & {"network", "inheritance"} else "none"
-    )
-    experiment = validate({**WORLD, **OF_ALL, "learning": {"rule": rule, "rate": RATE}})
+    default_rule = "self-taught" if kinds.keys() & {"network", "inheritance"} else "none"
+    learning = {"rule": kinds.get("learning rule", default_rule), "rate": RATE}
+    experiment = validate({**WORLD, **COMMON_SETTINGS, "learning": learning})
     if "inheritance" in kinds:
         experiment = experiment.replace(evolution={"lamarckian_share": 0.5})
-    many = {kind: [part.name for part in parts if part.kind == kind] for kind in MANY}
-    senses = list(dict.fromkeys(["food", *many["sense"]]))
-    chosen = [f"senses.kinds={senses}", f"world.features={many['world feature']}"]
-    chosen += [
-        f"{path}={setting}" for part in parts for path, setting in part.required_settings.items()
+    listed = {kind: [part.name for part in parts if part.kind == kind] for kind in LISTED_KINDS}
+    senses = list(dict.fromkeys(["food", *listed["sense"]]))
+    settings = [f"senses.kinds={senses}", f"world.features={listed['world feature']}"]
+    for part in parts:
+        settings += [f"{path}={value}" for path, value in part.required_settings.items()]
+    settings += [
+        f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in LISTED_KINDS
     ]
-    return assign(
-        experiment,
-        chosen + [f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in MANY],
-    )
+    return assign(experiment, settings)
 
 
 def is_of_miniworld(experiment: BaseExperiment) -> bool:
+    """Return whether an experiment has the settings of MiniWorld.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+
+    Returns
+    -------
+    bool
+        False for another model.
+    """
     return isinstance(experiment, Experiment)
 
 
-def values_of(experiment: Any, part: type[Part], state: Any = None) -> Any:
-    """What the hooks of a part get as `part`, in a state if one is given."""
-    if part.kind in BREEDS:
+def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
+    """Return the argument `part` of the hooks of a part.
+
+    Parameters
+    ----------
+    experiment
+        The experiment that chooses the part.
+    part
+        The part.
+    state
+        The state with the arrays of the part. Default: a new state of one world.
+
+    Returns
+    -------
+    NamedTuple
+        The fields, derived values and arrays of the part.
+    """
+    if part.kind in BREEDING_KINDS:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
     parts = (state.network, state.rule, state.body, *state.senses, *state.features)
-    return next(each for each in parts if type(each).part is part)
+    return next(values for values in parts if type(values).part is part)
 
 
 def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, Any]:
-    """What breeding hooks get, by name."""
-    agents, weights = 5, 8
+    """Return random arguments of the hooks of reproduction, by name.
+
+    Parameters
+    ----------
+    random
+        The generator of the random numbers.
+    modules
+        The number of modules of a genome.
+
+    Returns
+    -------
+    dict
+        The arguments, for five agents and eight weights per module.
+    """
+    agents = 5
+    weights = 8
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     return {
-        "fitness": np.round(random.uniform(0, 4, agents)), "uniforms": random.random((agents, 2, 4)), "shares": np.zeros(agents),
-        "order": np.zeros(agents, np.int64), "parents": np.full((agents, 2), -1, np.int32),
-        "energy": random.uniform(-2, 8, agents), "cost": random.random(agents),
-        "fitter": genome[0], "second": genome[1], "child": genome[2], "draws": random.random((modules * weights, 4)),
-        "genome": genome, "children": genome.copy(), "key": GenerationKey(0, 0, 1), "count": 1,
-        "gate": float(random.random()), "innate": genome[3, 0],
-        "learned": random.normal(size=weights).astype(np.float32), "inherited": np.zeros(weights, np.float32),
+        "fitness": np.round(random.uniform(0, 4, agents)),
+        "uniforms": random.random((agents, 2, 4)),
+        "shares": np.zeros(agents),
+        "order": np.zeros(agents, np.int64),
+        "parents": np.full((agents, 2), -1, np.int32),
+        "energy": random.uniform(-2, 8, agents),
+        "cost": random.random(agents),
+        "fitter": genome[0],
+        "second": genome[1],
+        "child": genome[2],
+        "draws": random.random((modules * weights, 4)),
+        "genome": genome,
+        "children": genome.copy(),
+        "key": GenerationKey(0, 0, 1),
+        "count": 1,
+        "gate": float(random.random()),
+        "innate": genome[3, 0],
+        "learned": random.normal(size=weights).astype(np.float32),
+        "inherited": np.zeros(weights, np.float32),
         "taught": genome[3, -1].copy(),
-    }  # fmt: skip
+    }

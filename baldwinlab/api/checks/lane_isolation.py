@@ -1,16 +1,20 @@
-"""No per-agent hook reads other agents: tried, with garbage in the columns of all others."""
+"""Check that per-agent hooks neither read nor write the data of other agents.
+
+Each hook runs twice for one agent. In the second run, the columns of all other agents contain
+random numbers.
+"""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import Subject, is_of_miniworld, values_of
+from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld, part_values
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
@@ -18,121 +22,132 @@ from baldwinlab.parts.lane_check import PER_AGENT
 from baldwinlab.parts.part import overridden_hooks
 
 AGENT: Final = 2
-STEPS: Final = 12  # after which it is tried
-Owned = tuple[str, str, npt.NDArray[Any]]  # an array's name and owner
+STEPS: Final = 12
+"""Number of steps before the hooks run."""
 
 
-def check_lane_isolation(subject: Subject) -> str:
+class _OwnedArray(NamedTuple):
+    """An array of a state or a part, with its name and owner."""
+
+    name: str
+    owner: str
+    values: npt.NDArray[Any]
+
+
+def check_lane_isolation(group: PartGroup) -> str:
+    """Check that per-agent hooks neither read nor write the data of other agents.
+
+    Parameters
+    ----------
+    group
+        The parts to check.
+
+    Returns
+    -------
+    str
+        A remark if there is no such hook, or an empty string.
+
+    Raises
+    ------
+    FailsError
+        If a hook depends on other agents, or changes their data.
+    """
     hooks = [
-        (part, name)
-        for part in subject.parts
-        for name in overridden_hooks(part)
-        if name in PER_AGENT
+        (part, name) for part in group.parts for name in overridden_hooks(part) if name in PER_AGENT
     ]
-    if not is_of_miniworld(subject.experiment) or not hooks:
+    if not is_of_miniworld(group.experiment) or not hooks:
         return "it has no hook per agent"
-    experiment = subject.experiment
-    batch = CpuBatch(experiment, subject.seed, [0])
-    batch.begin(0, draw_genomes(experiment, GenerationKey(subject.seed, 0, 0))[None])
+    experiment = group.experiment
+    batch = CpuBatch(experiment, group.seed, [0])
+    batch.begin(0, draw_genomes(experiment, GenerationKey(group.seed, 0, 0))[None])
     batch.simulate(0, STEPS)
     for part, name in hooks:
         for garbage in (np.nan, None):
-            _try(subject, batch, part, name, garbage)
+            _check_hook(group, batch, part, name, garbage)
     return ""
 
 
-def _try(subject: Subject, batch: CpuBatch, part: Any, name: str, garbage: float | None) -> None:
-    clean, dirty = _copied(batch.state), _copied(batch.state)
-    random = np.random.default_rng(subject.seed)
-    for array in (array for _, owner, array in _owned(dirty) if owner == "agent"):
-        others = np.arange(array.shape[-1]) != AGENT
-        array[..., others] = _garbage(array, random, garbage)[..., others]
-    before = _copied(dirty)
-    answers = [_call(subject.experiment, batch, state, part, name) for state in (clean, dirty)]
-    if answers[0] != answers[1]:
-        raise FailsError(
-            f"{part.__name__}.{name} answers otherwise when other agents are otherwise"
-        )
-    for (what, owner, one), (_, _, other), (_, _, old) in zip(
-        *map(_owned, (clean, dirty, before)), strict=True
-    ):
-        own = (..., AGENT) if owner == "agent" else ...
-        if one[own].tobytes() != other[own].tobytes():
-            raise FailsError(
-                f"{part.__name__}.{name} makes {what} of an agent depend on other agents"
-            )
-        if (
-            owner == "agent"
-            and np.delete(other, AGENT, -1).tobytes() != np.delete(old, AGENT, -1).tobytes()
-        ):
-            raise FailsError(f"{part.__name__}.{name} writes {what} of other agents")
+def _check_hook(
+    group: PartGroup, batch: CpuBatch, part: Any, name: str, garbage: float | None
+) -> None:
+    clean = _copy(batch.state)
+    dirty = _copy(batch.state)
+    random = np.random.default_rng(group.seed)
+    for _, owner, array in _list_arrays(dirty):
+        if owner == "agent":
+            columns = np.arange(array.shape[-1]) != AGENT
+            array[..., columns] = _make_garbage(array, random, garbage)[..., columns]
+    before = _copy(dirty)
+    results = [_call(group.experiment, batch, state, part, name) for state in (clean, dirty)]
+    hook = f"{part.__name__}.{name}"
+    if results[0] != results[1]:
+        raise FailsError(f"{hook} returns a result that depends on other agents")
+    for old, expected, actual in zip(*map(_list_arrays, (before, clean, dirty)), strict=True):
+        is_of_agents = actual.owner == "agent"
+        column = (..., AGENT) if is_of_agents else ...
+        if actual.values[column].tobytes() != expected.values[column].tobytes():
+            raise FailsError(f"{hook} makes {actual.name} of an agent depend on other agents")
+        if is_of_agents and _neighbor_bytes(actual.values) != _neighbor_bytes(old.values):
+            raise FailsError(f"{hook} writes {actual.name} of other agents")
+
+
+def _neighbor_bytes(array: npt.NDArray[Any]) -> bytes:
+    """Return the bytes of the columns of all agents except `AGENT`."""
+    return np.delete(array, AGENT, -1).tobytes()
 
 
 def _call(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: str) -> Any:
-    """Call a hook, as the plain Python that it is, for one agent."""
-    numbers = {
+    """Call a hook for one agent, in plain Python."""
+    arguments = {
+        **state._asdict(),
         "world": 0,
         "agent": AGENT,
         "lane": AGENT,
         "step": STEPS,
         "first": 0,
         "rate": state.rate[0, AGENT],
-    }
-    values, found = (
-        values_of(experiment, part, state),
-        np.empty((len(state.weights), 3), np.float32),
-    )
-    asked = {"units": len(state.activations), "found": found}
-    known = {
-        **state._asdict(),
-        **numbers,
-        **asked,
+        "units": len(state.activations),
+        "table": np.empty((len(state.weights), 3), np.float32),
         "model": batch.model,
         "state": state,
-        "part": values,
+        "part": part_values(experiment, part, state),
     }
     function = getattr(part, name)
+    names = inspect.signature(function).parameters
     with np.errstate(all="ignore"):
         try:
-            return function(*(known[each] for each in inspect.signature(function).parameters))
+            return function(*(arguments[argument] for argument in names))
         except (IndexError, ValueError) as error:
             raise FailsError(
-                f"{part.__name__}.{name} fails when other agents are otherwise: {error}"
+                f"{part.__name__}.{name} fails if the data of other agents change: {error}"
             ) from None
 
 
-def _garbage(
+def _make_garbage(
     array: npt.NDArray[Any], random: np.random.Generator, value: float | None
 ) -> npt.NDArray[Any]:
+    """Return an array of the given value or of random numbers, and of integers if it has them."""
     if array.dtype.kind != "f":
         return random.integers(0, 4, array.shape).astype(array.dtype)
-    return (
-        np.full_like(array, value)
-        if value is not None
-        else random.normal(0, 9, array.shape).astype(array.dtype)
-    )
+    if value is not None:
+        return np.full_like(array, value)
+    return random.normal(0, 9, array.shape).astype(array.dtype)
 
 
-def _copied(entry: Any) -> Any:
+def _copy(entry: Any) -> Any:
     if isinstance(entry, np.ndarray):
         return entry.copy()
     if isinstance(entry, tuple):
-        inside = map(_copied, entry)
-        return type(entry)(*inside) if hasattr(entry, "_fields") else tuple(inside)
+        copies = map(_copy, entry)
+        return type(entry)(*copies) if hasattr(entry, "_fields") else tuple(copies)
     return entry
 
 
-def _owned(state: Any) -> Iterator[Owned]:
-    """The arrays of a state and of its parts."""
+def _list_arrays(state: Any) -> Iterator[_OwnedArray]:
+    """Yield the arrays of a state and of its parts."""
     for name, array in ARRAYS.items():
-        yield name, array.owner, getattr(state, name)
-    for values in (
-        state.lookup,
-        state.network,
-        state.rule,
-        state.body,
-        *state.senses,
-        *state.features,
-    ):
+        yield _OwnedArray(name, array.owner, getattr(state, name))
+    parts = (state.lookup, state.network, state.rule, state.body, *state.senses, *state.features)
+    for values in parts:
         for name, array in type(values).part.arrays.items():
-            yield name, array.owner, getattr(values, name)
+            yield _OwnedArray(name, array.owner, getattr(values, name))

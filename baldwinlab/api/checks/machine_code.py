@@ -11,7 +11,7 @@ import numpy as np
 from numba import types
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import BREEDS, Subject, breeding_arguments, values_of
+from baldwinlab.api.checks.fixture import BREEDING_KINDS, PartGroup, breeding_arguments, part_values
 from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import (
@@ -27,7 +27,7 @@ DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE
 DOUBLE: Final = re.compile(
     r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b"
 )
-OF_INTEGER: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
+FROM_INTEGER: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
 HARMLESS: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
 # Functions with the same results on every machine.
 EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")
@@ -37,12 +37,12 @@ LIBM: Final = re.compile(
 RANDOM: Final = re.compile(RANDOM_SYMBOLS)
 
 
-def check_arithmetic(subject: Subject) -> str:
+def check_arithmetic(group: PartGroup) -> str:
     """Check that the hooks of parts use portable arithmetic.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
 
     Returns
@@ -55,71 +55,66 @@ def check_arithmetic(subject: Subject) -> str:
     FailsError
         If a hook uses float64, libm, or random numbers of Numba.
     """
-    hooks = [(part, name) for part in subject.parts for name in overridden_hooks(part)]
+    hooks = [(part, name) for part in group.parts for name in overridden_hooks(part)]
     if not hooks:
-        return "it has no hooks of its own"
+        return "it has no hooks"
     for part, name in hooks:
-        code = _code(subject, part, name)
-        where = f"{part.__name__}.{name}"
+        code = _compile_to_llvm(group, part, name)
+        hook = f"{part.__name__}.{name}"
         for symbol in DECLARED.findall(code):
             if RANDOM.match(symbol):
                 raise FailsError(
-                    f"{where} draws random numbers that no seed decides; take them from philox"
+                    f"{hook} draws random numbers that do not depend on the seed; use philox"
                 )
             if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
                 raise FailsError(
-                    f"{where} calls {symbol}, which has other bits elsewhere; "
+                    f"{hook} calls {symbol}, which differs between machines; "
                     "use baldwinlab.engine.arithmetic"
                 )
-        breeds = part.kind in BREEDS or getattr(part, "allows_births", False)
-        if not breeds and DOUBLE.search(code):
-            raise FailsError(f"{where} calculates in float64: {_reason_of_float64(code)}")
+        allows_float64 = part.kind in BREEDING_KINDS or getattr(part, "allows_births", False)
+        if not allows_float64 and DOUBLE.search(code):
+            raise FailsError(f"{hook} calculates in float64: {_explain_float64(code)}")
     return ""
 
 
-def _reason_of_float64(code: str) -> str:
-    if OF_INTEGER.search(code):
+def _explain_float64(code: str) -> str:
+    if FROM_INTEGER.search(code):
         return "an integer and a float32 make a float64; write np.float32(n) for an integer n"
     return "constants must be float32, such as np.float32(0.5)"
 
 
-def _code(subject: Subject, part: type[Part], name: str) -> str:
+def _compile_to_llvm(group: PartGroup, part: type[Part], name: str) -> str:
     """Return the LLVM code of a hook for a single lane."""
     function: Any = getattr(part, name)
     compiled = numba.njit(**UNWRAPPED, **OPTIONS)(function)
-    argument_types = _types(subject, part)
+    argument_types = _argument_types(group, part)
     try:
-        compiled.compile(
-            tuple(argument_types[name] for name in inspect.signature(function).parameters)
-        )
+        names = inspect.signature(function).parameters
+        compiled.compile(tuple(argument_types[argument] for argument in names))
     except NumbaError as error:
         raise (compile_error(error, [function]) or error) from None
     return str(compiled.inspect_llvm(compiled.signatures[0]))
 
 
-def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
+def _argument_types(group: PartGroup, part: type[Part]) -> dict[str, Any]:
     """Return the types of the arguments of hooks, by name."""
-    if part.kind in BREEDS:
-        arguments = breeding_arguments(
-            np.random.default_rng(0), len(subject.experiment.modules)
-        ) | {"part": values_of(subject.experiment, part)}
+    if part.kind in BREEDING_KINDS:
+        arguments = breeding_arguments(np.random.default_rng(0), len(group.experiment.modules)) | {
+            "part": part_values(group.experiment, part)
+        }
         return {name: numba.typeof(value) for name, value in arguments.items()}
-    state = make_state(subject.experiment, 1)
-    single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
+    state = make_state(group.experiment, 1)
+    floats = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
     integers = dict.fromkeys(("world", "agent", "lane", "step", "first", "units"), types.int64)
-    arrays = {
-        name: numba.typeof(getattr(state, name))
-        for name in ("weights", "activations", "errors", "targets")
-    }
-    arrays["genes"] = arrays["found"] = arrays["weights"]
-    of_part = {
-        "part": numba.typeof(values_of(subject.experiment, part, state)),
-        "state": numba.typeof(state),
-    }
+    array_names = ("weights", "activations", "errors", "targets")
+    arrays = {name: numba.typeof(getattr(state, name)) for name in array_names}
     return {
-        **single,
+        **floats,
         **integers,
         **arrays,
-        **of_part,
-        "model": numba.typeof(make_model(subject.experiment, 1)),
+        "genes": arrays["weights"],
+        "table": arrays["weights"],
+        "part": numba.typeof(part_values(group.experiment, part, state)),
+        "state": numba.typeof(state),
+        "model": numba.typeof(make_model(group.experiment, 1)),
     }

@@ -1,4 +1,4 @@
-"""Parts in plain Python: their indices, their outputs, and the memory that they never wrote."""
+"""Check parts in plain Python: indices, outputs, and reads of unwritten memory."""
 
 from __future__ import annotations
 
@@ -10,74 +10,90 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.api.checks.array_access import HookError, UnwrittenError, Watch
-from baldwinlab.api.checks.cases import Case, cases
-from baldwinlab.api.checks.findings import Finding
-from baldwinlab.api.checks.fixture import Subject
+from baldwinlab.api.checks.cases import Case, make_cases
+from baldwinlab.api.checks.findings import CheckFinding
+from baldwinlab.api.checks.fixture import PartGroup
+from baldwinlab.api.checks.hashes import hash_runs
 from baldwinlab.api.checks.processes import PLAIN, Process, ProcessEndError
-from baldwinlab.api.checks.reproducibility import hash_runs
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 
-WORDS: Final = {
+DESCRIPTIONS: Final = {
     "bounds": "it stays within its arrays, in plain Python",
     "unwritten": "no output and no result depends on memory that was never written",
 }
 Outcome = dict[str, Any]
-"""The "bits" by case, or one of WORDS with a sentence; and the first "read" of unwritten memory."""
+"""The result of a group of parts.
+
+The key "bits" has hashes by case. If the simulation fails, a key of `DESCRIPTIONS` has a message
+instead. The key "read" describes the first read of unwritten memory.
+"""
 
 
-def try_out(subject: Subject, watch: Watch) -> Outcome:
-    """Simulate all cases of a subject in this process, whose hooks are watched.
+def simulate_cases(group: PartGroup, watch: Watch) -> Outcome:
+    """Simulate all cases of a group in this process, with watched hooks.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
     watch
         The record of array accesses.
+
+    Returns
+    -------
+    dict
+        The outcome, see `Outcome`.
     """
     watch.unwritten_read = ""
     bits: dict[str, list[str]] = {}
-    for case in cases(subject):
-        random.seed(0)  # so that random numbers without a seed are not taken for unwritten memory
+    for case in make_cases(group):
+        # Without these seeds, random numbers of a part would look like unwritten memory.
+        random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         try:
-            bits[case.words] = hash_runs(case.experiment, subject.seed, [0])
+            bits[case.description] = hash_runs(case.experiment, group.seed, [0])
         except UnwrittenError as error:
-            return {"unwritten": _sentence(str(error), case)}
+            return {"unwritten": _add_case(str(error), case)}
         except HookError as error:
-            return {"bounds": _sentence(str(error), case)}
+            return {"bounds": _add_case(str(error), case)}
         except (BaldwinLabError, ValueError) as error:
-            message = f"{subject.label}: {error}"
-            return {"bounds": _sentence(message, case), "read": watch.unwritten_read}
-        except Exception as error:  # whatever Python of a part raises outside of its hooks
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            message = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
-            return {"bounds": _sentence(f"{subject.label}: {message}", case)}
+            message = f"{group.label}: {error}"
+            return {"bounds": _add_case(message, case), "read": watch.unwritten_read}
+        # The code of a part outside its hooks can raise any exception.
+        except Exception as error:
+            frame = traceback.extract_tb(error.__traceback__)[-1]
+            message = f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
+            return {"bounds": _add_case(f"{group.label}: {message}", case)}
     return {"bits": bits, "read": watch.unwritten_read}
 
 
-def _sentence(message: str, case: Case) -> str:
-    return f"{' '.join(message.split())} (with {case.words})"
+def _add_case(message: str, case: Case) -> str:
+    return f"{' '.join(message.split())} (with {case.description})"
 
 
-def try_all(together: Sequence[Subject], seed: int) -> list[list[Outcome]]:
-    """Return the outcomes of all subjects under each pattern of poison, a process for each.
+def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome]]:
+    """Simulate all groups under each pattern of unwritten memory, in one process per pattern.
 
     Parameters
     ----------
-    together
-        The parts to check, in several combinations.
+    groups
+        The parts to check, in several groups.
     seed
         The seed of the random worlds.
+
+    Returns
+    -------
+    list of list of dict
+        The outcomes, [pattern][group].
     """
-    parts = list(dict.fromkeys(part for subject in together for part in subject.parts))
+    parts = list(dict.fromkeys(part for group in groups for part in group.parts))
     environments = [PLAIN | {poison.VARIABLE: str(pattern)} for pattern in poison.PATTERNS]
     processes = [Process("hooks", parts, environment, seed=seed) for environment in environments]
-    return [_answers(process) for process in processes]
+    return [_read_answers(process) for process in processes]
 
 
-def _answers(process: Process) -> list[Outcome]:
+def _read_answers(process: Process) -> list[Outcome]:
     answers: list[Outcome] = []
     try:
         answers.extend(process.answers())
@@ -86,44 +102,54 @@ def _answers(process: Process) -> list[Outcome]:
     return answers
 
 
-def findings_of(
-    together: Sequence[Subject],
-    tried: Sequence[Sequence[Outcome]],
-    again: Mapping[str, str],
-) -> Iterator[Finding]:
-    """Yield a finding of each of WORDS or, where one does not hold, that one alone.
+def list_findings(
+    groups: Sequence[PartGroup],
+    outcomes: Sequence[Sequence[Outcome]],
+    commands: Mapping[str, str],
+) -> Iterator[CheckFinding]:
+    """Yield a finding for each of `DESCRIPTIONS`, or only the failures if there are any.
 
     Parameters
     ----------
-    together
-        The parts to check, in several combinations.
-    tried
-        The outcomes under each pattern of unwritten memory.
-    again
+    groups
+        The parts to check, in several groups.
+    outcomes
+        The outcomes, [pattern][group], with patterns of unwritten memory.
+    commands
         The command that repeats each check.
+
+    Yields
+    ------
+    CheckFinding
+        The result of one requirement.
     """
-    failures = [_failure(*each) for each in zip(together, *tried, strict=False)]
-    for name, words in WORDS.items():
-        sentence = next((failure[name] for failure in failures if name in failure), None)
-        if sentence is None and any(failures):
+    rows = zip(groups, *outcomes, strict=False)
+    failures = [_find_failure(group, group_outcomes) for group, *group_outcomes in rows]
+    for name, description in DESCRIPTIONS.items():
+        message = next((failure[name] for failure in failures if name in failure), None)
+        if message is None and any(failures):
             continue
-        remark = sentence or f"{sum(len(outcome['bits']) for outcome in tried[0])} small worlds"
-        yield Finding(words, sentence is None, remark, again[name])
+        if message is None:
+            worlds = sum(len(outcome["bits"]) for outcome in outcomes[0])
+            yield CheckFinding(description, True, f"{worlds} small worlds", commands[name])
+        else:
+            yield CheckFinding(description, False, message, commands[name])
 
 
-def _failure(subject: Subject, *outcomes: Outcome) -> Outcome:
-    """Return the failure of a subject: a requirement and a sentence, or nothing."""
+def _find_failure(group: PartGroup, outcomes: Sequence[Outcome]) -> Outcome:
+    """Return the failed requirement of a group with a message, or an empty dict."""
     failed = [outcome for outcome in outcomes if "bits" not in outcome]
     if len(failed) == len(outcomes):
         return failed[0]
     reads = dict.fromkeys(outcome["read"] for outcome in outcomes if outcome.get("read"))
-    hint = f"{'; '.join(reads)}: read before anything was written there" if reads else ""
-    if failed:  # under one pattern alone
-        sentence = failed[0].get("bounds") or failed[0]["unwritten"]
-        return {"unwritten": f"{hint}; therefore {sentence}" if hint else sentence}
-    first, *others = (outcome["bits"] for outcome in outcomes)
-    differing = [case for case in first if any(first[case] != other[case] for other in others)]
+    hint = f"{'; '.join(reads)}: read before it was written" if reads else ""
+    # The group fails under some of the patterns, so its results depend on the pattern.
+    if failed:
+        message = failed[0].get("bounds") or failed[0]["unwritten"]
+        return {"unwritten": f"{hint}; therefore {message}" if hint else message}
+    bits = [outcome["bits"] for outcome in outcomes]
+    differing = [case for case in bits[0] if any(hashes[case] != bits[0][case] for hashes in bits)]
     if not differing:
         return {}
-    reason = hint or f"{subject.label}: results depend on it"
+    reason = hint or f"{group.label}: results depend on it"
     return {"unwritten": f"{reason} (with {differing[0]})"}

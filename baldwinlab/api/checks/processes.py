@@ -1,6 +1,6 @@
-"""Processes in which parts are tried, so that no part ends the check itself.
+"""Run the hooks of parts in child processes, so that a crash does not end the check.
 
-A request is JSON on standard input; the answers are JSON on standard output, one per line.
+The request is JSON on standard input. The answers are JSON on standard output, one per line.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from baldwinlab.core.errors import ArgumentError
 from baldwinlab.parts.loading import PREFIX, load_text
 from baldwinlab.parts.part import Part
 
-LAST: Final = "end"  # follows the answers of a process that did not end before
+LAST: Final = "end"
+"""The last line of a process that answered the complete request."""
 PLAIN: Final = {"NUMBA_DISABLE_JIT": "1"}
 SIMULATOR: Final = PLAIN | {"NUMBA_ENABLE_CUDASIM": "1"}
 SIGNALS: Final = {
-    "SIGSEGV": "it accessed memory that is not its own",
+    "SIGSEGV": "it accessed invalid memory",
     "SIGABRT": "its memory was corrupted",
     "SIGKILL": "another process ended it, or the memory of the machine was exhausted",
 }
@@ -38,7 +39,9 @@ class ProcessEndError(FailsError):
 
 
 class Process:
-    """A process that answers a request. It starts at once, so several can work at the same time.
+    """A child process that answers a request.
+
+    It starts immediately, so several processes can run at the same time.
 
     Parameters
     ----------
@@ -47,8 +50,8 @@ class Process:
     parts
         The parts that the process loads.
     environment
-        Environment variables of the process, in addition to those of this one.
-    request
+        Environment variables of the process, in addition to those of the current process.
+    **request
         Further values that the task needs.
     """
 
@@ -61,7 +64,7 @@ class Process:
     ) -> None:
         package = str(Path(__file__).parents[3])
         paths = os.pathsep.join([package, *filter(None, sys.path)])
-        # `answers` closes the log, so no `with` can
+        # `answers` closes the log.
         self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         self._process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-m", "baldwinlab.api.checks.child_process"],
@@ -76,7 +79,12 @@ class Process:
             json.dump({"task": task, "parts": _sources(parts), **request}, channel)
 
     def answers(self) -> Iterator[Any]:
-        """Yield each answer, as soon as it is there.
+        """Yield each answer as soon as it is available.
+
+        Yields
+        ------
+        object
+            The answer, from JSON.
 
         Raises
         ------
@@ -111,12 +119,12 @@ def _describe_end(status: int, last_line: str) -> str:
 
 
 def _sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
-    """Return what `load_parts` needs. Raise ArgumentError for a part that cannot be loaded."""
+    """Return the sources for `load_parts`, or raise ArgumentError for a local class."""
     sources = []
     for part in parts:
         module = sys.modules[part.__module__]
         if part.__module__ == "__main__" or "<locals>" in part.__qualname__:
-            rule = "must be in a module or a file of its own, which another process can load"
+            rule = "must be in a module or a file that another process can load"
             raise ArgumentError("part", part.__name__, rule)
         source = {"module": part.__module__, "name": part.__qualname__}
         if part.__module__.startswith(PREFIX):
@@ -126,16 +134,24 @@ def _sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
 
 
 def load_parts(sources: Sequence[Mapping[str, str]]) -> list[Any]:
-    """Return the parts of a request, loaded in this process.
+    """Load the parts of a request in this process.
 
     Parameters
     ----------
     sources
-        The sources of the parts.
+        The module and the name of each part, and for a part from a file its text and path.
+
+    Returns
+    -------
+    list of type
+        The parts.
     """
     parts = []
     for source in sources:
-        text, name = source.get("text"), source["module"]
-        module: Any = load_text(text, Path(source["file"])) if text else import_module(name)
+        text = source.get("text")
+        if text:
+            module: Any = load_text(text, Path(source["file"]))
+        else:
+            module = import_module(source["module"])
         parts.append(attrgetter(source["name"])(module))
     return parts

@@ -1,96 +1,17 @@
-"""Reference implementation in plain Python and float64, for oracles. It does not use the engine.
-
-A module is a nested list [layer][source unit][target unit].
-With biases, each layer has one more row: the weights of a unit that is always 1.
-"""
+"""Reference implementation in plain Python and float64, for oracles. It does not use the engine."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from baldwinlab.api.checks.oracle_data import Module
 from baldwinlab.engine import rng
-
-Module = list[list[list[float]]]
-
-
-@dataclass
-class Item:
-    """An item, or another agent, as an oracle gets it.
-
-    Attributes
-    ----------
-    x, y : float
-        Position, in units of length. A negative x means that the item is not on the map.
-    kind : str
-        Kind of the item, for example "food", or "agent".
-    """
-
-    x: float
-    y: float
-    kind: str
-
-
-@dataclass
-class Agent:
-    """An agent, as an oracle gets it.
-
-    Attributes
-    ----------
-    x, y : float
-        Position, in units of length.
-    heading : float
-        Heading, in degrees clockwise from +x.
-    inputs : list of float
-        Inputs of the network in this step.
-    outputs : list of float
-        Outputs of the action module in this step, before learning.
-    hidden : list of float
-        Activations of the first hidden layer in the previous step.
-    action : int
-        Number of the action of this step.
-    eaten_in_life : int
-        Number of items eaten before this step.
-    gained_in_life : float
-        Energy gained before this step.
-    rate : float
-        Learning rate, per step.
-    action_module : Module
-        Weights of the action module before learning.
-    reinforcement_module : Module or None
-        Weights of the reinforcement module. None if the genome has none.
-    others : list of Item
-        Positions of the other agents of the world, with the kind "agent".
-    number : int
-        Number of the agent in its world.
-    step : int
-        Number of the step in the lifetime.
-    arrays : dict
-        Arrays of the part as `init_agent` set them.
-        The oracle may store data for later steps here.
-    """
-
-    x: float
-    y: float
-    heading: float
-    inputs: list[float]
-    outputs: list[float]
-    hidden: list[float]
-    action: int
-    eaten_in_life: int
-    gained_in_life: float
-    rate: float
-    action_module: Module
-    reinforcement_module: Module | None
-    others: list[Item] = field(default_factory=list)
-    number: int = 0
-    step: int = 0
-    arrays: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -121,7 +42,7 @@ class Naive:
     seed: int
     kinds: tuple[str, ...] = ()
 
-    def drawn(self, agent: Any, purpose: int) -> list[float]:
+    def random_numbers(self, agent: Any, purpose: int) -> list[float]:
         """Return the four random numbers of an agent in its step.
 
         Parameters
@@ -144,19 +65,55 @@ class Naive:
             ]
 
     def module(self, weights: Sequence[float]) -> Module:
-        """Return a module from its weights in the order of the genome."""
-        remaining = iter(weights)
-        return [
-            [[float(next(remaining)) for _ in range(outputs)] for _ in range(inputs + self.biases)]
-            for inputs, outputs in pairwise(self.sizes)
-        ]
+        """Return a module from its weights.
+
+        Parameters
+        ----------
+        weights : sequence of float
+            Weights in the order of the genome.
+
+        Returns
+        -------
+        Module
+            Weights, [layer][source unit][target unit].
+        """
+        remaining = map(float, weights)
+        module = []
+        for inputs, outputs in pairwise(self.sizes):
+            rows = inputs + self.biases
+            module.append([[next(remaining) for _ in range(outputs)] for _ in range(rows)])
+        return module
 
     def weights(self, module: Module) -> list[float]:
-        """Return the weights of a module in the order of the genome."""
+        """Return the weights of a module.
+
+        Parameters
+        ----------
+        module : Module
+            Weights, [layer][source unit][target unit].
+
+        Returns
+        -------
+        list of float
+            Weights in the order of the genome.
+        """
         return [weight for layer in module for row in layer for weight in row]
 
     def units(self, module: Module, inputs: Sequence[float]) -> list[list[float]]:
-        """Return the activations of all units, layer by layer, from the inputs on."""
+        """Return the activations of all units.
+
+        Parameters
+        ----------
+        module : Module
+            Weights, [layer][source unit][target unit].
+        inputs : sequence of float
+            Inputs of the network.
+
+        Returns
+        -------
+        list of list of float
+            Activations, [layer][unit]. The first layer has the inputs.
+        """
         layers = [[float(value) for value in inputs]]
         for layer in module:
             sources = layers[-1] + [1.0] * self.biases
@@ -168,7 +125,20 @@ class Naive:
         return layers
 
     def think(self, module: Module, inputs: Sequence[float]) -> list[float]:
-        """Return the outputs of a module for the inputs."""
+        """Return the outputs of a module.
+
+        Parameters
+        ----------
+        module : Module
+            Weights, [layer][source unit][target unit].
+        inputs : sequence of float
+            Inputs of the network.
+
+        Returns
+        -------
+        list of float
+            Activations of the output units.
+        """
         return self.units(module, inputs)[-1]
 
     def backpropagate(
@@ -196,7 +166,10 @@ class Naive:
             sources = layers[depth] + [1.0] * self.biases
             layer = module[depth]
             # The errors of the layer below follow from the weights before the change.
-            below = [sum(w * error for w, error in zip(row, errors, strict=True)) for row in layer]
+            below = [
+                sum(weight * error for weight, error in zip(row, errors, strict=True))
+                for row in layer
+            ]
             for source, row in zip(sources, layer, strict=True):
                 for unit, error in enumerate(errors):
                     row[unit] -= rate * error * source
@@ -205,29 +178,89 @@ class Naive:
                 for error, activation in zip(below, layers[depth], strict=False)
             ]
 
-    def way(self, agent: Any, item: Any) -> tuple[float, float]:
-        """Return the shortest displacement (dx, dy) from an agent to an item on the torus."""
+    def displacement(self, agent: Any, item: Any) -> tuple[float, float]:
+        """Return the shortest displacement from an agent to an item on the torus.
+
+        Parameters
+        ----------
+        agent : Agent
+            The agent.
+        item : Item or Agent
+            The item.
+
+        Returns
+        -------
+        tuple of float
+            The displacement (dx, dy), in units of length.
+        """
         return _shortest(item.x - agent.x, self.width), _shortest(item.y - agent.y, self.height)
 
-    def advance(self, agent: Any, way: float) -> None:
-        """Move an agent by the distance `way` in the direction of its heading."""
+    def advance(self, agent: Any, distance: float) -> None:
+        """Move an agent in the direction of its heading.
+
+        Parameters
+        ----------
+        agent : Agent
+            The agent, which is changed.
+        distance : float
+            The distance, in units of length.
+        """
         angle = math.radians(agent.heading)
-        agent.x = (agent.x + way * math.cos(angle)) % self.width
-        agent.y = (agent.y + way * math.sin(angle)) % self.height
+        agent.x = (agent.x + distance * math.cos(angle)) % self.width
+        agent.y = (agent.y + distance * math.sin(angle)) % self.height
 
     def distance(self, agent: Any, item: Any) -> float:
-        """Return the distance from an agent to an item, in units of length."""
-        dx, dy = self.way(agent, item)
+        """Return the distance from an agent to an item.
+
+        Parameters
+        ----------
+        agent : Agent
+            The agent.
+        item : Item or Agent
+            The item.
+
+        Returns
+        -------
+        float
+            The distance, in units of length.
+        """
+        dx, dy = self.displacement(agent, item)
         return math.hypot(dx, dy)
 
     def bearing(self, agent: Any, item: Any) -> float:
-        """Return the direction of an item, in degrees clockwise from the heading, in [0, 360)."""
-        dx, dy = self.way(agent, item)
+        """Return the direction of an item, relative to the heading.
+
+        Parameters
+        ----------
+        agent : Agent
+            The agent.
+        item : Item or Agent
+            The item.
+
+        Returns
+        -------
+        float
+            The angle, in degrees clockwise from the heading, in [0, 360).
+        """
+        dx, dy = self.displacement(agent, item)
         angle: float = (math.degrees(math.atan2(dy, dx)) - agent.heading) % 360
         return angle
 
-    def seen(self, agent: Any, items: Sequence[Any]) -> list[bool]:
-        """Return whether an item is in the left, front and right sector of the visual range."""
+    def visible_sectors(self, agent: Any, items: Sequence[Any]) -> list[bool]:
+        """Return whether each sector of the visual range contains an item.
+
+        Parameters
+        ----------
+        agent : Agent
+            The agent.
+        items : sequence of Item
+            The items.
+
+        Returns
+        -------
+        list of bool
+            The left, front and right sector.
+        """
         angles = [
             self.bearing(agent, item)
             for item in items

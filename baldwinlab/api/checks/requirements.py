@@ -1,4 +1,4 @@
-"""The requirements of parts and their compiled code, and the findings about them."""
+"""Requirements of parts and of their compiled code, and the functions that check them."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
+from baldwinlab.api.checks.backends import check_plain_python, check_simulator
 from baldwinlab.api.checks.fields import check_declarations, check_limits
-from baldwinlab.api.checks.findings import Finding, NotCheckedError
-from baldwinlab.api.checks.fixture import Subject, label, subjects
+from baldwinlab.api.checks.findings import CheckFinding, NotCheckedError
+from baldwinlab.api.checks.fixture import PartGroup, group_parts, part_label
 from baldwinlab.api.checks.lane_isolation import check_lane_isolation
 from baldwinlab.api.checks.machine_code import check_arithmetic
 from baldwinlab.api.checks.oracles import check_oracle
@@ -16,11 +17,9 @@ from baldwinlab.api.checks.reproducibility import (
     check_batches,
     check_blocks,
     check_compilation,
-    check_plain_python,
     check_repetition,
     check_replay,
     check_resumption,
-    check_simulator,
 )
 from baldwinlab.api.checks.signatures import require_oracle_signature, unverified_hooks
 from baldwinlab.api.checks.speed import measure_speed
@@ -28,17 +27,20 @@ from baldwinlab.api.checks.views import check_views
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.parts.part import Part, overridden_hooks
 
-Requirement = tuple[str, Callable[[Subject], str]]
+Check = Callable[[PartGroup], str]
+"""A function that returns a remark, or raises FailsError or NotCheckedError."""
+Requirement = tuple[str, Check]
+"""A description and the function that checks it."""
 DECLARED: Final[Mapping[str, Requirement]] = {
-    "fields": ("its fields have limits and a meaning", check_declarations),
-    "limits": ("what is beyond a limit is refused with a sentence", check_limits),
+    "fields": ("its fields have limits and a description", check_declarations),
+    "limits": ("a value beyond a limit is refused", check_limits),
     "signature": ("its oracle has the arguments of its kind", require_oracle_signature),
 }
 COMPILED: Final[Mapping[str, Requirement]] = {
     "compiles": ("it compiles", check_compilation),
     "arithmetic": ("arithmetic stays float32 and away from libm", check_arithmetic),
-    "others": ("no per-agent hook reads other agents", check_lane_isolation),
-    "again": ("the same bits a second time, under both updates", check_repetition),
+    "isolation": ("no per-agent hook reads other agents", check_lane_isolation),
+    "repeated": ("the same bits a second time, under both updates", check_repetition),
     "block": ("the same bits alone and in a SIMD block", check_blocks),
     "batch": ("the same bits in any batch, under both updates", check_batches),
     "resumed": ("the same bits resumed, under both updates", check_resumption),
@@ -46,84 +48,83 @@ COMPILED: Final[Mapping[str, Requirement]] = {
     "python": ("the same bits in plain Python, under both updates", check_plain_python),
     "simulator": ("the same bits in the simulator of a GPU", check_simulator),
     "oracle": ("the oracle agrees, step by step", check_oracle),
-    "views": ("its views show data that fits together", check_views),
+    "views": ("its views show consistent data", check_views),
     "speed": ("its speed", measure_speed),
 }
 
 
-def findings_of(name: str, together: Sequence[Subject], again: str) -> list[Finding]:
+def check_requirement(name: str, groups: Sequence[PartGroup], command: str) -> list[CheckFinding]:
     """Check a requirement, and return the findings.
 
     Parameters
     ----------
     name
         The name of the requirement.
-    together
-        The parts to check, in several combinations.
-    again
+    groups
+        The parts to check, in several groups.
+    command
         The command that repeats the check.
 
     Returns
     -------
-    list of Finding
+    list of CheckFinding
         One finding, and for "oracle" one for each hook that no oracle verifies.
     """
-    words, requirement = {**DECLARED, **COMPILED}[name]
-    finding = _finding(words, requirement, together, again)
+    description, check = {**DECLARED, **COMPILED}[name]
+    finding = _check_groups(description, check, groups, command)
     if name != "oracle":
         return [finding]
-    unverified = list(_unverified(together))
+    unverified = list(_list_unverified_hooks(groups))
     return unverified if unverified and finding.holds is None else [finding, *unverified]
 
 
-def _finding(
-    words: str,
-    requirement: Callable[[Subject], str],
-    together: Sequence[Subject],
-    again: str,
-) -> Finding:
-    remarks, skipped = [], []
-    for subject in together:
+def _check_groups(
+    description: str, check: Check, groups: Sequence[PartGroup], command: str
+) -> CheckFinding:
+    remarks: list[str] = []
+    skipped: list[str] = []
+    for group in groups:
         try:
-            remarks.append(requirement(subject))
+            remarks.append(check(group))
         except NotCheckedError as error:
             skipped.append(str(error))
         # A part or its oracle can raise any exception.
         except Exception as error:
-            return Finding(words, False, _named(requirement, subject, _sentence(error)), again)
+            message = _add_part(check, group, _format_error(error))
+            return CheckFinding(description, False, message, command)
     if skipped and not remarks:
-        return Finding(words, None, skipped[0], again)
+        return CheckFinding(description, None, skipped[0], command)
     pieces = (piece for remark in remarks for piece in remark.split("; ") if piece)
-    return Finding(words, True, "; ".join(dict.fromkeys(pieces)), again)
+    return CheckFinding(description, True, "; ".join(dict.fromkeys(pieces)), command)
 
 
-def _sentence(error: Exception) -> str:
-    sentence = " ".join(str(error).split())
+def _format_error(error: Exception) -> str:
+    message = " ".join(str(error).split())
     if isinstance(error, BaldwinLabError | ValueError):
-        return sentence
+        return message
     frame = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {sentence} ({frame.filename}:{frame.lineno})"
+    return f"{type(error).__name__}: {message} ({frame.filename}:{frame.lineno})"
 
 
-def _named(requirement: Callable[[Subject], str], subject: Subject, sentence: str) -> str:
-    """Return the sentence with the part that fails and its hooks."""
-    if any(f"{part.__name__}." in sentence or label(part) in sentence for part in subject.parts):
-        return sentence
-    failing: Sequence[type[Part]] = subject.parts
-    if len(subject.parts) > 1:
-        failing = [part for part in subject.parts if _fails_alone(requirement, part, subject.seed)]
-    return f"{' and '.join(map(_with_hooks, failing or subject.parts))}: {sentence}"
+def _add_part(check: Check, group: PartGroup, message: str) -> str:
+    """Return the message with the part that fails and its hooks."""
+    if any(f"{part.__name__}." in message or part_label(part) in message for part in group.parts):
+        return message
+    failing: Sequence[type[Part]] = group.parts
+    if len(group.parts) > 1:
+        failing = [part for part in group.parts if _fails_alone(check, part, group.seed)]
+    return f"{' and '.join(map(_label_with_hooks, failing or group.parts))}: {message}"
 
 
-def _with_hooks(part: type[Part]) -> str:
+def _label_with_hooks(part: type[Part]) -> str:
     hooks = overridden_hooks(part)
-    return f"{label(part)} ({', '.join(hooks)})" if hooks else label(part)
+    return f"{part_label(part)} ({', '.join(hooks)})" if hooks else part_label(part)
 
 
-def _fails_alone(requirement: Callable[[Subject], str], part: type[Part], seed: int) -> bool:
+def _fails_alone(check: Check, part: type[Part], seed: int) -> bool:
     try:
-        for subject in subjects([part], seed):
-            requirement(subject)
+        for group in group_parts([part], seed):
+            check(group)
     except NotCheckedError:
         return False
     except Exception:
@@ -131,8 +132,8 @@ def _fails_alone(requirement: Callable[[Subject], str], part: type[Part], seed: 
     return False
 
 
-def _unverified(together: Sequence[Subject]) -> Iterator[Finding]:
+def _list_unverified_hooks(groups: Sequence[PartGroup]) -> Iterator[CheckFinding]:
     """Yield a finding for each hook whose results no oracle verifies."""
-    for part in dict.fromkeys(part for subject in together for part in subject.parts):
+    for part in dict.fromkeys(part for group in groups for part in group.parts):
         for hook, reason in unverified_hooks(part):
-            yield Finding(reason, None, f"{label(part)}, {hook}", "", is_unverified=True)
+            yield CheckFinding(reason, None, f"{part_label(part)}, {hook}", "", is_unverified=True)

@@ -1,4 +1,4 @@
-"""The arguments of oracles, and the hooks that they verify, by the kind of part."""
+"""Arguments of oracles, and the hooks that oracles verify, by the kind of part."""
 
 from __future__ import annotations
 
@@ -7,99 +7,137 @@ from collections.abc import Iterator
 from typing import Any, Final, NamedTuple
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import Subject, label
+from baldwinlab.api.checks.fixture import PartGroup, part_label
 from baldwinlab.parts.part import Part, overridden_hooks
 
 PACKAGE: Final = "baldwinlab."
 
 
-class Oracle(NamedTuple):
-    """The contract of an oracle."""
+class OracleSignature(NamedTuple):
+    """The contract of an oracle.
 
-    arguments: str  # separated by ", "
+    Attributes
+    ----------
+    arguments : str
+        Names of the arguments, separated by ", ".
+    result : str
+        Description of the result.
+    verifies : tuple of str
+        The hooks that the oracle verifies.
+    """
+
+    arguments: str
     result: str
-    verifies: tuple[str, ...]  # hooks
+    verifies: tuple[str, ...]
 
 
 PARENTS: Final = "it returns two parents of each child"
 ORACLES: Final = {
-    "learning rule": Oracle(
+    "learning rule": OracleSignature(
         "part, agents, agent, naive", "it changes agent.action_module", ("observe_others", "learn")
     ),
-    "network": Oracle("part, agent, naive", "it returns the outputs", ("forward",)),
-    "body": Oracle("part, agent, naive", "it changes agent", ("choose_action", "move")),
-    "sense": Oracle(
-        "part, agent, items, naive", "it returns the inputs", ("sense", "measure", "prepare_senses")
+    "network": OracleSignature("part, agent, naive", "it returns the outputs", ("forward",)),
+    "body": OracleSignature("part, agent, naive", "it changes agent", ("choose_action", "move")),
+    "sense": OracleSignature(
+        "part, agent, items, naive",
+        "it returns the inputs",
+        ("sense", "measure", "prepare_senses"),
     ),
-    "world feature": Oracle(
-        "part, x, y, dx, dy", "it returns a result by hook", ("blocks_placement", "blocks_sight", "blocks_movement")
+    "world feature": OracleSignature(
+        "part, x, y, dx, dy",
+        "it returns a result by hook",
+        ("blocks_placement", "blocks_sight", "blocks_movement"),
     ),
-    "selection": Oracle("part, fitness, uniforms", PARENTS, ("select",)),
-    "select_with_genomes": Oracle("part, genome, fitness, uniforms", PARENTS, ("select", "select_with_genomes")),
-    "variation": Oracle("part, fitter, second, draws, gate", "it returns the child", ("vary",)),
-    "vary_population": Oracle(
-        "part, genome, fitness, parents, draws", "it returns all children", ("vary", "vary_population")
+    "selection": OracleSignature("part, fitness, uniforms", PARENTS, ("select",)),
+    "select_with_genomes": OracleSignature(
+        "part, genome, fitness, uniforms", PARENTS, ("select", "select_with_genomes")
     ),
-    "inheritance": Oracle(
+    "variation": OracleSignature(
+        "part, fitter, second, draws, gate", "it returns the child", ("vary",)
+    ),
+    "vary_population": OracleSignature(
+        "part, genome, fitness, parents, draws",
+        "it returns all children",
+        ("vary", "vary_population"),
+    ),
+    "inheritance": OracleSignature(
         "part, innate, learned",
-        "it returns what is inherited (with `assign_teachers`: and the teacher)",
+        "it returns the inherited module (with `assign_teachers`: and the teacher)",
         ("inherit", "assign_teachers"),
     ),
-    "fitness": Oracle("part, energy, cost", "it returns the fitness of each agent", ("evaluate",)),
-}  # fmt: skip
+    "fitness": OracleSignature(
+        "part, energy, cost", "it returns the fitness of each agent", ("evaluate",)
+    ),
+}
+"""The contracts, by the kind of part or by the hook that replaces the contract of the kind."""
+POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
 
 
 def oracle_key(part: type[Part]) -> str:
-    """Return the key of a part in `ORACLES`. A hook that sees a whole population has its own.
+    """Return the key of a part in `ORACLES`.
 
     Parameters
     ----------
     part
         The part.
+
+    Returns
+    -------
+    str
+        A hook that gets the complete population, or the kind of the part.
     """
-    return next(
-        (
-            hook
-            for hook in ("select_with_genomes", "vary_population")
-            if hook in overridden_hooks(part)
-        ),
-        part.kind,
-    )
+    hooks = [hook for hook in POPULATION_HOOKS if hook in overridden_hooks(part)]
+    return hooks[0] if hooks else part.kind
 
 
-def require_oracle_signature(subject: Subject) -> str:
-    """Require of each part with an oracle what `require_signature` does.
+def require_oracle_signature(group: PartGroup) -> str:
+    """Check the signature of the oracle of each part.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
+
+    Returns
+    -------
+    str
+        A remark if no part has an oracle, or an empty string.
+
+    Raises
+    ------
+    FailsError
+        If an oracle has other arguments than the contract of its kind.
     """
-    parts = [part for part in subject.parts if hasattr(part, "oracle") and part.kind in ORACLES]
+    parts = [part for part in group.parts if hasattr(part, "oracle") and part.kind in ORACLES]
     for part in parts:
         require_signature(part)
     return "" if parts else "it has no oracle"
 
 
 def require_signature(part: Any) -> None:
-    """Raise FailsError for an oracle that cannot be called as `check` calls that of its kind.
+    """Raise an error unless the oracle of a part has the arguments of its kind.
 
     Parameters
     ----------
     part
         The part.
+
+    Raises
+    ------
+    FailsError
+        If the oracle is not a static method, or has other arguments.
     """
     key = oracle_key(part)
     contract = ORACLES[key]
-    reason = f", as it has `{key}`" * (key != part.kind)
+    reason = f", because it has `{key}`" * (key != part.kind)
     expected = f"it must be a static method oracle({contract.arguments}){reason}; {contract.result}"
     if not isinstance(inspect.getattr_static(part, "oracle"), staticmethod):
-        raise FailsError(f"{label(part)}: oracle is no static method; {expected}")
+        raise FailsError(f"{part_label(part)}: oracle is not a static method; {expected}")
     signature = inspect.signature(part.oracle)
     try:
         signature.bind(*contract.arguments.split(", "))
     except TypeError:
-        message = f"{label(part)}: oracle has the arguments {signature}; {expected}"
+        message = f"{part_label(part)}: oracle has the arguments {signature}; {expected}"
         raise FailsError(message) from None
 
 
@@ -110,6 +148,11 @@ def verified_hooks(part: type[Part]) -> list[str]:
     ----------
     part
         The part.
+
+    Returns
+    -------
+    list of str
+        Empty if the part has no oracle.
     """
     contract = ORACLES.get(oracle_key(part))
     if contract is None or not hasattr(part, "oracle"):
@@ -124,9 +167,14 @@ def unverified_hooks(part: type[Part]) -> Iterator[tuple[str, str]]:
     ----------
     part
         The part.
+
+    Yields
+    ------
+    tuple of str
+        The hook and the reason.
     """
     if part.kind == "model":
-        yield "simulate", "check compares no oracle of a model"
+        yield "simulate", "oracles of models are not supported"
     has_oracle = hasattr(part, "oracle")
     reason = "its oracle does not cover this hook" if has_oracle else "it has no oracle"
     for hook in overridden_hooks(part):
@@ -135,6 +183,6 @@ def unverified_hooks(part: type[Part]) -> Iterator[tuple[str, str]]:
 
 
 def _is_of_package(part: type[Part], hook: str) -> bool:
-    """Return whether a custom part has the very hook of a part of the package."""
+    """Return whether a custom part uses a hook of a built-in part without changes."""
     is_custom = not part.__module__.startswith(PACKAGE)
     return is_custom and getattr(part, hook).__module__.startswith(PACKAGE)

@@ -6,7 +6,7 @@ import time
 from typing import Any, Final
 
 from baldwinlab.api.checks.findings import NotCheckedError
-from baldwinlab.api.checks.fixture import BREEDS, PATHS, SEED, Subject, is_of_miniworld
+from baldwinlab.api.checks.fixture import BREEDING_KINDS, PATHS, SEED, PartGroup, is_of_miniworld
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
@@ -19,12 +19,12 @@ BASELINES: Final = {"learning rule": "self-taught"}
 ROUNDS: Final = 5
 
 
-def measure_speed(subject: Subject) -> str:
+def measure_speed(group: PartGroup) -> str:
     """Measure the speed of a part, relative to a built-in part of its kind.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
 
     Returns
@@ -37,19 +37,19 @@ def measure_speed(subject: Subject) -> str:
     NotCheckedError
         If the model cannot be checked.
     """
-    if not is_of_miniworld(subject.experiment):
-        raise NotCheckedError("there is no built-in model like it")
-    part = subject.parts[-1]
+    if not is_of_miniworld(group.experiment):
+        raise NotCheckedError("there is no built-in model to compare with")
+    part = group.parts[-1]
     baseline = BASELINES.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
     title = f"the built-in {part.kind} {baseline!r}" if baseline else "a world without it"
     network = {} if "network.hidden" in part.required_settings else {"network": {"hidden": [10]}}
-    lifetime = {"steps": 500 if part.kind in BREEDS else 3000}
-    longer = subject.experiment.replace(population={"size": 20}, lifetime=lifetime, **network)
+    lifetime = {"steps": 500 if part.kind in BREEDING_KINDS else 3000}
+    longer = group.experiment.replace(population={"size": 20}, lifetime=lifetime, **network)
     value = baseline
     if part.kind in ("sense", "world feature"):
         value = f'["{baseline}"]' if baseline else "[]"
     settings = [f"{PATHS[part.kind]}={value}", *_default_settings(part)]
-    seconds, built_in_seconds = _seconds(longer, assign(longer, settings))
+    seconds, built_in_seconds = _measure_seconds(longer, assign(longer, settings))
     return f"{built_in_seconds / seconds:.2f} times the speed of {title}"
 
 
@@ -62,13 +62,13 @@ def _default_settings(part: type[Part]) -> list[str]:
     ]
 
 
-def _seconds(*experiments: Any) -> list[float]:
-    """Return the smallest of several times of each experiment, measured in turns."""
+def _measure_seconds(*experiments: Any) -> list[float]:
+    """Return the shortest of several times of each experiment, measured in turns."""
     smallest = [float("inf")] * len(experiments)
     # The first round compiles.
     for _ in range(ROUNDS + 1):
         for number, experiment in enumerate(experiments):
-            began = time.perf_counter()
+            start = time.perf_counter()
             simulate_batch(experiment, SEED, range(4))
-            smallest[number] = min(smallest[number], time.perf_counter() - began)
+            smallest[number] = min(smallest[number], time.perf_counter() - start)
     return smallest

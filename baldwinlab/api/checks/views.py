@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import Subject, is_of_miniworld
+from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.parts.views import arrays_of
 
 
-def check_views(subject: Subject) -> str:
+def check_views(group: PartGroup) -> str:
     """Check the views of the first and the last newborn.
 
     Parameters
     ----------
-    subject
+    group
         The parts to check.
 
     Returns
@@ -26,22 +26,20 @@ def check_views(subject: Subject) -> str:
     FailsError
         If a view is invalid.
     """
-    if is_of_miniworld(subject.experiment) or not subject.experiment.of_model.views:
+    if is_of_miniworld(group.experiment) or not group.experiment.of_model.views:
         return "it declares none"
-    model = subject.experiment.of_model
-    key = GenerationKey(subject.seed, 0, 0)
-    genomes = draw_genomes(subject.experiment, key)
+    model = group.experiment.of_model
+    key = GenerationKey(group.seed, 0, 0)
+    genomes = draw_genomes(group.experiment, key)
     for name, view in model.views.items():
         for agent in (0, len(genomes) - 1):
-            given = genomes.copy()
+            copy = genomes.copy()
             try:
-                first, second = (arrays_of(view.of(model, key, given, agent)) for _ in range(2))
+                first, second = (arrays_of(view.of(model, key, copy, agent)) for _ in range(2))
             except ValueError as error:
                 raise FailsError(f"the view {name!r} of agent {agent}: {error}") from None
-            if (given != genomes).any():
+            if (copy != genomes).any():
                 raise FailsError(f"the view {name!r} changes the genomes that it is given")
             if any(first[array].tobytes() != second[array].tobytes() for array in first):
-                raise FailsError(
-                    f"the view {name!r} of agent {agent} differs from what it showed before"
-                )
+                raise FailsError(f"the view {name!r} of agent {agent} differs when it is repeated")
     return ", ".join(model.views)

@@ -1,4 +1,4 @@
-"""Files with parts, and processes of a check that compile nothing."""
+"""Fixtures: files with parts, and child processes that do not compile."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from baldwinlab.experiment import registry
 
 @pytest.fixture
 def without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The processes that a check starts run hooks as the Python that they are."""
+    """Run hooks in plain Python in the child processes of a check."""
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
 
 
 @pytest.fixture
 def write_part(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
-    """Writes a file with parts, which are forgotten after the test."""
+    """Write a file with parts. The parts are removed from the registry after the test."""
     before = registry.custom_parts()
 
     def write(text: str) -> Path:

@@ -1,4 +1,4 @@
-"""Watched hooks: arrays know their names, refuse wrong indices, and outputs that stay unwritten are found."""
+"""Watched hooks: wrong indices and unwritten outputs raise errors with the name of the array."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Write = Callable[[str], Path]
 
 @pytest.fixture
 def watch_part(write_part: Write) -> Callable[[str], tuple[Any, Watch]]:
-    """Loads the only part of a file and watches its hooks."""
+    """Load the only part of a file and watch its hooks."""
 
     def watch(text: str) -> tuple[Any, Watch]:
         (part,) = parts_in(load_file(write_part(dedent(text))))
@@ -56,7 +56,7 @@ def select(part: Any) -> Any:
         ("fitness[0] / None", "TypeError: unsupported operand type"),
     ],
 )
-def test_an_error_in_a_hook_names_part_hook_line_array_index_and_size(
+def test_an_error_in_a_hook_names_the_line_the_array_the_index_and_the_size(
     watch_part: Any, statement: str, sentence: str
 ) -> None:
     part, _ = watch_part(SELECTION.format(statement=statement))
@@ -65,14 +65,14 @@ def test_an_error_in_a_hook_names_part_hook_line_array_index_and_size(
     assert str(failed.value).startswith(f"selection 'some-parents': select, line 7: {sentence}")
 
 
-def test_indices_within_an_array_and_slices_are_those_of_numpy(watch_part: Any) -> None:
+def test_valid_indices_and_slices_work_as_in_numpy(watch_part: Any) -> None:
     part, _ = watch_part(
         SELECTION.format(statement="parents[:] = 5; parents[1:, 1] = order[3] + 1")
     )
     assert select(part).tolist() == [[5, 5], [5, 1], [5, 1]]
 
 
-def test_parents_that_stay_unwritten_are_found_whatever_was_there_before(watch_part: Any) -> None:
+def test_unwritten_parents_raise_an_error(watch_part: Any) -> None:
     part, _ = watch_part(SELECTION.format(statement="parents[:2] = 0; parents[2, 0] = 0"))
     with pytest.raises(
         UnwrittenError, match=r"selection 'some-parents': select leaves parents\[2, 1\] unwritten"
@@ -80,7 +80,7 @@ def test_parents_that_stay_unwritten_are_found_whatever_was_there_before(watch_p
         select(part)
 
 
-def test_a_part_of_a_state_keeps_its_type_and_its_arrays_have_dotted_names(watch_part: Any) -> None:
+def test_the_arrays_of_a_part_have_dotted_names(watch_part: Any) -> None:
     part, _ = watch_part(
         """
         from baldwinlab.parts import WorldFeature, per_world
@@ -103,17 +103,17 @@ def test_a_part_of_a_state_keeps_its_type_and_its_arrays_have_dotted_names(watch
         part.end_step(part.Compiled(ticks), (), (), 0, 2)
 
 
-def test_the_first_look_at_poisoned_memory_is_noted_with_its_line(watch_part: Any) -> None:
+def test_the_first_read_of_unwritten_memory_is_stored_with_its_line(watch_part: Any) -> None:
     part, watch = watch_part(SELECTION.format(statement="shares[1] = fitness[2]; parents[:] = 0"))
     with poison.use_pattern(2):
-        fitness, order = poison.empty(4), np.zeros(4, np.int64)
-        part.select(
-            (), fitness, np.zeros((3, 2, 4)), np.zeros(4), order, np.zeros((3, 2), np.int32)
-        )
+        fitness = poison.empty(4)
+        parents = np.zeros((3, 2), np.int32)
+        order = np.zeros(4, np.int64)
+        part.select((), fitness, np.zeros((3, 2, 4)), np.zeros(4), order, parents)
     assert watch.unwritten_read == "selection 'some-parents': select, line 7: fitness[2]"
 
 
-def test_a_child_whose_second_module_stays_unwritten_is_found(watch_part: Any) -> None:
+def test_an_unwritten_second_module_of_a_child_raises_an_error(watch_part: Any) -> None:
     part, _ = watch_part(
         """
         from baldwinlab.parts import Variation
@@ -124,9 +124,10 @@ def test_a_child_whose_second_module_stays_unwritten_is_found(watch_part: Any) -
                 child[0] = fitter[0]
         """
     )
-    one, two = np.ones((1, 3), np.float32), np.ones((2, 3), np.float32)
-    part.vary((), one, one, np.zeros((3, 4)), 0.5, np.zeros_like(one))
+    single = np.ones((1, 3), np.float32)
+    double = np.ones((2, 3), np.float32)
+    part.vary((), single, single, np.zeros((3, 4)), 0.5, np.zeros_like(single))
     with pytest.raises(
         UnwrittenError, match=r"variation 'one-module': vary leaves child\[1, 0\] unwritten"
     ):
-        part.vary((), two, two, np.zeros((6, 4)), 0.5, np.zeros_like(two))
+        part.vary((), double, double, np.zeros((6, 4)), 0.5, np.zeros_like(double))

@@ -1,4 +1,4 @@
-"""A part in plain Python first: what would end the process when compiled, and what depends on unwritten memory, has a line."""
+"""Parts in plain Python: wrong indices and unwritten memory fail with the line of the hook."""
 
 from __future__ import annotations
 
@@ -56,26 +56,29 @@ class OneModule(Variation, name="one-module"):
 
 
 def failures(path: Path) -> list[str]:
-    found = bl.check_part(path, requirements=["bounds", "unwritten"])
-    return [str(one) for one in found if one.holds is False]
+    return failed_findings(path, "bounds", "unwritten")
 
 
-def test_an_index_past_the_end_is_named_before_anything_is_compiled(write_part: Write) -> None:
+def failed_findings(path: Path, *requirements: str) -> list[str]:
+    findings = bl.check_part(path, requirements=requirements)
+    return [str(finding) for finding in findings if finding.holds is False]
+
+
+def test_an_index_past_the_end_fails_before_the_part_is_compiled(write_part: Write) -> None:
     path = write_part(RULE.format(more=" + 1", value="np.float32(1)"))
-    found = bl.check_part(path)
-    failed = [str(one) for one in found if one.holds is False]
+    findings = bl.check_part(path)
+    failed = [str(finding) for finding in findings if finding.holds is False]
     assert len(failed) == 1
-    sentence = (
+    message = (
         "learning rule 'my-rule': learn, line 12: index 24 of state.weights, which has 24 rows"
     )
-    assert sentence in failed[0]
-    assert failed[0].endswith(f"again: baldwinlab check {path} --requirements bounds")
-    assert str(found[-1]).startswith(
-        "not checked: the rest, as compiled code could end its process"
-    )
+    assert message in failed[0]
+    assert failed[0].endswith(f"to repeat: baldwinlab check {path} --requirements bounds")
+    skipped = "not checked: the other requirements, because compiled code could end its process"
+    assert str(findings[-1]).startswith(skipped)
 
 
-def test_a_rule_that_reads_an_array_it_never_set_is_found(write_part: Write) -> None:
+def test_a_rule_that_reads_an_unwritten_array_fails(write_part: Write) -> None:
     path = write_part(
         RULE.format(more="", value="get(state.weights, w, lane) + get(part.trace, w, lane)")
     )
@@ -86,14 +89,14 @@ def test_a_rule_that_reads_an_array_it_never_set_is_found(write_part: Write) -> 
     assert "learning rule 'my-rule': learn, line 12: part.trace[0, 0]: read before" in failed
 
 
-def test_neither_an_idle_look_at_unwritten_memory_nor_random_numbers_are_taken_for_it(
-    write_part: Write,
-) -> None:
-    idle = "np.float32(np.random.random()) + (get(part.trace, w, lane) != get(state.rate, 0, lane))"
-    assert failures(write_part(RULE.format(more="", value=idle))) == []
+def test_random_numbers_and_a_read_without_effect_do_not_fail(write_part: Write) -> None:
+    value = (
+        "np.float32(np.random.random()) + (get(part.trace, w, lane) != get(state.rate, 0, lane))"
+    )
+    assert failures(write_part(RULE.format(more="", value=value))) == []
 
 
-def test_a_variation_that_writes_one_module_of_two_is_found_and_named_among_the_parts_of_its_file(
+def test_a_variation_that_writes_only_the_first_module_fails_with_its_name(
     write_part: Write,
 ) -> None:
     (failed,) = failures(write_part(ONE_MODULE))
@@ -114,7 +117,7 @@ class Crashes(Fitness, name="crashes"):
 
     @staticmethod
     def oracle(part, energy, cost):
-        print("a print is no answer")
+        print("printed text")
         {end}
 """
 
@@ -122,19 +125,18 @@ class Crashes(Fitness, name="crashes"):
 @pytest.mark.parametrize(
     ("end", "reason"),
     [
-        ("ctypes.string_at(0)", "the process ended by the signal SIGSEGV: it accessed memory"),
+        (
+            "ctypes.string_at(0)",
+            "the process ended by the signal SIGSEGV: it accessed invalid memory",
+        ),
         ("os._exit(0)", "the process ended with status 0"),
     ],
 )
-def test_a_process_that_ends_early_is_one_line_and_not_the_end_of_the_check(
+def test_a_crash_of_the_child_process_fails_with_one_line(
     write_part: Write, without_compilation: None, end: str, reason: str
 ) -> None:
     path = write_part(CRASHES.format(end=end))
-    failed = [
-        str(one)
-        for one in bl.check_part(path, requirements=["oracle", "views"])
-        if one.holds is False
-    ]
+    failed = failed_findings(path, "oracle", "views")
     start = f"does not hold: the oracle agrees, step by step: fitness 'crashes': {reason}"
     assert len(failed) == 1
     assert failed[0].startswith(start)

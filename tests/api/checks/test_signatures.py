@@ -1,4 +1,4 @@
-"""Oracles: the arguments of their kind, and which hooks no oracle verifies."""
+"""Oracles: their arguments, and the hooks that no oracle verifies."""
 
 from __future__ import annotations
 
@@ -21,25 +21,28 @@ from baldwinlab.parts.loading import load_file, parts_in
 
 Write = Callable[[str], Path]
 
-PAIR = "def select_with_genomes(part, genome, fitness, uniforms, shares, order, parents)"
-VARY_ALL = "def vary_population(part, key, genome, fitness, parents, draws, children)"
-HOOKS = {  # of each contract: a kind's class and one of its hooks
+SELECT_WITH_GENOMES = (
+    "def select_with_genomes(part, genome, fitness, uniforms, shares, order, parents)"
+)
+VARY_POPULATION = "def vary_population(part, key, genome, fitness, parents, draws, children)"
+HOOKS = {
     "learning rule": ("LearningRule", "def learn(part, model, state, step, lane)"),
     "network": ("Network", "def forward(part, weights, activations, lane)"),
     "body": ("Body", "def move(part, model, state, lane)"),
     "sense": ("Sense", "def sense(part, model, state, world, agent)"),
     "world feature": ("WorldFeature", "def blocks_movement(part, model, x, y)"),
     "selection": ("Selection", "def select(part, fitness, uniforms, shares, order, parents)"),
-    "select_with_genomes": ("Selection", PAIR),
+    "select_with_genomes": ("Selection", SELECT_WITH_GENOMES),
     "variation": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
-    "vary_population": ("Variation", VARY_ALL),
+    "vary_population": ("Variation", VARY_POPULATION),
     "inheritance": ("Inheritance", "def inherit(part, innate, learned, inherited)"),
     "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
 }
+"""The class and a hook, by key of `ORACLES`."""
 
 
 def write_class(kind: str, *methods: str, name: str = "some-part") -> str:
-    """A file with a part of a contract, whose static methods do nothing."""
+    """Return a file with a part whose static methods do nothing."""
     base, hook = HOOKS[kind]
     bodies = "".join(f"@staticmethod\n{method}:\n    pass\n" for method in (hook, *methods))
     head = f"from baldwinlab.parts import {base}\n\nclass Part({base}, name={name!r}):\n"
@@ -47,30 +50,31 @@ def write_class(kind: str, *methods: str, name: str = "some-part") -> str:
 
 
 @pytest.mark.parametrize("kind", ORACLES)
-def test_an_oracle_with_other_arguments_is_refused_with_those_of_its_kind(
+def test_an_oracle_with_wrong_arguments_is_refused_with_the_expected_ones(
     write_part: Write, kind: str
 ) -> None:
-    wrong = "def oracle(part, fitness, agent, oops, more, most)"
+    arguments = "(part, fitness, agent, a, b, c)"
+    wrong = f"def oracle{arguments}"
     (part,) = parts_in(load_file(write_part(write_class(kind, wrong))))
     expected = f"oracle({ORACLES[kind].arguments})"
     with pytest.raises(FailsError) as refused:
         require_signature(part)
-    assert (
-        f"{part.kind} 'some-part': oracle has the arguments (part, fitness, agent, oops, more, most)"
-        in str(refused.value)
-    )
-    assert f"it must be a static method {expected}" in str(refused.value)
+    message = str(refused.value)
+    assert f"{part.kind} 'some-part': oracle has the arguments {arguments}" in message
+    assert f"it must be a static method {expected}" in message
 
 
 @pytest.mark.parametrize("kind", ORACLES)
-def test_an_oracle_with_the_arguments_of_its_kind_is_right(write_part: Write, kind: str) -> None:
+def test_an_oracle_with_the_arguments_of_its_kind_verifies_a_hook(
+    write_part: Write, kind: str
+) -> None:
     right = f"def oracle({ORACLES[kind].arguments})"
     (part,) = parts_in(load_file(write_part(write_class(kind, right))))
     require_signature(part)
     assert len(verified_hooks(part)) == 1
 
 
-def test_every_oracle_that_comes_with_the_package_has_the_arguments_of_its_kind() -> None:
+def test_every_oracle_of_the_package_has_the_arguments_of_its_kind() -> None:
     kinds = [kind for kind in registry.BUILT_IN if kind != "model"]
     parts = [registry.find(kind, name) for kind in kinds for name in registry.packaged(kind)]
     with_oracle = [part for part in parts if hasattr(part, "oracle")]
@@ -79,30 +83,32 @@ def test_every_oracle_that_comes_with_the_package_has_the_arguments_of_its_kind(
     assert len(with_oracle) > 30
 
 
-def test_an_oracle_that_is_no_static_method_is_refused(write_part: Write) -> None:
+def test_an_oracle_that_is_not_a_static_method_is_refused(write_part: Write) -> None:
     text = write_class("fitness") + "\n    def oracle(self, energy, cost):\n        pass\n"
     (part,) = parts_in(load_file(write_part(text)))
     with pytest.raises(
-        FailsError, match=r"oracle is no static method; it must be .* oracle\(part, energy, cost\)"
+        FailsError,
+        match=r"oracle is not a static method; it must be .* oracle\(part, energy, cost\)",
     ):
         require_signature(part)
 
 
-def test_the_check_refuses_a_wrong_oracle_before_it_compiles_and_names_the_hook_that_decides(
+def test_the_message_about_a_wrong_oracle_names_the_hook_that_defines_its_arguments(
     write_part: Write,
 ) -> None:
     path = write_part(
         write_class("select_with_genomes", "def oracle(part, fitness, uniforms)", name="sharing")
     )
-    failed = [
-        str(one) for one in bl.check_part(path, requirements=["signature"]) if one.holds is False
-    ]
-    sentence = (
-        "does not hold: its oracle has the arguments of its kind: selection 'sharing': oracle has the arguments (part, fitness, "
-        "uniforms); it must be a static method oracle(part, genome, fitness, uniforms), as it has `select_with_genomes`; "
+    findings = bl.check_part(path, requirements=["signature"])
+    failed = [str(finding) for finding in findings if finding.holds is False]
+    message = (
+        "does not hold: its oracle has the arguments of its kind: selection 'sharing': "
+        "oracle has the arguments (part, fitness, uniforms); "
+        "it must be a static method oracle(part, genome, fitness, uniforms), "
+        "because it has `select_with_genomes`; "
     )
     assert len(failed) == 1
-    assert failed[0].startswith(sentence)
+    assert failed[0].startswith(message)
 
 
 TWO_PARTS = """
@@ -129,25 +135,26 @@ TWO_PARTS = """
         def end_step(part, model, state, world, step):
             pass
 
-    class Again(LearningRule, name="again"):
+    class Copy(LearningRule, name="copy"):
         modules = ("action", "reinforcement")
         learn = staticmethod(SelfTaught.learn)
 """
 
 
-def test_each_hook_without_an_oracle_is_a_line_of_its_own(
+def test_each_hook_without_an_oracle_has_a_line(
     write_part: Write, without_compilation: None
 ) -> None:
     path = write_part(dedent(TWO_PARTS))
-    lines = [str(one) for one in bl.check_part(path, requirements=["oracle"])][1:]
-    assert lines == [
+    findings = bl.check_part(path, requirements=["oracle"])
+    # `Copy` has a hook of the package, which needs no oracle.
+    assert [str(finding) for finding in findings[1:]] == [
         "ok: the oracle agrees, step by step (fitness 'verified': evaluate)",
         "not verified: it has no oracle: world feature 'tick', init_world",
         "not verified: it has no oracle: world feature 'tick', end_step",
-    ], "a hook that is the package's own is not the part's to verify"
+    ]
 
 
-def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
+def test_a_variation_without_an_oracle_is_not_verified(
     write_part: Write, without_compilation: None
 ) -> None:
     text = """
@@ -158,22 +165,20 @@ def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
             def vary(part, fitter, second, draws, gate, child):
                 child[:] = fitter
         """
-    found = bl.check_part(write_part(dedent(text)), requirements=["oracle"])
-    assert [str(one) for one in found][1:] == [
+    findings = bl.check_part(write_part(dedent(text)), requirements=["oracle"])[1:]
+    assert [str(finding) for finding in findings] == [
         "not verified: it has no oracle: variation 'copies', vary"
     ]
-    assert found[-1].holds is None
+    assert findings[0].holds is None
 
 
-def test_an_oracle_of_a_place_does_not_verify_what_changes_by_itself(write_part: Write) -> None:
+def test_an_oracle_of_positions_does_not_verify_the_end_of_a_step(write_part: Write) -> None:
     methods = ("def end_step(part, model, state, world, step)", "def oracle(part, x, y, dx, dy)")
     (part,) = parts_in(load_file(write_part(write_class("world feature", *methods))))
     assert list(unverified_hooks(part)) == [("end_step", "its oracle does not cover this hook")]
 
 
-def test_an_oracle_that_raises_is_named_with_its_line(
-    write_part: Write, without_compilation: None
-) -> None:
+def test_an_error_of_an_oracle_names_the_line(write_part: Write, without_compilation: None) -> None:
     text = """
         from baldwinlab.parts import Fitness
 
@@ -188,8 +193,7 @@ def test_an_oracle_that_raises_is_named_with_its_line(
                 return energy + None
         """
     path = write_part(dedent(text))
-    (failed,) = [
-        one.sentence for one in bl.check_part(path, requirements=["oracle"]) if one.holds is False
-    ]
-    assert failed.startswith("fitness 'raises': its oracle fails: TypeError: ")
-    assert failed.endswith(f"({path}:12)")
+    findings = bl.check_part(path, requirements=["oracle"])
+    (message,) = [finding.message for finding in findings if finding.holds is False]
+    assert message.startswith("fitness 'raises': its oracle fails: TypeError: ")
+    assert message.endswith(f"({path}:12)")

@@ -263,6 +263,6 @@ class RandomTargets(LearningRule, name="random-targets"):
         naive.backpropagate(
             agent.action_module,
             agent.inputs,
-            naive.drawn(agent, LIFE)[: len(agent.outputs)],
+            naive.random_numbers(agent, LIFE)[: len(agent.outputs)],
             agent.rate,
         )

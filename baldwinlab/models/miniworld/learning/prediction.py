@@ -239,7 +239,7 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        number = naive.drawn(agent, LIFE)[0]
+        number = naive.random_numbers(agent, LIFE)[0]
         _oracle_update(
             part,
             agent,

@@ -38,7 +38,7 @@ class PatchSight(Sense, name="patch"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        return naive.seen(agent, [item for item in items if item.kind == "patch"])
+        return naive.visible_sectors(agent, [item for item in items if item.kind == "patch"])
 
 
 class Neighbours(Sense, name="neighbours"):
@@ -78,7 +78,7 @@ class Neighbours(Sense, name="neighbours"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        return naive.seen(agent, agent.others)
+        return naive.visible_sectors(agent, agent.other_agents)
 
 
 class LastAction(Sense, name="last-action"):

@@ -281,7 +281,7 @@ class Sight(Sense, name="food"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        return naive.seen(agent, [item for item in items if item.kind == FOOD])
+        return naive.visible_sectors(agent, [item for item in items if item.kind == FOOD])
 
 
 def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:

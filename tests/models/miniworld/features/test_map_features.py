@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.api.checks.oracles import naive_of
-from baldwinlab.api.checks.reference import Agent, Item
+from baldwinlab.api.checks.oracle_data import Agent, Item
+from baldwinlab.api.checks.oracle_steps import make_naive
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models import make_simulator
@@ -187,7 +187,7 @@ def test_what_drifts_from_cell_to_cell_is_seen_where_it_is() -> None:
         lifetime={"steps": 12},
     )
     assert make_model(experiment, 1).grid.prod(axis=1).max() > 10
-    trace, naive = traced(experiment), naive_of(experiment)
+    trace, naive = traced(experiment), make_naive(experiment)
     for step in range(12):
         now = trace.isel(step=step)
         items = [
@@ -200,7 +200,7 @@ def test_what_drifts_from_cell_to_cell_is_seen_where_it_is() -> None:
             }
             there = Agent(**place, inputs=[], outputs=[], hidden=[], action=0, eaten_in_life=0, gained_in_life=0, rate=0,
                           action_module=[], reinforcement_module=None)  # fmt: skip
-            assert naive.seen(there, items) == (now.sensor.values[agent] == 1).tolist()
+            assert naive.visible_sectors(there, items) == (now.sensor.values[agent] == 1).tolist()
     assert trace.eaten.sum() > 0
 
 

@@ -55,7 +55,7 @@ def test_a_rule_does_what_its_oracle_says_and_looks_at_nobody_elses_column(rule:
     with np.errstate(all="ignore"):
         found = bl.check_part(
             registry.find("learning rule", rule),
-            requirements=["fields", "limits", "others", "oracle"],
+            requirements=["fields", "limits", "isolation", "oracle"],
         )
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 

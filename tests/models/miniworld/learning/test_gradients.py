@@ -11,8 +11,9 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from baldwinlab.api.checks.oracles import naive_of
-from baldwinlab.api.checks.reference import Agent, Module, Naive
+from baldwinlab.api.checks.oracle_data import Agent, Module
+from baldwinlab.api.checks.oracle_steps import make_naive
+from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.parts.part import compiled_values
@@ -35,7 +36,7 @@ def of(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
 
 
 def an_agent(experiment: Experiment, seed: int, **known: Any) -> Agent:
-    naive, random = naive_of(experiment), np.random.default_rng(seed)
+    naive, random = make_naive(experiment), np.random.default_rng(seed)
     own, other = (
         naive.module(random.normal(size=experiment.weight_count).tolist()) for _ in range(2)
     )
@@ -61,13 +62,13 @@ def an_agent(experiment: Experiment, seed: int, **known: Any) -> Agent:
         "reinforcement_module": other,
         "outputs": naive.think(own, NOW),
     }
-    return Agent(**{**place, **energy, **modules, "own": memory, **known})
+    return Agent(**{**place, **energy, **modules, "arrays": memory, **known})
 
 
 def told(experiment: Experiment, agents: Sequence[Agent], agent: Agent) -> None:
     part = experiment.part("learning.rule")
     part.oracle(
-        compiled_values(part, experiment, lambda array: None), agents, agent, naive_of(experiment)
+        compiled_values(part, experiment, lambda array: None), agents, agent, make_naive(experiment)
     )
 
 
@@ -77,7 +78,7 @@ GOALS: Final[
     "self-taught": (NOW, lambda naive, agent, other: naive.think(agent.reinforcement_module, NOW)),  # type: ignore[arg-type]
     "imitation": (NOW, lambda naive, agent, other: naive.think(other.action_module, NOW)),
     "supervised": (NOW, lambda naive, agent, other: [1, 0, 0]),
-    "random-targets": (NOW, lambda naive, agent, other: naive.drawn(agent, LIFE)[:3]),
+    "random-targets": (NOW, lambda naive, agent, other: naive.random_numbers(agent, LIFE)[:3]),
     "crbp": (THEN, lambda naive, agent, other: DONE),
     "reward": (THEN, lambda naive, agent, other: DONE),
 }
@@ -101,7 +102,7 @@ def half_squared(answers: Sequence[float], goal: Sequence[float]) -> float:
 def test_a_step_of_learning_goes_down_the_gradient(rule: str) -> None:
     experiment = of(rule)
     naive, agent, other = (
-        naive_of(experiment),
+        make_naive(experiment),
         an_agent(experiment, 1),
         an_agent(experiment, 2, eaten_in_life=5),
     )
@@ -119,7 +120,7 @@ def test_a_step_of_learning_goes_down_the_gradient(rule: str) -> None:
 
 def test_a_fall_is_learned_from_as_a_rise_of_all_that_was_not_done() -> None:
     experiment = assign(of("crbp"), ["learning.crbp.punishment=0.5"])
-    naive, agent = naive_of(experiment), an_agent(experiment, 1)
+    naive, agent = make_naive(experiment), an_agent(experiment, 1)
     agent.arrays["worth"] = [2.0]
     before = naive.weights(agent.action_module)
     others = [1 - done for done in DONE]
@@ -137,7 +138,7 @@ def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_lead
     None
 ):
     experiment = of("prediction")
-    naive, agent = naive_of(experiment), an_agent(experiment, 1)
+    naive, agent = make_naive(experiment), an_agent(experiment, 1)
     acting, predicting, used = (
         naive.weights(agent.action_module),
         agent.arrays["predictor"],
@@ -162,7 +163,7 @@ def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_lead
 def test_towards_a_frozen_teacher_the_error_falls_geometrically() -> None:
     """Without hidden units and in front of one thing, e' = (1 - rate |x|^2 (t (1 - t))^2) e, once e is small."""
     experiment = of("self-taught", hidden=())
-    naive, agent = naive_of(experiment), an_agent(experiment, 1, inputs=list(THEN))
+    naive, agent = make_naive(experiment), an_agent(experiment, 1, inputs=list(THEN))
     teacher: Module | None = agent.reinforcement_module
     assert teacher is not None
     target = np.array(naive.think(teacher, THEN))
@@ -183,7 +184,7 @@ def test_towards_a_frozen_teacher_the_error_falls_geometrically() -> None:
 
 def test_at_its_teacher_an_agent_rests() -> None:
     experiment = of("self-taught")
-    naive, agent = naive_of(experiment), an_agent(experiment, 1)
+    naive, agent = make_naive(experiment), an_agent(experiment, 1)
     assert agent.reinforcement_module is not None
     agent.action_module = naive.module(naive.weights(agent.reinforcement_module))
     told(experiment, [agent], agent)

@@ -67,9 +67,9 @@ def test_food_makes_what_was_done_before_it_likelier() -> None:
 
 
 def _network(experiment: Experiment) -> Any:
-    from baldwinlab.api.checks.oracles import naive_of
+    from baldwinlab.api.checks.oracle_steps import make_naive
 
-    naive = naive_of(experiment)
+    naive = make_naive(experiment)
     return lambda weights, inputs: naive.think(naive.module(weights.tolist()), inputs.tolist())
 
 

@@ -234,7 +234,7 @@ def test_a_continuous_time_network_is_its_oracle_s_with_biases_and_without(biase
     net = with_random_weights("continuous-time", [5], biases, time_constant=3.0)
     naive = Naive(net.experiment.layer_sizes, biases, 1, 1, 1, 0)
     module = naive.module(net.weights[:, 0].tolist())
-    agent = SimpleNamespace(action_module=module, own={})
+    agent = SimpleNamespace(action_module=module, arrays={})
     for inputs in senses(60):
         agent.inputs = inputs.tolist()
         np.testing.assert_allclose(

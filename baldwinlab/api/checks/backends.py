@@ -1,0 +1,94 @@
+"""Compare compiled code with plain Python and with the simulator of a GPU."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from baldwinlab.api.checks.cases import Case, make_cases
+from baldwinlab.api.checks.findings import FailsError, NotCheckedError
+from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld
+from baldwinlab.api.checks.hashes import Bits, hash_runs
+from baldwinlab.api.checks.processes import PLAIN, SIMULATOR, Process
+
+SIMULATED: Final = (2, 17)
+"""Numbers of agents for the slow simulator of a GPU: one case for each update."""
+
+
+def check_plain_python(group: PartGroup) -> str:
+    """Compare compiled code and plain Python.
+
+    Parameters
+    ----------
+    group
+        The parts to check.
+
+    Returns
+    -------
+    str
+        An empty string.
+
+    Raises
+    ------
+    FailsError
+        If the bits differ.
+    """
+    compared = [case for case in make_cases(group) if case.is_same_code]
+    plain = group.plain_bits or _simulate_in_process(group, compared, "cpu", PLAIN)
+    for case in compared:
+        if case.description not in plain:
+            continue
+        if hash_runs(case.experiment, group.seed, [0]) != plain[case.description]:
+            raise FailsError(
+                f"compiled code gives other bits than plain Python (with {case.description})"
+            )
+    return ""
+
+
+def check_simulator(group: PartGroup) -> str:
+    """Compare the CPU and the simulator of a GPU.
+
+    Parameters
+    ----------
+    group
+        The parts to check.
+
+    Returns
+    -------
+    str
+        An empty string.
+
+    Raises
+    ------
+    FailsError
+        If the bits differ.
+    NotCheckedError
+        If the model cannot be checked.
+    """
+    if not is_of_miniworld(group.experiment):
+        raise NotCheckedError("the model runs only on the CPU")
+    compared = [
+        case
+        for case in make_cases(group)
+        if case.is_same_code and not case.has_items and case.agents in SIMULATED
+    ]
+    simulated = _simulate_in_process(group, compared, "cuda", SIMULATOR)
+    for case in compared:
+        if hash_runs(case.experiment, group.seed, [0]) != simulated[case.description]:
+            raise FailsError(
+                "compiled code gives other bits than the simulator of a GPU "
+                f"(with {case.description})"
+            )
+    return ""
+
+
+def _simulate_in_process(
+    group: PartGroup, compared: Sequence[Case], backend: str, environment: Mapping[str, str]
+) -> dict[str, Bits]:
+    """Return the hashes of run 0 in another process; raise NotCheckedError without the backend."""
+    experiments = [case.experiment.to_dict() for case in compared]
+    request = {"experiments": experiments, "seed": group.seed, "backend": backend}
+    answers = list(Process("simulate", group.parts, environment, **request).answers())
+    if isinstance(answers[0], dict):
+        raise NotCheckedError(answers[0]["problem"])
+    return dict(zip((case.description for case in compared), answers, strict=True))
