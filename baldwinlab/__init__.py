@@ -2,7 +2,8 @@
 
 >>> import baldwinlab as bl
 >>> experiment = bl.load("evo+self-taught/B")
->>> run = bl.simulate(experiment.replace(evolution={"generations": 2}, lifetime={"steps": 100}), seed=3)
+>>> short = experiment.replace(evolution={"generations": 2}, lifetime={"steps": 100})
+>>> run = bl.simulate(short, seed=3)
 >>> run.sizes["generation"]
 2
 """

@@ -1,4 +1,4 @@
-"""`baldwinlab` and `python -m baldwinlab`: the command line, which can be interrupted at any moment.
+"""Run the command line as `baldwinlab` or `python -m baldwinlab`.
 
 SIGTERM, which a queue sends, has the effect of Ctrl-C: the stored runs remain, and a message says
 so.

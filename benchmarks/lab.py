@@ -80,7 +80,7 @@ def frames_a_second(page: Page, address: str, seconds: float) -> tuple[float, fl
 
 
 def make_study(directory: Path, agents: int, items: int) -> None:
-    """Create a study of two conditions with one generation, with newborns at the edge of the food."""
+    """Create a study of two conditions and one generation; newborns are at the edge of the food."""
     changes: dict[str, Any] = {
         "population": {"size": agents},
         "lifetime": {"steps": STEPS},

@@ -64,7 +64,8 @@ class Phase(NamedTuple):
 
 
 def _sense(model: Any, state: Any, rounds: int) -> None:
-    model, state = as_pointer(model), as_pointer(state)
+    model = as_pointer(model)
+    state = as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
             mark_agents_near_regions(model, state, simd_block(first))
@@ -76,14 +77,16 @@ def _sense(model: Any, state: Any, rounds: int) -> None:
 
 
 def _think(model: Any, state: Any, rounds: int) -> None:
-    model, state = as_pointer(model), as_pointer(state)
+    model = as_pointer(model)
+    state = as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
             compute_outputs(state.lookup, model, state, simd_block(first))
 
 
 def _act(model: Any, state: Any, rounds: int) -> None:
-    model, state = as_pointer(model), as_pointer(state)
+    model = as_pointer(model)
+    state = as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
             choose_action(state.body, model, state, simd_block(first))
@@ -92,14 +95,16 @@ def _act(model: Any, state: Any, rounds: int) -> None:
 
 
 def _learn(model: Any, state: Any, rounds: int) -> None:
-    model, state = as_pointer(model), as_pointer(state)
+    model = as_pointer(model)
+    state = as_pointer(state)
     for _ in range(rounds):
         for first in range(0, state.positions.shape[1], WIDTH):
             learn(state.rule, model, state, 0, simd_block(first))
 
 
 def _eat(model: Any, state: Any, rounds: int) -> None:
-    model, state = as_pointer(model), as_pointer(state)
+    model = as_pointer(model)
+    state = as_pointer(state)
     for step in range(rounds):
         for world in range(model.worlds):
             for agent in range(model.agents):
@@ -108,17 +113,25 @@ def _eat(model: Any, state: Any, rounds: int) -> None:
 
 @jit_entry_point
 def _peak(rows: Any, rounds: int) -> None:
-    a, b, c, d = (
-        get(rows, 0, simd_block(0)),
-        get(rows, 1, simd_block(0)),
-        get(rows, 2, simd_block(0)),
-        get(rows, 3, simd_block(0)),
-    )
-    e, f, g, h = a, b, c, d
-    x, y = get(rows, 4, simd_block(0)), get(rows, 5, simd_block(0))
+    a = get(rows, 0, simd_block(0))
+    b = get(rows, 1, simd_block(0))
+    c = get(rows, 2, simd_block(0))
+    d = get(rows, 3, simd_block(0))
+    e = a
+    f = b
+    g = c
+    h = d
+    x = get(rows, 4, simd_block(0))
+    y = get(rows, 5, simd_block(0))
     for _ in range(rounds):
-        a, b, c, d = a + x, b * y, c + x, d * y
-        e, f, g, h = e * y, f + x, g * y, h + x
+        a = a + x
+        b = b * y
+        c = c + x
+        d = d * y
+        e = e * y
+        f = f + x
+        g = g * y
+        h = h + x
     put(rows, 0, simd_block(0), a + b + c + d + e + f + g + h)
 
 

@@ -1,4 +1,4 @@
-"""The command line: a thin layer over `baldwinlab.api`. The module of a command is loaded on first use."""
+"""Command line of `baldwinlab.api`, with one module per command, which is imported on first use."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def doctor(
     folder: Annotated[Path, Parameter(help="Folder for studies that is tested.")] = Path("results"),
     /,
 ) -> None:
-    """List the installed packages, extras, cores, memory, disk, cache and GPU, and how to fix problems.
+    """List installed packages, extras, cores, memory, disk, cache and GPU, and how to fix problems.
 
     A line that begins with "-" names something optional that is missing. A line that begins with
     "PROBLEM" names something that baldwinlab needs. The exit status is 1 if there is a problem.

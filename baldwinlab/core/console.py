@@ -124,7 +124,7 @@ class _ProgressReporter:
 
 
 def _notebook_bar() -> Callable[[str, float], None]:
-    """Return a function that updates a bar in the output of a cell. The bar of rich needs ipywidgets."""
+    """Return a function that updates a bar in the output of a cell, without ipywidgets."""
     from IPython.display import HTML, display
 
     bar = display(HTML("<progress></progress>"), display_id=True)
@@ -134,7 +134,7 @@ def _notebook_bar() -> Callable[[str, float], None]:
 
 
 def info(message: str, *, has_address: bool = False) -> None:
-    """Print a message. The terminal, not rich, wraps a message with an address, to keep it whole."""
+    """Print a message. The terminal, not rich, wraps a message with an address."""
     console.print(message, markup=False, soft_wrap=has_address or None)
 
 

@@ -1,4 +1,4 @@
-"""Groups of optional packages (extras): their purposes, missing packages, and how to install them."""
+"""Extras (groups of optional packages): purposes, missing packages, and their installation."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def missing_packages(extra: str) -> list[str]:
 
 
 def required_packages() -> dict[str, list[str]]:
-    """Return the packages that the installed metadata requires, by extra; `CORE` has those of no extra."""
+    """Return the required packages of the installed metadata, by extra, or `CORE` without one."""
     packages: dict[str, list[str]] = {}
     for line in _requirements():
         name = re.match(r"[A-Za-z0-9._-]+", line)
@@ -75,7 +75,8 @@ def installation_command(extra: str) -> str:
     enough.
     """
     origin = _origin()
-    url, folder = origin.get("url", ""), origin.get("dir_info")
+    url = origin.get("url", "")
+    folder = origin.get("dir_info")
     if folder is None and "vcs_info" in origin:
         url = f"{origin['vcs_info']['vcs']}+{url}@{origin['vcs_info']['commit_id']}"
     if folder is None:

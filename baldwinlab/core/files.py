@@ -45,7 +45,7 @@ ASSAY_FILE: Final = FileKind("an assay", 4 * 2**30)  # netCDF holds at most 2 Gi
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text. Raise tomllib.TOMLDecodeError for invalid or deep nesting."""
+    """Return the tables of a TOML text, or raise tomllib.TOMLDecodeError."""
     try:
         return tomllib.loads(text)
     except RecursionError:
@@ -137,7 +137,7 @@ def read_bytes(path: Path, kind: FileKind) -> bytes:
 
 
 def read_text(path: Path, kind: FileKind) -> str:
-    """Return the text of a UTF-8 file. Raise as `read_bytes`, and ValueError for other encodings."""
+    """Return the text of a UTF-8 file; raise as `read_bytes`, or ValueError for other encodings."""
     try:
         text = read_bytes(path, kind).decode()
     except UnicodeDecodeError:
@@ -260,7 +260,7 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
 
 
 def _link(partial: Path, path: Path) -> None:
-    """Give a file the name `path`. One of several processes succeeds; the others raise FileExistsError."""
+    """Give a file the name `path`; raise FileExistsError if another process has created it."""
     try:
         os.link(partial, path)
     except FileExistsError:

@@ -48,12 +48,12 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
 
 
 def is_study(folder: Path) -> bool:
-    """Return whether a folder holds a study, which may be damaged. `study.toml` is its last file."""
+    """Return whether a folder holds a study, possibly damaged. `study.toml` is its last file."""
     return (folder / STUDY).exists()
 
 
 def owner(path: Path) -> Path | None:
-    """Return the folder of the study that a path is inside of, after links; None if there is none."""
+    """Return the folder of the study that contains a path, after links, or None."""
     real = path.resolve()
     for folder in real.parents:
         if real.relative_to(folder).parts[0] in _STUDY_ENTRIES and is_study(folder):

@@ -55,7 +55,7 @@ def make_generation(
 
 
 def _makers_in_life(experiment: BaseExperiment) -> list[str]:
-    """Return the fields that choose the parts which change genomes between birth and reproduction."""
+    """Return the fields that choose the parts which change genomes in life."""
     if not isinstance(experiment, Experiment):
         return ["model", "evolution.inheritance"]
     births = ["world.features", "evolution.variation"] if experiment.births_in_life else []

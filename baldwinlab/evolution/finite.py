@@ -43,10 +43,10 @@ def require_finite(
         agent, module, gene = (int(index) for index in np.argwhere(faulty)[0])
         parts = " and ".join(f"{path} = {_names(experiment, path)}" for path in paths)
         raise RefusedError(
-            f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent {agent} "
-            f"unwritten or not finite ({genome[agent, module, gene]:g}), in generation "
-            f"{key.generation} of run {key.run}; every gene must be a finite number, so correct the "
-            "part, or choose smaller rates"
+            f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent "
+            f"{agent} unwritten or not finite ({genome[agent, module, gene]:g}), in generation "
+            f"{key.generation} of run {key.run}; every gene must be a finite number, so correct "
+            "the part, or choose smaller rates"
         )
 
 

@@ -28,7 +28,7 @@ WEIGHTS_OF_MODULE: Final = {
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """Draw the genomes of a generation without parents. Raises RefusedError if one is not finite."""
+    """Draw the genomes of a generation without parents; raise RefusedError if not finite."""
     if not isinstance(experiment, Experiment):
         founders = np.ascontiguousarray(
             experiment.of_model.founders(experiment.population.size, key), np.float32

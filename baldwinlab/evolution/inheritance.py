@@ -65,11 +65,12 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
         return genome
     # Inheritance changes the first modules: action, and reinforcement if there is one.
     modules = 2 if "reinforcement" in experiment.modules else 1
-    born = np.ascontiguousarray(genome[:, :modules])
-    changed, inherited = born.copy(), genome.copy()
+    innate = np.ascontiguousarray(genome[:, :modules])
+    changed = innate.copy()
+    inherited = genome.copy()
     poison.fill(changed[:, 0, : learned.shape[1]])
     values, code = breeding_part(experiment, "inheritance")
-    cached_jit(inherit_all, code)(values, born, learned, changed)
+    cached_jit(inherit_all, code)(values, innate, learned, changed)
     inherited[:, :modules] = changed
     return inherited
 

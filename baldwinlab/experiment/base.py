@@ -136,7 +136,8 @@ class BaseExperiment(Fields):
 
     @model_validator(mode="after")
     def _elite_of_the_population(self) -> Self:
-        elite, size = self.evolution.elite, self.population.size
+        elite = self.evolution.elite
+        size = self.population.size
         if elite > size:
             refuse_fields([("evolution.elite", elite, f"must be at most population.size = {size}")])
         return self
@@ -289,9 +290,11 @@ def _without_idle_tables(
     chosen = {path for path, _ in chosen_parts(base, tree)}
     for path, _ in chosen_parts(_base_of(before.to_dict()), before.to_dict(), lenient=True):
         *steps, last = path.split(".")
-        table, given = tree, changes
+        table = tree
+        given = changes
         for step in steps:
-            table, given = table[step], given.get(step, {}) if isinstance(given, dict) else {}
+            table = table[step]
+            given = given.get(step, {}) if isinstance(given, dict) else {}
         if path not in chosen and last not in given and isinstance(table, dict):
             table.pop(last, None)
     return tree

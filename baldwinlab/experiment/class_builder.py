@@ -60,18 +60,22 @@ def chosen_parts(
         for step in steps:
             table = plain(table.get(step, {})) if isinstance(table, dict) else {}
         names = table.get(last, default) if isinstance(table, dict) else default
-        for name in (
-            (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ()
-        ):
+        available = registry.names(kind) if with_custom_parts else registry.packaged(kind)
+        for name in _to_names(names):
             where = ".".join([*steps, key_of(str(name))])
-            if lenient and name not in (
-                registry.names(kind) if with_custom_parts else registry.packaged(kind)
-            ):
+            if lenient and name not in available:
                 if isinstance(table, dict) and key_of(str(name)) in table:
                     result.append((where, None))
             elif kind != "model" and (part := registry.settings_class(kind, str(name))):
                 result.append((where, part))
     return tuple(result)
+
+
+def _to_names(value: Any) -> tuple[Any, ...]:
+    """Return the names that a setting of one or several parts contains; () for other types."""
+    if isinstance(value, str):
+        return (value,)
+    return tuple(value) if isinstance(value, list | tuple) else ()
 
 
 @cache

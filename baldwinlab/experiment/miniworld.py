@@ -262,14 +262,17 @@ class Experiment(BaseExperiment):
 
     @property
     def learns(self) -> bool:
+        """Whether agents learn."""
         return self.learning.rule != "none"
 
     @property
     def steps(self) -> int:
+        """Number of steps in a lifetime."""
         return self.lifetime.steps
 
     @property
     def births_in_life(self) -> bool:
+        """Whether agents are born during the lifetimes of other agents."""
         return any(feature.allows_births for feature in self.parts("world.features"))
 
     @property
@@ -279,16 +282,17 @@ class Experiment(BaseExperiment):
         return self.steps if stops is None else min(stops, self.steps)
 
     def without_learning(self) -> Self:
+        """Return this experiment with the learning rule `none`."""
         return self.replace(learning={"rule": "none"})
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules of a genome."""
+        """Tuple of the names of a genome's modules."""
         return tuple(self.part("learning.rule").modules)
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of the inputs of the network."""
+        """Tuple of the names of the network's inputs."""
         return tuple(name for sense in self.parts("senses.kinds") for name in sense.inputs)
 
     @property
@@ -298,7 +302,7 @@ class Experiment(BaseExperiment):
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """Names of the actions, which are the outputs of the network."""
+        """Tuple of the names of the actions, which are the outputs of the network."""
         return tuple(self.part("motor.body").actions)
 
     @property

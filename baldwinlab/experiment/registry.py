@@ -33,11 +33,11 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "world feature": {},
     "selection": {
-        "roulette": f"{_EVOLUTION}.selection:Roulette",
-        "tournament": f"{_EVOLUTION}.selection:Tournament",
-        "truncation": f"{_EVOLUTION}.selection:Truncation",
-        "rank": f"{_EVOLUTION}.selection:Rank",
-        "neutral": f"{_EVOLUTION}.selection:Neutral",
+        "roulette": f"{_EVOLUTION}.proportional_selection:Roulette",
+        "tournament": f"{_EVOLUTION}.ordinal_selection:Tournament",
+        "truncation": f"{_EVOLUTION}.ordinal_selection:Truncation",
+        "rank": f"{_EVOLUTION}.ordinal_selection:Rank",
+        "neutral": f"{_EVOLUTION}.neutral_selection:Neutral",
     },
     "variation": {"crossover": f"{_EVOLUTION}.variation:Crossover"},
     "inheritance": {
@@ -55,7 +55,9 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
         "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",
         "neat-poles": f"{_MODELS}.neat.double_pole:NeatPoles",
-        "neat-poles-without-velocities": f"{_MODELS}.neat.double_pole_no_velocities:UnseenVelocities",
+        "neat-poles-without-velocities": (
+            f"{_MODELS}.neat.double_pole_no_velocities:UnseenVelocities"
+        ),
         "light-switch": f"{_MODELS}.light_switch:LightSwitch",
         "neat-xor": f"{_MODELS}.neat.xor:NeatXor",
         "nk-climbers": f"{_MODELS}.nk_climbers:NKClimbers",
@@ -110,10 +112,10 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "walls": f"{_MINIWORLD}.features.map_features:Walls",
     },
     "selection": {
-        "best-copies": f"{_EVOLUTION}.selection_schemes:BestCopies",
-        "expected-offspring": f"{_EVOLUTION}.selection_schemes:ExpectedOffspring",
-        "larger-tournament": f"{_EVOLUTION}.selection_schemes:LargerTournament",
-        "outcrossing": f"{_EVOLUTION}.selection_schemes:Outcrossing",
+        "best-copies": f"{_EVOLUTION}.ordinal_selection:BestCopies",
+        "expected-offspring": f"{_EVOLUTION}.proportional_selection:ExpectedOffspring",
+        "larger-tournament": f"{_EVOLUTION}.ordinal_selection:LargerTournament",
+        "outcrossing": f"{_EVOLUTION}.proportional_selection:Outcrossing",
         "species": f"{_EVOLUTION}.neat.operators:Species",
     },
     "variation": {

@@ -220,7 +220,8 @@ def upgrade(tree: Mapping[str, Any], path: str = "") -> dict[str, Any]:
         current = new_path(old) or old
         key = current.rpartition(".")[2]
         if key != name and key in tree:
-            key, current = name, old
+            key = name
+            current = old
         if isinstance(value, Mapping):
             upgraded[key] = upgrade(value, current)
         else:

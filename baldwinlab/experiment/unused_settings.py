@@ -37,7 +37,8 @@ def idle_settings(
 
 def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
     """Return the settings of mutation that the variation does not use."""
-    name, part = experiment.evolution.variation, experiment.part("evolution.variation")
+    name = experiment.evolution.variation
+    part = experiment.part("evolution.variation")
     fields = [
         field for field in type(experiment.evolution).model_fields if field.startswith("mutation_")
     ]

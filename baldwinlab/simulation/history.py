@@ -93,7 +93,7 @@ class History:
         return self._records[name][: self.n_generations]
 
     def saved_genomes_until(self, generation: int) -> tuple[int, Genome]:
-        """Return the last generation up to `generation` whose genomes are saved, and its genomes."""
+        """Return the last generation up to `generation` with saved genomes, and its genomes."""
         # Copy the dictionary at once: another thread may add a generation.
         saved = self._saved_genomes.copy()
         last = max(number for number in saved if number <= generation)

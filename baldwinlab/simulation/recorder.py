@@ -171,7 +171,7 @@ class FirstTime:
         return self._conditions(batch) & np.isnan(self.values)
 
     def _bisect(self, batch: Batch, first: int, last: int) -> None:
-        """Simulate from `first`, the current time, to `last`, before which a condition becomes true."""
+        """Simulate from `first`, the current time, to `last`, where a condition becomes true."""
         if last - first == 1:
             batch.simulate(first, last)
             self.values[self._newly_true(batch)] = last

@@ -72,7 +72,7 @@ def reevaluate(
 def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> CpuBatch:
-    """Return a batch at the first step of these lifetimes; the parameters are those of `reevaluate`."""
+    """Return a batch at the first step of these lifetimes; parameters as in `reevaluate`."""
     batch = CpuBatch(experiment, seed, runs)
     batch.begin(generation, genomes[:, :, : len(experiment.modules)])
     return batch

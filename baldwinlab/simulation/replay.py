@@ -145,7 +145,8 @@ def recompute_genomes(
 
     Notes
     -----
-    If inheritance depends on lifetimes, all generations are simulated; `energy` and `start` are unused.
+    If inheritance depends on lifetimes, all generations are simulated.
+    Then `energy` and `start` are unused.
     """
     seed, run, generation = key
     if experiment.part("evolution.inheritance").resamples_genomes:

@@ -274,10 +274,8 @@ def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_ha
 
 
 def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
-    comparison, less = (
-        'b = "all-set", measure = "ones", rule = "lower"',
-        [share / 2 for share in SPREAD],
-    )
+    comparison = 'b = "all-set", measure = "ones", rule = "lower"'
+    less = [share / 2 for share in SPREAD]
     result = of_strings(tmp_path, comparison, guessing=SPREAD, all_set=less)
     assert result.verdict == "holds" and result.deciding is not None
     assert result.deciding.numbers.effect == pytest.approx(-0.225)

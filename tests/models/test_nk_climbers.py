@@ -11,7 +11,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.evolution.selection_schemes import LargerTournament
+from baldwinlab.evolution.ordinal_selection import LargerTournament
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.nk_climbers import BitFlips, NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms

@@ -42,18 +42,19 @@ def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
 
 
 def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) -> bool:
-    """Return whether `candidate` is `experiment` without learning, for models other than MiniWorld."""
+    """Return whether `candidate` is `experiment` without learning, for models but MiniWorld."""
     try:
-        return bool(
-            experiment.without_learning().to_dict() | {"name": candidate.name} == candidate.to_dict()
-        )
+        control = experiment.without_learning().to_dict() | {"name": candidate.name}
+        return bool(control == candidate.to_dict())
     # The model is not loaded.
     except ExperimentError:
         key = key_of(experiment.model)
         tree = experiment.to_dict()
         candidate_tree = candidate.to_dict()
         shared = {"name": experiment.name, key: tree[key]}
-        return candidate_tree | shared == tree and _switches_learning_off(candidate_tree[key], tree[key])
+        if candidate_tree | shared != tree:
+            return False
+        return _switches_learning_off(candidate_tree[key], tree[key])
 
 
 def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:

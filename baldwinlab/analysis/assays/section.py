@@ -79,7 +79,7 @@ FIGURES: Final = (
         "Newborns of each generation, simulated again. Top: fitness of the average agent with "
         "learning on, with learning off (innate fitness), with the weights at death and learning "
         "off, and with random changes instead of learning (drift). Bottom: the same as a share of "
-        "the fitness with learning on. Genetic assimilation raises the innate share towards 1. "
+        "the fitness with learning on. Genetic assimilation raises the innate share toward 1. "
         f"{BANDS}",
         figures.draw_innate_and_learned,
         ("on", "off", "frozen", "drift"),

@@ -346,16 +346,14 @@ def _draw_senses(report: ReportData) -> ReportFigure | None:
     without_sector = [
         sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
     ]
-    more_inputs = (
-        f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
-    )
+    unseen = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
     last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
     item = f" The item is in the sector of {last_inputs}." if sectors else ""
     return ReportFigure(
         "senses",
         "The agents' senses",
         f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
-        f"right of the page, and its right hand is below.{item}{more_inputs}",
+        f"right of the page, and its right hand is below.{item}{unseen}",
         f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
         figures.draw_agent_senses(look),
     )

@@ -165,8 +165,10 @@ def add_link(
 @compiled
 def _find_open_pair(graph: Graph, loops: bool, chosen: int, marks: Any) -> Any:
     """Return the number of node pairs that a new link can join, and the pair number `chosen`."""
-    count, nodes = 0, count_nodes(graph)
-    source, target = ZERO, ZERO
+    count = 0
+    nodes = count_nodes(graph)
+    source = ZERO
+    target = ZERO
     for begin in range(nodes):
         for end in range(int(graph[INPUTS]), nodes):
             first = node_number(graph, begin)

@@ -60,7 +60,8 @@ def distance(part: Any, first: Genes, second: Genes) -> float:
 
 def activate(graph: Any, steepness: float, inputs: Any) -> list[float]:
     """Return the outputs of a network without loops, by recursion from the outputs."""
-    first, outputs = int(graph[INPUTS]), int(graph[OUTPUTS])
+    first = int(graph[INPUTS])
+    outputs = int(graph[OUTPUTS])
     enabled = [gene for gene in read_genes(graph).values() if gene[3]]
 
     def value(node: float) -> float:
@@ -166,13 +167,34 @@ def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[in
     return pairs
 
 
+class _Innovations:
+    """Innovation numbers of a generation. The same innovation has one number in all children."""
+
+    def __init__(self, last: int) -> None:
+        self.last = last
+        self._numbers = dict[tuple[str, float, float], int]()
+
+    def number_link(self, source: float, target: float) -> int:
+        """Return the number of a link, which is new unless a child has it already."""
+        number = self._numbers.setdefault(("link", source, target), self.last + 1)
+        self.last = max(self.last, number)
+        return number
+
+    def number_node(self, source: float, target: float) -> int:
+        """Return the number of the node that splits a link; the next number is its output link."""
+        node = self._numbers.setdefault(("node", source, target), self.last + 1)
+        self.last = max(self.last, node + 1)
+        self._numbers["link", source, node] = node
+        self._numbers["link", node, target] = node + 1
+        return node
+
+
 def children(
     part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any
 ) -> list[list[list[float]]]:
     """Return the genomes of the children under the variation `neat`."""
     max_links = (len(genome[0][0]) - HEAD) // GENE
-    ledger = int(genome[0][0][LEDGER])
-    innovations = dict[tuple[str, float, float], int]()
+    innovations = _Innovations(int(genome[0][0][LEDGER]))
     offspring: list[Genes] = []
     for (first_parent, second_parent), (of_child, of_new, *of_links) in zip(
         pairs, draws, strict=True
@@ -191,38 +213,43 @@ def children(
         if first_parent != second_parent:
             _cross(part, genes, read_genes(genome[second_parent][0]), of_links)
         if of_child[0] < part.weight_mutation_rate:
-            for gene, draw in zip(genes.values(), of_links, strict=False):
-                size = 2 * draw[3] - 1
-                gene[2] = (
-                    gene[2] + size * part.perturbation_size
-                    if draw[2] < part.perturbation_share
-                    else size * part.weight_range
-                )
+            _mutate_weights(part, genes, of_links)
         bias = genome[0][0][INPUTS] - 1
         splittable = [
             number for number in sorted(genes) if genes[number][3] and genes[number][0] != bias
         ]
         if of_child[1] < part.add_node_rate and splittable and len(genes) + 2 <= max_links:
-            source, target, weight, _ = split = genes[
-                splittable[int(of_child[3] * len(splittable))]
-            ]
-            node = innovations.setdefault(("node", source, target), ledger + 1)
-            ledger = max(ledger, node + 1)
-            innovations[("link", source, node)] = node
-            innovations[("link", node, target)] = node + 1
-            split[3] = 0.0
-            genes |= {node: [source, node, 1.0, 1.0], node + 1: [node, target, weight, 1.0]}
+            chosen = splittable[int(of_child[3] * len(splittable))]
+            _split_link(genes, chosen, innovations)
         open_pairs = _open_pairs(part, genome[0][0], genes)
         if of_child[2] < part.add_link_rate and open_pairs and len(genes) + 1 <= max_links:
             source, target = open_pairs[int(of_new[0] * len(open_pairs))]
-            number = innovations.setdefault(("link", source, target), ledger + 1)
-            ledger = max(ledger, number)
+            number = innovations.number_link(source, target)
             genes[number] = [source, target, (2 * of_new[1] - 1) * part.weight_range, 1.0]
-    heads = _heads(part, genome, fitness, offspring, draws, ledger)
+    heads = _heads(part, genome, fitness, offspring, draws, innovations.last)
     return [
         [_write_genome(head, genes, max_links)]
         for head, genes in zip(heads, offspring, strict=True)
     ]
+
+
+def _mutate_weights(part: Any, genes: Genes, draws: Any) -> None:
+    """Perturb or replace the weight of each link."""
+    for gene, draw in zip(genes.values(), draws, strict=False):
+        size = 2 * draw[3] - 1
+        is_perturbed = draw[2] < part.perturbation_share
+        gene[2] = (
+            gene[2] + size * part.perturbation_size if is_perturbed else size * part.weight_range
+        )
+
+
+def _split_link(genes: Genes, number: int, innovations: _Innovations) -> None:
+    """Replace a link by a node with an input link of weight 1 and an output link."""
+    source, target, weight, _ = genes[number]
+    node = innovations.number_node(source, target)
+    genes[number][3] = 0.0
+    genes[node] = [source, node, 1.0, 1.0]
+    genes[node + 1] = [node, target, weight, 1.0]
 
 
 def _cross(part: Any, genes: Genes, mate_genes: Genes, draws: Any) -> None:
@@ -236,7 +263,8 @@ def _cross(part: Any, genes: Genes, mate_genes: Genes, draws: Any) -> None:
 
 def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]:
     """Return the pairs of nodes that a new link can join."""
-    inputs, fixed = int(head[INPUTS]), int(head[INPUTS] + head[OUTPUTS])
+    inputs = int(head[INPUTS])
+    fixed = int(head[INPUTS] + head[OUTPUTS])
     nodes = [*range(fixed), *(number for number in sorted(genes) if genes[number][1] == number)]
     behind: dict[float, set[float]] = {node: {node} for node in nodes}
     for _ in nodes:

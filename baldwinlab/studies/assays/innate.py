@@ -148,7 +148,8 @@ def weight_distances(
     """
     counts = [birth.shape[-1]]
     if isinstance(experiment, Experiment):
-        sizes, bias = experiment.layer_sizes, int(experiment.network.biases)
+        sizes = experiment.layer_sizes
+        bias = int(experiment.network.biases)
         counts = [(inputs + bias) * outputs for inputs, outputs in pairwise(sizes)]
     squares = (death.astype(np.float64) - birth) ** 2
     moved = [layer.sum(axis=-1) for layer in np.split(squares, np.cumsum(counts)[:-1], axis=-1)]

@@ -91,7 +91,8 @@ def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     simulation = memory.simulation_bytes(experiment, worlds) * (
         SAVED_STATES if "within-life" in names else 1
     )
-    agents, generations = experiment.population.size, experiment.evolution.generations
+    agents = experiment.population.size
+    generations = experiment.evolution.generations
     shares = 4 * 8 * agents * min(agents, FOUNDERS_PER_BATCH)
     pedigree = (
         agents * (generations * BYTES_PER_CHILD + agents // 4) + shares if "descent" in names else 0

@@ -18,7 +18,10 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
 from baldwinlab.studies.store import StudyStore
 
-RUNS, GENERATIONS, AGENTS, STEPS = 12, 40, 4, 600
+RUNS = 12
+GENERATIONS = 40
+AGENTS = 4
+STEPS = 600
 LAYERS = ("sensors to hidden", "hidden to actions")
 NEWBORNS = ("random genome", "generation 0", "generation 20", "generation 39")
 MODULES = (
@@ -162,8 +165,11 @@ def descent(condition: str, runs: int = RUNS) -> xr.Dataset:
 
 def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
     """Every assay: on map A what is learned becomes innate, on map B nobody eats without learning."""
-    a, b, evo = "evo+self-taught/A", "evo+self-taught/B", "evo/A"
-    on, drift = rising(50, 100), constant(20)
+    a = "evo+self-taught/A"
+    b = "evo+self-taught/B"
+    evo = "evo/A"
+    on = rising(50, 100)
+    drift = constant(20)
     return {
         "innate": {
             a: innate(

@@ -15,7 +15,8 @@ from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures import to_svg
 from tests.analysis.assays.assayed import constant, innate, whole
 
-A, B = "evo+self-taught/A", "evo+self-taught/B"
+A = "evo+self-taught/A"
+B = "evo+self-taught/B"
 
 DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
     "lives": figures.draw_innate_and_learned,

@@ -20,7 +20,8 @@ from baldwinlab.papers.claims import Claim
 from tests.analysis.assays.assayed import constant, innate, neutral
 from tests.analysis.statistics.studies import RUNS, Claims, study
 
-TAUGHT, DRIFT = "evo+self-taught", "evo+drift"
+TAUGHT = "evo+self-taught"
+DRIFT = "evo+drift"
 EATEN = {
     "evo/A": range(40, 40 + RUNS),
     f"{TAUGHT}/A": range(120, 120 + RUNS),

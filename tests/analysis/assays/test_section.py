@@ -27,7 +27,8 @@ from tests.analysis.assays.assayed import (
     within_life,
 )
 
-A, B = "evo+self-taught/A", "evo+self-taught/B"
+A = "evo+self-taught/A"
+B = "evo+self-taught/B"
 
 
 def text_on(**assays: xr.Dataset) -> str:

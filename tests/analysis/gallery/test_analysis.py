@@ -13,7 +13,8 @@ from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.papers.presets import load
 from tests.analysis.assays.assayed import AGENTS, GENERATIONS, RUNS, constant, innate, rising
 
-LEARNER, CONTROL = "evo+self-taught/A", "evo/A"
+LEARNER = "evo+self-taught/A"
+CONTROL = "evo/A"
 STEP = np.arange(GENERATIONS)
 
 

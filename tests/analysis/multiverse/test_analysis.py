@@ -65,13 +65,15 @@ def test_without_the_standard_variant_nothing_is_overturned() -> None:
 
 
 def test_the_nearest_variant_is_that_of_the_least_distance() -> None:
-    far, near = variant_of("rank", with_gain(100)), variant_of("biases", with_gain(50))
+    far = variant_of("rank", with_gain(100))
+    near = variant_of("biases", with_gain(50))
     assert far.distance == pytest.approx(1.5) and near.distance == pytest.approx(0.25)
     assert find_nearest(multiverse_of(far, near)) == near
 
 
 def test_a_variant_under_which_nobody_eats_is_never_the_nearest() -> None:
-    nobody, far = variant_of("literal", NOBODY_EATS), variant_of("rank", with_gain(140))
+    nobody = variant_of("literal", NOBODY_EATS)
+    far = variant_of("rank", with_gain(140))
     assert nobody.distance == 1 and far.distance == pytest.approx(2.5)
     assert find_nearest(multiverse_of(nobody, far)) == far
 

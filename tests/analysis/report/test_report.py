@@ -146,7 +146,8 @@ def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) 
 
 
 def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
-    folder, out = tmp_path / "a study", tmp_path / "pages" / "report.html"
+    folder = tmp_path / "a study"
+    out = tmp_path / "pages" / "report.html"
     write_report(folder, draw_report(report_data(study(AS_THE_PAPER), folder)), out)
     assert 'href="../a%20study/figures/fitness.csv"' in out.read_text("utf-8")
 

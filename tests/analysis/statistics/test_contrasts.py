@@ -15,7 +15,9 @@ from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.experiment.factors import Factors
 from tests.analysis.statistics.studies import study
 
-HIGH, LOW, MIXED = range(100, 108), range(10, 18), [5, 6, 7, 8, 104, 105, 106, 107]
+HIGH = range(100, 108)
+LOW = range(10, 18)
+MIXED = [5, 6, 7, 8, 104, 105, 106, 107]
 NOTHING = float("nan")
 
 
@@ -103,7 +105,8 @@ def test_a_verdict_needs_a_significant_difference() -> None:
 
 def test_a_row_contains_the_fields_of_the_comparison() -> None:
     (mean, _) = compare_conditions(study({"a/A": LOW, "b/A": MIXED})).rows
-    row, expected = mean.row(), statistics.compare(MIXED, LOW)
+    row = mean.row()
+    expected = statistics.compare(MIXED, LOW)
     assert set(row) == set(COLUMNS)
     assert [row[name] for name in expected._fields] == list(expected)
 

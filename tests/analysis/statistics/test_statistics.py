@@ -189,7 +189,8 @@ def test_the_interval_has_its_nominal_coverage() -> None:
 
 
 def test_the_interval_is_reproducible_and_contains_the_effect() -> None:
-    a, b = [1.0, 2, 3, 4, 9], [0.0, 0, 1, 5, 6]
+    a = [1.0, 2, 3, 4, 9]
+    b = [0.0, 0, 1, 5, 6]
     assert compare(a, b) == compare(a, b)
     assert compare(a, b).low <= compare(a, b).effect == 2 <= compare(a, b).high
     low, high = median_interval(a)

@@ -13,7 +13,8 @@ import xarray as xr
 from baldwinlab.analysis.sweeps import analysis as responses
 from tests.analysis.sweeps.made import GRID_ENERGY, grid, sample
 
-RATE, COUNT = "learning.rate", "world.food.0.count"
+RATE = "learning.rate"
+COUNT = "world.food.0.count"
 
 
 def test_a_grid_is_told_point_by_point_in_the_order_of_its_file() -> None:

@@ -16,7 +16,8 @@ from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.figures import axis_scale, draw_heat_maps, draw_response_curves
 from tests.analysis.sweeps.made import grid, sample
 
-RATE, COUNT = "learning.rate", "world.food.0.count"
+RATE = "learning.rate"
+COUNT = "world.food.0.count"
 
 DRAW: dict[str, Callable[[], Figure]] = {
     "curves": lambda: draw_response_curves(compute_finals(grid())),

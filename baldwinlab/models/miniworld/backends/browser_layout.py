@@ -25,7 +25,7 @@ from baldwinlab.engine import wasm
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.founders import purposes
 from baldwinlab.evolution.inheritance import Darwinian
-from baldwinlab.evolution.selection import Neutral, is_neutral_control
+from baldwinlab.evolution.neutral_selection import Neutral, is_neutral_control
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import key_of

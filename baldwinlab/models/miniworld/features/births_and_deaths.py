@@ -28,7 +28,8 @@ import numpy as np
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.engine.rng import AGE, INHERITANCE, MUTATION_GATE, SELECTION, draw_uniforms, uniform
-from baldwinlab.evolution.selection import find_first_above, is_neutral_control
+from baldwinlab.evolution.neutral_selection import is_neutral_control
+from baldwinlab.evolution.roulette_wheel import find_first_above
 from baldwinlab.models.miniworld.allocation import item_regions
 from baldwinlab.models.miniworld.birth import replace_agent
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit

@@ -1,0 +1,207 @@
+"""Selection that depends on the order of fitness alone.
+
+References
+----------
+.. [1] D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic
+   algorithms", Foundations of Genetic Algorithms 1 (1991): `tournament`, `larger-tournament`.
+.. [2] S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive
+   Behavior 3 (1994): `best-copies`. In that paper, the best 20 of 100 agents have five children
+   each.
+.. [3] D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and
+   behavioral fitness", Neural Networks 13 (2000): the setting `two_parent_share` of `best-copies`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
+from baldwinlab.evolution.roulette_wheel import draw_index, spin, spin_oracle
+from baldwinlab.evolution.sorting import Keys, Order, sort_by
+from baldwinlab.parts import Field, Selection
+
+
+class Tournament(Selection, name="tournament"):
+    """The fitter of two randomly drawn agents.
+
+    References
+    ----------
+    Goldberg and Deb 1991.
+    """
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                first = draw_index(fitness.size, uniforms[child, 0, 2 * parent])
+                second = draw_index(fitness.size, uniforms[child, 0, 2 * parent + 1])
+                parents[child, parent] = second if fitness[second] > fitness[first] else first
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        def winner(draws: Any) -> int:
+            return max(
+                (int(draw * len(fitness)) for draw in draws), key=lambda agent: fitness[agent]
+            )
+
+        return [[winner(draws[0][:2]), winner(draws[0][2:])] for draws in uniforms]
+
+
+class LargerTournament(Selection, name="larger-tournament"):
+    """The fittest of `size` randomly drawn agents. Of equal agents, the one drawn first.
+
+    References
+    ----------
+    Goldberg and Deb 1991.
+    """
+
+    size: int = Field(3, ge=2, le=4, description="Number of agents drawn for each parent.")
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                best = int(uniforms[child, parent, 0] * fitness.size)
+                for draw in range(1, part.size):
+                    agent = int(uniforms[child, parent, draw] * fitness.size)
+                    best = agent if fitness[agent] > fitness[best] else best
+                parents[child, parent] = best
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        def winner(draws: Any) -> int:
+            agents = [int(draw * len(fitness)) for draw in draws[: part.size]]
+            return max(agents, key=lambda agent: fitness[agent])
+
+        return [[winner(draws) for draws in of_child[:2]] for of_child in uniforms]
+
+
+class Truncation(Selection, name="truncation"):
+    """A random agent of the fitter half, rounded down. Ties are broken at random."""
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        half = max(1, fitness.size // 2)
+        for agent in range(fitness.size):
+            shares[agent] = -fitness[agent]
+        sort_by(shares, uniforms[:, 1, 0], order)
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                parents[child, parent] = order[draw_index(half, uniforms[child, 0, parent])]
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        order = sorted(
+            range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
+        )
+        best = order[: max(1, len(order) // 2)]
+        return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in uniforms]
+
+
+class BestCopies(Selection, name="best-copies"):
+    """The best agents, with the same number of children each and one parent per child.
+
+    If the number is not even, the fittest agents have one child more.
+    The share `two_parent_share` of the children has a second parent among the best.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994; Floreano and Urzelai 2000.
+    """
+
+    parent_share: float = Field(
+        0.2,
+        gt=0,
+        le=1,
+        description="Share of the fittest agents that have children; at least one agent.",
+    )
+    two_parent_share: float = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description="Share of the children with a second parent among the fittest.",
+    )
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        best = max(1, int(part.parent_share * fitness.size + 0.5))
+        for agent in range(fitness.size):
+            shares[agent] = -fitness[agent]
+        # Equal agents are in random order.
+        sort_by(shares, uniforms[:, 1, 0], order)
+        for child in range(parents.shape[0]):
+            parents[child, 0] = parents[child, 1] = order[child % best]
+            if uniforms[child, 0, 0] < part.two_parent_share:
+                parents[child, 1] = order[int(uniforms[child, 0, 1] * best)]
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        order = sorted(
+            range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
+        )
+        best = order[: max(1, int(part.parent_share * len(fitness) + 0.5))]
+        pairs = [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
+        for pair, (draws, _) in zip(pairs, uniforms, strict=True):
+            if draws[0] < part.two_parent_share:
+                pair[1] = best[int(draws[1] * len(best))]
+        return pairs
+
+
+class Rank(Selection, name="rank"):
+    """Probability proportional to the rank, 1 for the lowest fitness.
+
+    Equal agents share the mean of their ranks.
+    """
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        sort_by(fitness, fitness, order)
+        first = 0
+        for end in range(1, fitness.size + 1):
+            if end == fitness.size or fitness[order[end]] != fitness[order[first]]:
+                for equal in range(first, end):
+                    shares[order[equal]] = 0.5 * (first + 1 + end)
+                first = end
+        spin(uniforms, shares, parents)
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        def rank(value: float) -> float:
+            return 0.5 + sum((lower < value) + 0.5 * (lower == value) for lower in fitness)
+
+        return spin_oracle([rank(value) for value in fitness], uniforms)

@@ -1,0 +1,166 @@
+"""Selection with a probability proportional to fitness.
+
+References
+----------
+.. [1] Le 2019: `roulette`.
+.. [2] J. E. Baker, "Reducing bias and inefficiency in the selection algorithm", Proceedings of the
+   2nd International Conference on Genetic Algorithms (1987): `expected-offspring`.
+.. [3] G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987):
+   `outcrossing`.
+"""
+
+from __future__ import annotations
+
+from itertools import accumulate
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
+from baldwinlab.evolution.roulette_wheel import (
+    find_first_above,
+    spin,
+    spin_oracle,
+    sum_shares,
+    sum_shares_oracle,
+)
+from baldwinlab.evolution.sorting import Keys, Order
+from baldwinlab.parts import Selection
+
+
+class Roulette(Selection, name="roulette"):
+    """Probability proportional to fitness, which must not be negative.
+
+    If the fitness of all agents is 0, all have the same probability.
+
+    References
+    ----------
+    Le 2019.
+    """
+
+    least: ClassVar[float] = 0.0
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        for agent in range(fitness.size):
+            shares[agent] = fitness[agent]
+        spin(uniforms, shares, parents)
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        return spin_oracle(fitness, uniforms)
+
+
+class ExpectedOffspring(Selection, name="expected-offspring"):
+    """Roulette with low variance: an agent is a parent as often as expected, rounded up or down.
+
+    References
+    ----------
+    Baker 1987 (stochastic universal sampling).
+    """
+
+    least: ClassVar[float] = 0.0
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        """Spin a wheel with one pointer per parent, at equal distances, and shuffle the parents."""
+        for agent in range(fitness.size):
+            shares[agent] = fitness[agent]
+        total, last = sum_shares(shares)
+        n_parents = 2 * parents.shape[0]
+        agent = 0
+        for index in range(n_parents):
+            pointer = (index + uniforms[0, 1, 0]) * total / n_parents
+            while agent < last and shares[agent] <= pointer:
+                agent += 1
+            parents[index // 2, index % 2] = agent
+        for index in range(n_parents - 1, 0, -1):
+            swapped = int(uniforms[index // 2, 0, index % 2] * (index + 1))
+            moved = parents[swapped // 2, swapped % 2]
+            parents[swapped // 2, swapped % 2] = parents[index // 2, index % 2]
+            parents[index // 2, index % 2] = moved
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        sums = sum_shares_oracle(fitness)
+        n_parents = 2 * len(uniforms)
+        pointers = [
+            (index + uniforms[0][1][0]) * sums[-1] / n_parents for index in range(n_parents)
+        ]
+        drawn = [
+            next(agent for agent, end in enumerate(sums) if pointer < end) for pointer in pointers
+        ]
+        for index in range(n_parents - 1, 0, -1):
+            swapped = int(uniforms[index // 2][0][index % 2] * (index + 1))
+            drawn[index], drawn[swapped] = drawn[swapped], drawn[index]
+        return [drawn[index : index + 2] for index in range(0, n_parents, 2)]
+
+
+class Outcrossing(Selection, name="outcrossing"):
+    """Roulette in which the second parent is another agent than the first.
+
+    References
+    ----------
+    Hinton and Nowlan 1987.
+    """
+
+    least: ClassVar[float] = 0.0
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        for agent in range(fitness.size):
+            shares[agent] = fitness[agent]
+        total, _ = sum_shares(shares)
+        for child in range(parents.shape[0]):
+            first = find_first_above(shares, uniforms[child, 0, 0] * total)
+            before = shares[first - 1] if first > 0 else 0.0
+            rest = before + (total - shares[first])
+            if rest > 0.0:
+                pointer = uniforms[child, 0, 1] * rest
+                second = find_first_above(
+                    shares, pointer if pointer < before else shares[first] + (pointer - before)
+                )
+            elif fitness.size > 1:
+                # No other agent has any fitness.
+                second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
+                second += np.int64(second >= first)
+            else:
+                second = first
+            parents[child, 0] = first
+            parents[child, 1] = second
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        def drawn(shares: Any, draw: float) -> int:
+            sums = list(accumulate(shares))
+            return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
+
+        shares = list(fitness) if any(fitness) else [1.0 for _ in fitness]
+        pairs = []
+        for first_draw, second_draw, *_ in (draws[0] for draws in uniforms):
+            first = drawn(shares, first_draw)
+            other_shares = [share * (agent != first) for agent, share in enumerate(shares)]
+            alike = [float(agent != first or len(shares) == 1) for agent in range(len(shares))]
+            pairs.append([first, drawn(other_shares if any(other_shares) else alike, second_draw)])
+        return pairs
