@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
-from baldwinlab.analysis.claims import ClaimResult, describe_claims_too_few, evaluate_samples
+from baldwinlab.analysis.claims import describe_claims_too_few, evaluate_samples
 from baldwinlab.api.tables import claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive

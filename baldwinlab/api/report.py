@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from baldwinlab.analysis.claims import describe_claims_too_few
-from baldwinlab.analysis.multiverse.section import compose_sentences, describe_combinations
+from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
 from baldwinlab.api.publish import lab_results
 from baldwinlab.api.publish.multiverse import publish_multiverse
 from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory

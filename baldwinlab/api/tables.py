@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.statistics.rules import MARKS

@@ -164,7 +164,8 @@ class LiveRun:
 
         """
         # This import takes time.
-        from baldwinlab.analysis.statistics.fitness import MEASURES, interval_of_mean
+        from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+        from baldwinlab.analysis.statistics.fitness import MEASURES
 
         variables = {"energy": [history.energy[first:last] for history in self._histories]}
         if isinstance(self.experiment, Experiment):

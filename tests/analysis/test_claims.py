@@ -16,7 +16,8 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.analysis.claims import ClaimResult, claim_records, evaluate_claims, write_statistics
+from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.claims import claim_records, evaluate_claims, write_statistics
 from baldwinlab.analysis.statistics.rules import RULES, Verdict, conjunction
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load

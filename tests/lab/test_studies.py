@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
-from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
@@ -210,7 +210,7 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
     results = get_json(lab_server.address, "results", study="small")
     assert results["conditions"] == ["evo/A", "evo+self-taught/A"]
     assert results["generation"] == [0, 1, 2]
-    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
+    average, low, high = curve_intervals.interval_of_mean(fitness.MEASURES[measure](study))
     high = high.clip(max=1) if measure == "share" else high
     for name in results["conditions"]:
         curve = results["curves"][name][measure]

@@ -36,7 +36,7 @@ from baldwinlab.analysis.figures.style import (
     styled,
 )
 from baldwinlab.analysis.palette import LIFE_COLORS, NEWBORN_COLORS
-from baldwinlab.analysis.statistics.fitness import interval_of_median
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.core.variables import RANDOM
 
 LIFE_NAMES: Final = {

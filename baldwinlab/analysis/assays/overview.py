@@ -7,7 +7,7 @@ from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES
-from baldwinlab.analysis.assays.sentences import describe_phases
+from baldwinlab.analysis.assays.headlines import describe_phases
 from baldwinlab.analysis.figures.overview import OverviewCell
 from baldwinlab.analysis.figures.overview import draw_overview as draw_cells
 from baldwinlab.analysis.report.embedding import ReportFigure

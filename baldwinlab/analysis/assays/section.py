@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays import figures, overview, sentences
+from baldwinlab.analysis.assays import figures, headlines, overview, sentences
 from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
 from baldwinlab.analysis.assays.criteria import Criterion, load_rules
 from baldwinlab.analysis.assays.phrases import adapt_terms, has_foragers
@@ -18,7 +18,7 @@ from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.report.sections import Section, render
-from baldwinlab.analysis.statistics.fitness import interval_of_median
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.papers.texts import Inference
 
 TITLE: Final = "Is there a Baldwin effect?"
@@ -199,7 +199,7 @@ def section(
             result.condition: sentences.compose_sentences(analysis, result)
             for result in analysis.results
         },
-        paper=sentences.compare_with_paper(analysis, inference) if has_paper and inference else "",
+        paper=headlines.compare_with_paper(analysis, inference) if has_paper and inference else "",
         figures=[save_and_inline(figure, directory / "figures") for figure in drawn],
         table=tabulate_numbers(analysis),
         conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
@@ -213,7 +213,7 @@ def section(
 def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
     """Return a description of each condition and its headline."""
     return {
-        result.condition: (sentences.describe_condition(result), sentences.compose_headline(result))
+        result.condition: (headlines.describe_condition(result), headlines.compose_headline(result))
         for result in analysis.results
     }
 

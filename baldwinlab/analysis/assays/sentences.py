@@ -2,129 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
-from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
+from baldwinlab.analysis.assays.criteria import NO, UNDECIDED, YES
 from baldwinlab.analysis.report.phrases import format_number
-from baldwinlab.papers.texts import Inference
 
 # Signs of a difference.
 MORE: Final = "more"
 LESS: Final = "less"
 SAME: Final = "the same"
-
-BOTH_PHASES: Final = (
-    "both phases of the Baldwin effect: learning guides evolution (phase 1), and learned behavior "
-    "becomes innate (phase 2)"
-)
-PHASE_1_ALONE: Final = (
-    "only phase 1 of the Baldwin effect: learning guides evolution, but learned behavior does not "
-    "become innate"
-)
-HEADLINES: Final[Mapping[tuple[str, str], str]] = {
-    (YES, YES): BOTH_PHASES,
-    (YES, NO): PHASE_1_ALONE,
-    (YES, UNDECIDED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 is "
-    "undecided",
-    (YES, NOT_MEASURED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 was "
-    "not measured",
-}
-NOTHING_INNATE: Final = (
-    "only phase 1 of the Baldwin effect: learning guides evolution, but nothing becomes innate, "
-    "because no agent eats without learning"
-)
-TOO_FEW_FOR_PHASE_1: Final = "too few runs for a verdict on phase 1 of the Baldwin effect"
-PHASE_1: Final = {
-    NO: "no Baldwin effect: learning does not guide evolution",
-    UNDECIDED: "undecided: the runs do not show whether learning guides evolution",
-    NOT_MEASURED: "unknown: phase 1 of the Baldwin effect was not measured",
-}
-PHASE_2: Final = {
-    YES: "; but innate fitness and the innate share rise",
-    NO: "; learned behavior does not become innate",
-}
-
-
-def describe_condition(result: ConditionResult) -> str:
-    """Return the map and the learner of a condition, or its name if it has no map."""
-    learner = result.factors.learner
-    map_name = result.factors.map
-    return f"map {map_name} ({learner})" if map_name else result.condition
-
-
-def describe_phases(result: ConditionResult) -> str:
-    """Return which phases of the Baldwin effect a condition reaches."""
-    first = result.phase_verdict(1)
-    second = result.phase_verdict(2)
-    if (first, second) == (YES, NO) and result.eats_only_with_learning:
-        return NOTHING_INNATE
-    if (first, second) in HEADLINES:
-        return HEADLINES[first, second]
-    has_too_few = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
-    headline = TOO_FEW_FOR_PHASE_1 if first == UNDECIDED and has_too_few else PHASE_1[first]
-    return headline + PHASE_2.get(second, "")
-
-
-def compose_headline(result: ConditionResult) -> str:
-    """Return the verdict on a condition, with the criteria that fail or were not measured."""
-    text = f"{describe_phases(result)}."
-    if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
-        failed = _list_questions(result, NO, 1)
-        unmeasured = _list_questions(result, NOT_MEASURED, 1, 2)
-        text += f" Answered no: {failed}" if failed else ""
-        text += f" Not measured: {unmeasured}" if unmeasured else ""
-    if result.is_lamarckian:
-        text += (
-            " Agents inherit learned weights here (Lamarckian inheritance), so a rise of innate "
-            "fitness is not evidence for the Baldwin effect."
-        )
-    return text
-
-
-def _list_questions(result: ConditionResult, verdict: str, *phases: int) -> str:
-    questions = [
-        answer.criterion.question
-        for phase in phases
-        for answer in result.answers_of_phase(phase)
-        if answer.verdict == verdict
-    ]
-    return " ".join(questions)
-
-
-def compare_with_paper(analysis: Analysis, inference: Inference) -> str:
-    """Return how the inference of a paper compares with the analysis.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis.
-    inference : Inference
-        The comparison from which the paper infers the Baldwin effect.
-
-    Returns
-    -------
-    str
-        Sentences.
-    """
-    verdicts = {
-        result.condition: result.answer(inference.question).verdict for result in analysis.results
-    }
-    sentences = [inference.text]
-    opposed = [condition for condition, verdict in verdicts.items() if verdict == NO]
-    if set(verdicts.values()) == {YES}:
-        sentences.append("This study confirms that comparison.")
-    elif opposed:
-        sentences.append(f"This study contradicts that comparison in {', '.join(opposed)}.")
-    sentences.append(inference.limit)
-    for verdict, answer in ((YES, "it does"), (NO, "it does not")):
-        names = [
-            result.condition for result in analysis.results if result.phase_verdict(2) == verdict
-        ]
-        if names:
-            sentences.append(f"Measured directly, {answer} in {' and '.join(names)}.")
-    return " ".join(filter(None, sentences))
 
 
 def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:

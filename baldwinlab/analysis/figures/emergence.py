@@ -21,7 +21,7 @@ from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import BLUE, GRAY, WIDTH, styled
 from baldwinlab.analysis.figures.world import draw_empty_map
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.fitness import interval_of_mean
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml

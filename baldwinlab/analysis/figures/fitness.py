@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.figures.style import BLACK, GRAY, WIDTH, SeriesStyle, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.fitness import interval_of_mean
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.analysis.statistics.rules import SIGNIFICANT
 from baldwinlab.experiment.factors import of_study
 

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from baldwinlab.analysis.figures.fitness import draw_box, plotted_conditions
 from baldwinlab.analysis.figures.style import WIDTH, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.fitness import interval_of_mean
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 
 COLUMNS = 3
 # Inches, of a panel.

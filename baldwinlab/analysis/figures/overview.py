@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import BLUE, styled
 from baldwinlab.analysis.statistics import fitness

@@ -18,7 +18,7 @@ from scipy import stats
 
 from baldwinlab.analysis.assays.analysis import ConditionResult, Table, evaluate_assays
 from baldwinlab.analysis.assays.criteria import CONTROL, INNATE, NOT_MEASURED, Verdict
-from baldwinlab.analysis.assays.sentences import describe_phases
+from baldwinlab.analysis.assays.headlines import describe_phases
 from baldwinlab.analysis.assays.values import Assays, Quantity
 from baldwinlab.analysis.statistics import fitness, median_interval
 from baldwinlab.experiment import BaseExperiment, Experiment

@@ -239,6 +239,16 @@ class Share(NamedTuple):
         return self.held / self.decided if self.decided else None
 
 
+def standard_variant(multiverse: Multiverse) -> VariantResult | None:
+    """Return the variant without changed choices, or None."""
+    return next((variant for variant in multiverse.variants if not variant.choices), None)
+
+
+def paper_effects(multiverse: Multiverse) -> dict[str, float]:
+    """Return the effect sizes of the paper by claim."""
+    return {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
+
+
 def compute_shares(multiverse: Multiverse) -> list[Share]:
     """Count the combinations under which each claim holds, by choice and alternative.
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.claims import ClaimResult, describe_claims_too_few
+from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.report import content, settings, setup
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import xarray as xr
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.statistics import fitness

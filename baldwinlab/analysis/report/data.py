@@ -10,8 +10,8 @@ from typing import Any
 import xarray as xr
 
 from baldwinlab.analysis import figures
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ModelMeasure
-from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import Paper

@@ -14,7 +14,7 @@ from baldwinlab.analysis.report.content import select_foragers, title_worlds
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.phrases import format_number
-from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import of_study
 from baldwinlab.papers import load
@@ -88,7 +88,7 @@ def _draw_fitness(report: ReportData) -> ReportFigure:
 
 def _tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
     """Return the mean over runs and its interval: one row per condition and generation."""
-    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](data))
+    average, low, high = curve_intervals.interval_of_mean(fitness.MEASURES[measure](data))
     numbers = xr.Dataset({"mean": average, "low": low, "high": high})[["mean", "low", "high"]]
     table = numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index()
     return [

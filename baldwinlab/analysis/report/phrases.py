@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.statistics import Comparison
 
 MEASURES = {

@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.experiment import Experiment, ExperimentError

@@ -23,7 +23,7 @@ from scipy import stats
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.fitness import interval_of_mean
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.core.files import write_atomically
 
 MAX_GROUPS: Final = 8

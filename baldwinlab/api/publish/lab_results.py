@@ -16,7 +16,7 @@ import xarray as xr
 from baldwinlab._version import __version__
 from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction_norms import Panel, reaction_panels
-from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
@@ -75,7 +75,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     answer["food"] = "food_eaten" in data
     answer["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
-        average, low, high = fitness.interval_of_mean(compute(data))
+        average, low, high = curve_intervals.interval_of_mean(compute(data))
         curve = {"mean": average, "low": low, "high": high}
         final = fitness.final(data, measure)
         for name in names:
@@ -236,7 +236,9 @@ def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
     places = range(len(panel.values))
     summaries = {}
     for name, food in panel.norms.items():
-        numbers = zip(("median", "low", "high"), fitness.interval_of_median(food), strict=True)
+        numbers = zip(
+            ("median", "low", "high"), curve_intervals.interval_of_median(food), strict=True
+        )
         summaries[name] = {part: _to_list(values.reindex(place=places)) for part, values in numbers}
     return summaries
 

@@ -7,17 +7,14 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from baldwinlab.analysis.assays import learner_comparison
 from baldwinlab.analysis.assays import section as assays
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
+from baldwinlab.analysis.assays.learner_comparison import compare_learners
+from baldwinlab.analysis.assays.learner_report import summary_section
 from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
-from baldwinlab.analysis.claims import (
-    ClaimResult,
-    claim_records,
-    evaluate_samples,
-    write_statistics,
-)
+from baldwinlab.analysis.claims import claim_records, evaluate_samples, write_statistics
 from baldwinlab.analysis.multiverse import section as variants
 from baldwinlab.analysis.multiverse.analysis import STANDARD
 from baldwinlab.analysis.multiverse.files import read_multiverse
@@ -153,12 +150,12 @@ def _summarize_learners(
     has_overview = plan.paper is not None and "overview" in plan.paper.metadata.figures
     if not (is_foraging and has_overview):
         return None
-    comparison = learner_comparison.compare_learners(results, study.factors, analysis)
+    comparison = compare_learners(results, study.factors, analysis)
     if comparison is None:
         return None
     if any(study.experiments[name].learns for name in comparison.reference_conditions):
         return None
-    return learner_comparison.summary_section(comparison, study.directory)
+    return summary_section(comparison, study.directory)
 
 
 def _extra_sections(

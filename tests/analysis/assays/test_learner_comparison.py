@@ -9,11 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.learner_comparison import (
-    LearnerComparison,
-    compare_learners,
-    summary_section,
-)
+from baldwinlab.analysis.assays.learner_comparison import LearnerComparison, compare_learners
+from baldwinlab.analysis.assays.learner_report import summary_section
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.experiment.factors import of_study
 from baldwinlab.papers.claims import Claim

@@ -13,11 +13,10 @@ from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.multiverse.section import (
     StandardStudy,
     compose_lead,
-    compose_sentences,
-    describe_combinations,
     explain_differences,
     section,
 )
+from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
 from baldwinlab.analysis.report import write_page
 from baldwinlab.analysis.statistics.rules import HOLDS, UNDECIDED
 from baldwinlab.studies.multiverse import vary_one_at_a_time

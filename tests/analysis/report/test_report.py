@@ -12,7 +12,8 @@ from playwright.sync_api import Browser
 
 from baldwinlab import papers
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.claims import Finding, evaluate_claims
+from baldwinlab.analysis.claim_results import Finding
+from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
     experiment_texts,

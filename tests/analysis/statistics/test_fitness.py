@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.summary import summarize_conditions
 from tests.analysis.statistics.studies import study
 
@@ -91,9 +91,9 @@ def test_the_summary_has_a_row_per_condition_with_runs_and_measure() -> None:
 
 
 def test_an_interval_of_nonnegative_values_ends_at_zero() -> None:
-    average, low, high = fitness.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
+    average, low, high = curve_intervals.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
     assert (float(average), float(low)) == (10, 0) and high > 30
-    _, low, _ = fitness.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
+    _, low, _ = curve_intervals.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
     assert low < 0
 
 
@@ -101,25 +101,29 @@ def test_the_interval_of_a_share_ends_at_one() -> None:
     ate = [[[1, 1, 1, 1], [1, 1, 1, 0]], [[1, 1, 1, 1], [1, 1, 1, 1]], [[1, 1, 0, 0], [1, 1, 1, 1]]]
     study = xr.Dataset({"energy": (("run", "generation", "agent"), np.asarray(ate, float))})
     for shares in (fitness.share(study), fitness.final(study, "share")):
-        average, _, high = fitness.interval_of_mean(shares)
+        average, _, high = curve_intervals.interval_of_mean(shares)
         assert (average < 1).all() and (high == 1).all()
-    assert (fitness.interval_of_mean(fitness.mean(study))[2] > 1).all()
+    assert (curve_intervals.interval_of_mean(fitness.mean(study))[2] > 1).all()
 
 
 def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
-    middle, low, high = fitness.interval_of_median(xr.DataArray(np.arange(30.0)[::-1], dims="run"))
+    middle, low, high = curve_intervals.interval_of_median(
+        xr.DataArray(np.arange(30.0)[::-1], dims="run")
+    )
     assert (float(middle), float(low), float(high)) == (
         14.5,
         9,
         20,
     )  # the tenth smallest and the tenth largest
-    _, low, high = fitness.interval_of_median(xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run"))
+    _, low, high = curve_intervals.interval_of_median(
+        xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run")
+    )
     assert (float(low), float(high)) == (1, 6)
 
 
 def test_the_median_of_fewer_than_six_values_has_no_interval() -> None:
     values = xr.DataArray([[1.0, 2, 3, 4, 5, NAN], [1, 2, 3, 4, 5, 6]], dims=("generation", "run"))
-    middle, low, high = fitness.interval_of_median(values)
+    middle, low, high = curve_intervals.interval_of_median(values)
     assert middle.values.tolist() == [3, 3.5]
     np.testing.assert_array_equal(low, [NAN, 1])
     np.testing.assert_array_equal(high, [NAN, 6])

@@ -1,0 +1,144 @@
+"""Results of claims: findings of comparisons, and verdicts of claims."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from math import nan
+from typing import Any
+
+from baldwinlab.analysis import statistics
+from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.rules import (
+    BY_P_VALUE,
+    SIGNIFICANT,
+    UNDECIDED,
+    VERDICTS,
+    Verdict,
+    conjunction,
+)
+from baldwinlab.analysis.statistics.sample_sizes import (
+    TOO_FEW,
+)
+from baldwinlab.papers.claims import Claim, ClaimComparison
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A comparison with its verdict. Numbers that do not exist are NaN."""
+
+    comparison: ClaimComparison
+    numbers: statistics.Comparison
+    p_holm: float
+    verdict: Verdict
+    # Meaning of a measure that a model defines.
+    meaning: str = ""
+    # The smallest corrected p-value that the numbers of runs allow.
+    smallest_p_holm: float = nan
+
+    @property
+    def has_too_few_runs(self) -> bool:
+        """Whether the comparison is undecided because so few runs cannot decide it."""
+        if self.verdict != UNDECIDED:
+            return False
+        if self.comparison.rule in BY_P_VALUE:
+            return self.smallest_p_holm >= SIGNIFICANT
+        return 1 in (self.numbers.n_a, self.numbers.n_b) and math.isnan(self.numbers.low)
+
+    @property
+    def label(self) -> str:
+        """The verdict as a report shows it."""
+        return TOO_FEW if self.has_too_few_runs else self.verdict
+
+    def record(self) -> dict[str, Any]:
+        """Return the finding for JSON, with null for numbers that do not exist."""
+        numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
+        low = numbers.pop("low")
+        high = numbers.pop("high")
+        return {
+            "condition": self.comparison.a,
+            "comparison": self.comparison.reference,
+            "measure": self.comparison.measure,
+            **numbers,
+            "interval": None if low is None else [low, high],
+            "p_holm": finite_or_none(self.p_holm),
+            "verdict": self.verdict,
+            "smallest_p_holm": finite_or_none(self.smallest_p_holm),
+            "too_few_runs": self.has_too_few_runs,
+        }
+
+
+@dataclass(frozen=True)
+class ClaimResult:
+    """A claim with its verdict and its findings."""
+
+    claim: Claim
+    findings: tuple[Finding, ...]
+    # Conditions without a run.
+    missing: tuple[str, ...]
+    # Measures of models that are not loaded.
+    unmeasured: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict over all comparisons of the claim."""
+        return conjunction([finding.verdict for finding in self.findings])
+
+    @property
+    def has_too_few_runs(self) -> bool:
+        """Whether the claim is undecided because so few runs cannot decide it."""
+        return self.verdict == UNDECIDED and any(
+            finding.has_too_few_runs for finding in self.findings
+        )
+
+    @property
+    def label(self) -> str:
+        """The verdict as a report shows it."""
+        return TOO_FEW if self.has_too_few_runs else self.verdict
+
+    @property
+    def why_not(self) -> str:
+        """The reason why the claim is not evaluated, or "" if it is evaluated."""
+        if self.missing:
+            return f"no run of {', '.join(self.missing)}"
+        if self.unmeasured:
+            names = ", ".join(map(repr, self.unmeasured))
+            return f"{names} needs a model that is not loaded: pass its file with --part FILE"
+        return ""
+
+    @property
+    def deciding(self) -> Finding | None:
+        """The weakest finding: the worst verdict, and among equal verdicts the largest p."""
+        weakness = [
+            (VERDICTS.index(finding.verdict), finite_or_none(finding.p_holm) or 0.0)
+            for finding in self.findings
+        ]
+        return self.findings[weakness.index(max(weakness))] if weakness else None
+
+    @property
+    def from_paper(self) -> float | None:
+        """The deciding effect minus the value of the paper, if both exist."""
+        if self.deciding is None or self.claim.figure is None:
+            return None
+        effect = self.deciding.numbers.effect
+        return None if math.isnan(effect) else effect - self.claim.figure
+
+    def record(self) -> dict[str, Any]:
+        """Return the claim for JSON, with the numbers of the deciding comparison."""
+        deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
+        names = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
+        claim = self.claim
+        return {
+            "id": claim.id,
+            "claim": claim.text,
+            **{name: deciding.get(name) for name in names},
+            "verdict": self.verdict,
+            "too_few_runs": self.has_too_few_runs,
+            "rule": claim.rule,
+            "paper": claim.paper,
+            "figure": claim.figure,
+            "from_figure": self.from_paper,
+            "missing": list(self.missing),
+            "why_not": self.why_not,
+            "comparisons": [finding.record() for finding in self.findings],
+        }

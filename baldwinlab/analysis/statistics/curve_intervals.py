@@ -1,0 +1,81 @@
+"""Bootstrap intervals of the mean and of the median of fitness curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+
+def interval_of_mean(
+    values: xr.DataArray, over: str = "run"
+) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Compute the mean and its 95 % interval by Student's t.
+
+    If no value is negative, the interval ends at 0: its coverage does not change. Likewise, it ends
+    at the attribute `valid_max` of the values, which shares have.
+
+    Parameters
+    ----------
+    values
+        Values with the dimension `over`; NaN is ignored.
+    over
+        The dimension of the sample.
+
+    Returns
+    -------
+    mean, low, high : xarray.DataArray
+        Mean and ends of the interval, without the dimension `over`. The ends are NaN for a sample
+        of one value.
+    """
+    count = values.count(over)
+    average = values.mean(over)
+    variance = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
+    quantiles = stats.t.ppf(0.975, np.maximum(count - 1, 1))
+    half = np.sqrt(variance / count) * xr.zeros_like(average).copy(data=quantiles)
+    low = average - half
+    if not bool((values < 0).any()):
+        low = low.clip(min=0)
+    high = (average + half).clip(max=values.attrs.get("valid_max"))
+    return average, low, high
+
+
+def interval_of_median(
+    values: xr.DataArray, over: str = "run"
+) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Compute the median and its 95 % interval by the sign test.
+
+    The interval reaches from the k-th smallest to the k-th largest value, for any distribution. k
+    is the 2.5 % quantile of the binomial distribution with probability 1/2.
+
+    Parameters
+    ----------
+    values
+        Values with the dimension `over`; NaN is ignored.
+    over
+        The dimension of the sample.
+
+    Returns
+    -------
+    median, low, high : xarray.DataArray
+        Median and ends of the interval, without the dimension `over`. The ends are NaN for a sample
+        of fewer than six values.
+
+    References
+    ----------
+    W. R. Thompson, Annals of Mathematical Statistics 7 (1936).
+    """
+    count = values.count(over)
+    # NaN is sorted to the end.
+    ordered = np.sort(values.transpose(..., over).values, axis=-1)
+    rank = stats.binom.ppf(0.025, np.maximum(count.values, 1), 0.5).astype(np.int64)
+    has_interval = rank > 0
+    low = np.where(has_interval, _take_last(ordered, rank - 1), np.nan)
+    high = np.where(has_interval, _take_last(ordered, count.values - rank), np.nan)
+    return values.median(over), count.copy(data=low), count.copy(data=high)
+
+
+def _take_last(values: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """Return the value at an index of the last dimension, which is clipped to the dimension."""
+    indices = np.clip(index, 0, values.shape[-1] - 1)[..., None]
+    return np.take_along_axis(values, indices, axis=-1)[..., 0]
