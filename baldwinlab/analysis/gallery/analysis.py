@@ -20,7 +20,8 @@ from baldwinlab.analysis.assays.analysis import ConditionResult, Table, evaluate
 from baldwinlab.analysis.assays.criteria import CONTROL, INNATE, NOT_MEASURED, Verdict
 from baldwinlab.analysis.assays.headlines import describe_phases
 from baldwinlab.analysis.assays.values import Assays, Quantity
-from baldwinlab.analysis.statistics import fitness, median_interval
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.bootstrap import median_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 WITH_LEARNING: Final[Quantity] = ("on", "last")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.statistics import Comparison
+from baldwinlab.analysis.statistics.comparisons import Comparison
 
 MEASURES = {
     "best": "best agent",

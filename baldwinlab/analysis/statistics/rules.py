@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from baldwinlab.analysis.statistics import Comparison
+from baldwinlab.analysis.statistics.comparisons import Comparison
 
 Verdict = Literal["holds", "does not hold", "undecided", "not evaluated"]
 HOLDS: Verdict = "holds"
@@ -19,7 +19,6 @@ FAILS: Verdict = "does not hold"
 UNDECIDED: Verdict = "undecided"
 NOT_EVALUATED: Verdict = "not evaluated"
 VERDICTS = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
-
 MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}
 """Marks for cells that are too small for a verdict in words."""
 

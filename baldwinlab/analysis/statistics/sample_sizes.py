@@ -18,12 +18,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from baldwinlab.analysis.statistics import Sample, holm
+from baldwinlab.analysis.statistics.rank_tests import holm
 from baldwinlab.analysis.statistics.rules import SIGNIFICANT
+from baldwinlab.analysis.statistics.samples import Sample
 
 # Shown instead of "undecided".
 TOO_FEW = "too few runs"
-
 # Runs up to which the orders are counted exactly. It takes long for millions.
 MAX_EXACT_RUNS = 1000
 

@@ -19,14 +19,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from baldwinlab.analysis.statistics import (
-    RESAMPLES,
-    SEED,
-    Comparison,
-    Sample,
-    check_sample,
-    percentile_interval,
-)
+from baldwinlab.analysis.statistics.bootstrap import RESAMPLES, SEED, percentile_interval
+from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.analysis.statistics.samples import Sample, check_sample
 
 # A point of a survival curve is a product of many factors, each rounded.
 ROUNDING = 1e-9

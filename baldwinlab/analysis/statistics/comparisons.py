@@ -1,0 +1,202 @@
+"""Comparisons of two samples, unpaired or in pairs.
+
+References
+----------
+A12: A. Vargha and H. D. Delaney, Journal of Educational and Behavioral Statistics 25 (2000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from baldwinlab.analysis.statistics.bootstrap import (
+    SEED,
+    median_interval,
+    percentile_interval,
+    resample_medians,
+)
+from baldwinlab.analysis.statistics.rank_tests import mann_whitney, signed_rank
+from baldwinlab.analysis.statistics.samples import Sample, check_sample
+
+
+class Comparison(NamedTuple):
+    """The comparison of sample a with sample b. A field without a value is NaN.
+
+    Attributes
+    ----------
+    n_a, n_b : int
+        Sizes of the samples.
+    median_a, median_b : float
+        Medians of the samples.
+    effect : float
+        Difference of the medians, a - b. For survival times, difference of the restricted means.
+    low, high : float
+        Ends of the 95 % bootstrap interval of the effect.
+    u : float
+        Pairs in which a is larger, where a tie counts half. For survival times, the log-rank
+        statistic.
+    p : float
+        Two-sided p-value, uncorrected.
+    a12 : float
+        Probability that a value of a is larger than a value of b, where a tie counts half.
+    """
+
+    n_a: int
+    n_b: int
+    median_a: float
+    median_b: float
+    effect: float
+    low: float
+    high: float
+    u: float
+    p: float
+    a12: float
+
+
+class Pairs(NamedTuple):
+    """The comparison of paired samples a and b. A field without a value is NaN.
+
+    Attributes
+    ----------
+    n : int
+        Number of pairs.
+    median_a, median_b : float
+        Medians of the samples.
+    effect : float
+        Median of the differences a - b.
+    low, high : float
+        Ends of the 95 % bootstrap interval of the effect.
+    p : float
+        Two-sided p-value, uncorrected.
+    above, below : int
+        Numbers of pairs in which a is larger and smaller.
+    """
+
+    n: int
+    median_a: float
+    median_b: float
+    effect: float
+    low: float
+    high: float
+    p: float
+    above: int
+    below: int
+
+
+def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Comparison:
+    """Compare two samples with the Mann-Whitney test, the difference of medians, and A12.
+
+    Parameters
+    ----------
+    a, b
+        Finite values, at least one each. A single value has no interval: it is NaN.
+
+    Returns
+    -------
+    Comparison
+        The comparison. If all values are equal, p is 1.
+
+    Raises
+    ------
+    ValueError
+        If a sample is empty or has a value that is not finite.
+    """
+    a = check_sample(a)
+    b = check_sample(b)
+    u, p = mann_whitney(a, b)
+    low = high = nan
+    if min(a.size, b.size) > 1:
+        generator = np.random.default_rng(SEED)
+        medians = resample_medians(a, generator) - resample_medians(b, generator)
+        low, high = percentile_interval(medians)
+    median_a = float(np.median(a))
+    median_b = float(np.median(b))
+    return Comparison(
+        n_a=a.size,
+        n_b=b.size,
+        median_a=median_a,
+        median_b=median_b,
+        effect=median_a - median_b,
+        low=low,
+        high=high,
+        u=u,
+        p=p,
+        a12=u / (a.size * b.size),
+    )
+
+
+def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Pairs:
+    """Compare paired samples with the signed-rank test and the median difference.
+
+    Parameters
+    ----------
+    a, b
+        Finite values, at least one each; `a[i]` and `b[i]` are a pair. A single pair has no
+        interval: it is NaN.
+
+    Returns
+    -------
+    Pairs
+        The comparison. If all pairs are equal, p is 1.
+
+    Raises
+    ------
+    ValueError
+        If a sample is empty, has a value that is not finite, or the sizes differ.
+    """
+    a = check_sample(a)
+    b = check_sample(b)
+    if a.size != b.size:
+        raise ValueError(f"samples of {a.size} and {b.size} are not pairs")
+    differences = a - b
+    low, high = median_interval(differences)
+    return Pairs(
+        n=a.size,
+        median_a=float(np.median(a)),
+        median_b=float(np.median(b)),
+        effect=float(np.median(differences)),
+        low=low,
+        high=high,
+        p=signed_rank(differences) if differences.any() else 1.0,
+        above=int((differences > 0).sum()),
+        below=int((differences < 0).sum()),
+    )
+
+
+def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Comparison:
+    """Compare paired samples, and return the fields of a comparison of unpaired ones.
+
+    Parameters
+    ----------
+    a, b
+        Finite values, at least one each; `a[i]` and `b[i]` are a pair.
+
+    Returns
+    -------
+    Comparison
+        `p` is that of the signed-rank test, `effect` the median difference, and `a12` the share of
+        pairs in which a is larger, where a tie counts half. `u` is NaN.
+
+    Raises
+    ------
+    ValueError
+        If a sample is empty, has a value that is not finite, or the sizes differ.
+    """
+    pairs = compare_pairs(a, b)
+    ties = pairs.n - pairs.above - pairs.below
+    return Comparison(
+        n_a=pairs.n,
+        n_b=pairs.n,
+        median_a=pairs.median_a,
+        median_b=pairs.median_b,
+        effect=pairs.effect,
+        low=pairs.low,
+        high=pairs.high,
+        u=nan,
+        p=pairs.p,
+        a12=(pairs.above + ties / 2) / pairs.n,
+    )

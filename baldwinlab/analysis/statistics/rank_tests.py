@@ -1,0 +1,123 @@
+"""Rank tests of two samples, and the correction of p-values for several tests.
+
+References
+----------
+Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
+Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
+Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from math import comb
+from typing import Literal
+
+import numpy as np
+from scipy import stats
+
+from baldwinlab.analysis.statistics.samples import Sample
+
+# Pairs of two samples, such as 200 and 200. The exact distribution of larger samples takes long to
+# compute, and equals the normal approximation in practice.
+MAX_EXACT_PAIRS = 40_000
+MAX_ARRANGEMENTS = 20_000
+# Differences of which all 2**n combinations of signs are enumerated.
+MAX_EXACT_SIGNS = 13
+
+
+def signed_rank(differences: Sample) -> float:
+    """Compute the two-sided p-value of Wilcoxon's signed-rank test.
+
+    p is exact for up to 13 differences, with or without ties, and for up to 50 without ties.
+    Otherwise it is the normal approximation with the correction for ties.
+
+    Parameters
+    ----------
+    differences
+        Differences of the pairs, [pair]. At least one must not be 0; zeros are ignored.
+
+    Returns
+    -------
+    float
+        The p-value, above 0 and at most 1.
+    """
+    nonzero = differences[differences != 0]
+    sizes = np.abs(nonzero)
+    if differences.size > MAX_EXACT_SIGNS or np.unique(sizes).size == differences.size:
+        return float(stats.wilcoxon(differences).pvalue)
+    # SciPy enumerates the signs one by one, which takes a second and more.
+    ranks = stats.rankdata(sizes)
+    signs = (np.arange(2**nonzero.size)[:, None] >> np.arange(nonzero.size)) & 1
+    sums = np.asarray(signs @ ranks, np.float64)
+    return _two_sided_p(sums, float(ranks[nonzero > 0].sum()))
+
+
+def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
+    """Compute the Mann-Whitney test.
+
+    p is exact without ties and with up to 40,000 pairs. With ties, it is exact if there are up to
+    20,000 ways to divide the values into samples of these sizes, such as 12,870 for 8 and 8.
+    Otherwise it is the normal approximation with the corrections for ties and continuity.
+
+    Parameters
+    ----------
+    a, b
+        Finite values, at least one each.
+
+    Returns
+    -------
+    u : float
+        Pairs in which a is larger, where a tie counts half.
+    p : float
+        The two-sided p-value. If all values are equal, it is 1.
+    """
+    pooled = np.concatenate([a, b])
+    distinct = np.unique(pooled).size
+    pairs = a.size * b.size
+    if distinct == 1:
+        return pairs / 2, 1.0
+    has_ties = distinct < pooled.size
+    method: Literal["exact", "asymptotic"] = "asymptotic"
+    if not has_ties and pairs <= MAX_EXACT_PAIRS:
+        method = "exact"
+    result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
+    u = float(result.statistic)
+    if has_ties and comb(pooled.size, a.size) <= MAX_ARRANGEMENTS:
+        return u, _p_of_all_arrangements(stats.rankdata(pooled), a.size)
+    return u, float(result.pvalue)
+
+
+def _p_of_all_arrangements(ranks: Sample, size: int) -> float:
+    """Compute the exact p-value of the rank sum of the first `size` ranks."""
+    sums = ranks[list(combinations(range(ranks.size), size))].sum(axis=1)
+    return _two_sided_p(sums, float(ranks[:size].sum()))
+
+
+def _two_sided_p(sums: Sample, observed: float) -> float:
+    """Return twice the share of `sums` at least as extreme as the observed one."""
+    share_below = float(np.mean(sums <= observed))
+    share_above = float(np.mean(sums >= observed))
+    return min(1.0, 2 * min(share_below, share_above))
+
+
+def holm(ps: Sequence[float] | Sample) -> Sample:
+    """Correct the p-values of a family of tests by Holm's step-down method.
+
+    Parameters
+    ----------
+    ps
+        p-values of all tests of the family, 0 to 1; may be empty.
+
+    Returns
+    -------
+    Sample
+        The corrected p-values, in the same order, each at least as large and at most 1.
+    """
+    family = np.asarray(ps, np.float64)
+    order = np.argsort(family, kind="stable")
+    stepped = np.maximum.accumulate(family[order] * np.arange(family.size, 0, -1))
+    corrected = np.empty_like(family)
+    corrected[order] = np.minimum(stepped, 1)
+    return corrected
