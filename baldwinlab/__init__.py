@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from baldwinlab.papers.loading import PaperError
     from baldwinlab.simulation.replay import replay
     from baldwinlab.simulation.simulate import simulate
-    from baldwinlab.studies.assays.run import open_assay
+    from baldwinlab.studies.assays.results import open_assay
     from baldwinlab.studies.open import open_runs
     from baldwinlab.studies.records import DamagedRecordError, StudyError
     from baldwinlab.studies.sweeps.design import open_sweep
@@ -93,7 +93,7 @@ _HOME = {
     "compare_papers": "api.gallery",
     "load": "api.load",
     "make_problem": "api.integrations.optimizers",
-    "open_assay": "studies.assays.run",
+    "open_assay": "studies.assays.results",
     "open_runs": "studies.open",
     "open_study": "api.study",
     "open_sweep": "studies.sweeps.design",

@@ -29,10 +29,10 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.presets import load, paper
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor, choose, dask
 from baldwinlab.studies.records import encode
 from baldwinlab.studies.run import MAX_TASKS, RunTask, find_missing_runs, plan_tasks
-from baldwinlab.studies.store import create
 from benchmarks.machine import provenance
 from benchmarks.tables import table
 
@@ -131,7 +131,7 @@ def measure_run() -> Run:
     compile_experiments(paper())
     costs = []
     with tempfile.TemporaryDirectory() as folder:
-        study = create(Path(folder), paper(), seed=0)
+        study = create_study(Path(folder), paper(), seed=0)
         for experiment in paper():
             times = [time.thread_time()]
             (record, *_) = simulate_batch(experiment, 0, range(CPU.worlds))
@@ -159,7 +159,7 @@ def small_study(executor: Executor, workers: int, processes: Sequence[Process]) 
     """Simulate 24 runs of 60 generations, and return the duration."""
     experiment = load("evo+self-taught/A").replace(evolution={"generations": 60})
     with tempfile.TemporaryDirectory() as folder:
-        study = create(Path(folder), [experiment], seed=0)
+        study = create_study(Path(folder), [experiment], seed=0)
         tasks = plan_tasks(study, find_missing_runs(study, 24, print), 2)
         cpu = sum(process.cpu() for process in processes) + time.process_time()
         began = time.perf_counter()
@@ -246,7 +246,7 @@ def measure_scheduler() -> Costs:
         scheduler() as (process, address),
         Client(address) as client,
     ):
-        study = create(Path(folder), paper(), seed=0)
+        study = create_study(Path(folder), paper(), seed=0)
         tasks = [RunTask(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
         orders = dask._pack_tasks(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:

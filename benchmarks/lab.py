@@ -24,8 +24,8 @@ from baldwinlab.core.console import progress
 from baldwinlab.lab.access import Access
 from baldwinlab.lab.server import make_app
 from baldwinlab.papers.presets import load
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.store import create
 
 CONDITION = "evo%2Bself-taught/A"
 STEPS = 3000
@@ -93,7 +93,7 @@ def make_study(directory: Path, agents: int, items: int) -> None:
         experiments.append(
             experiment.replace(**changes, world={"start": {"x": 400, "y": 160}, "food": food})
         )
-    study = create(directory, experiments, seed=0)
+    study = create_study(directory, experiments, seed=0)
     run_study(study, find_missing_runs(study, 1, print), 1, progress, print)
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import factors, load, paper
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 
 SHORT_SETTINGS = {"evolution": {"generations": 3}, "lifetime": {"steps": 300}}
 
@@ -40,7 +41,7 @@ def make_small_study(
     workers: int = 2,
 ) -> StudyStore:
     experiments = experiments or [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")]
-    study = create(directory, experiments, seed, factors=factors())
+    study = create_study(directory, experiments, seed, factors=factors())
     run_study(
         study,
         find_missing_runs(study, runs, ignore_message),

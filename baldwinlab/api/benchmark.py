@@ -28,8 +28,8 @@ from baldwinlab.papers.presets import load, paper
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.run import available_cores, count_agent_steps, find_missing_runs, run_study
-from baldwinlab.studies.store import create
 
 REPETITIONS: Final = 5  # of the lives of a world, a tenth of a second in all
 WORLD_SIZES = (20, 1000, 10_000)  # agents in one world, at the density of the paper
@@ -214,10 +214,10 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     # A GPU simulates several batches at a time.
     threads = max(available_cores(), 1 if backend is CPU else len(paper()))
     with tempfile.TemporaryDirectory() as folder:
-        study = create(Path(folder) / "study", paper(), seed=0)
+        study = create_study(Path(folder) / "study", paper(), seed=0)
         missing = find_missing_runs(study, runs, _discard_message)
         start = time.perf_counter()
-        run_study(study, missing, threads, _no_progress, _discard_message, backend)
+        run_study(study, missing, threads, _no_progress, _discard_message, backend=backend)
         seconds = time.perf_counter() - start
     return runs * sum(count_agent_steps(experiment) for experiment in paper()), seconds, threads
 

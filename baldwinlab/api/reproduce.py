@@ -28,7 +28,7 @@ from baldwinlab.papers.paper import STANDARD
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.assays.memory import PlannedStudy
-from baldwinlab.studies.assays.run import find_missing_assays
+from baldwinlab.studies.assays.results import find_missing_assays
 
 MAX_NAME: Final = 120  # characters of the name of a folder
 SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}

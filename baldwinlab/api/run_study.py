@@ -18,15 +18,13 @@ from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
-from baldwinlab.studies import executors, store
+from baldwinlab.studies import executors
+from baldwinlab.studies.assays.catalog import not_applicable_reasons
 from baldwinlab.studies.assays.memory import estimate_assays
-from baldwinlab.studies.assays.run import (
-    count_assay_steps,
-    find_missing_assays,
-    not_applicable_reasons,
-    run_assays,
-)
+from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.assays.run import count_assay_steps, run_assays
 from baldwinlab.studies.assays.storage import assay_path
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
 from baldwinlab.studies.records import RUN_LIMIT
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
@@ -156,8 +154,8 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
             machinery.tasks,
             console.progress,
             console.info,
-            machinery.backend,
-            machinery.executor,
+            backend=machinery.backend,
+            executor=machinery.executor,
         )
     return study
 
@@ -222,12 +220,12 @@ def _open_or_create(request: StudyRequest) -> StudyStore:
     factors = request.factors
     if factors is None:
         factors = request.paper.factors() if request.paper else presets.factors()
-    study = store.create(
+    study = create_study(
         request.directory,
         request.experiments,
         request.seed,
         request.kind,
-        factors,
+        factors=factors,
         paper=request.paper.name if request.paper else "",
         changes=request.changes,
     )
@@ -261,7 +259,7 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     study
         The directory of the study.
     names
-        Names of assays, see `baldwinlab.studies.assays.run.ASSAYS`.
+        Names of assays, see `baldwinlab.studies.assays.catalog.ASSAYS`.
     options
         Workers, executor and force.
 
@@ -301,7 +299,9 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
         return f"{done} of {count} assays are stored in {study.directory}"
 
     with _report_progress_on_error(study, count_stored_assays):
-        run_assays(study, missing, executor.workers, console.progress, console.info, executor)
+        run_assays(
+            study, missing, executor.workers, console.progress, console.info, executor=executor
+        )
 
 
 @contextmanager

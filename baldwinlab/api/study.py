@@ -28,13 +28,8 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.simulation.replay import replay
-from baldwinlab.studies.assays.run import (
-    ASSAYS,
-    find_missing_assays,
-    is_stored,
-    not_applicable_reasons,
-    open_assay,
-)
+from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
+from baldwinlab.studies.assays.results import find_missing_assays, is_stored, open_assay
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from baldwinlab.api.report import report
 from baldwinlab.api.run_study import RunOptions, run_missing_assays
 from baldwinlab.cli.options import Directory, Executor, Force, Parts, Workers, load_parts
-from baldwinlab.studies.assays.run import ASSAYS
+from baldwinlab.studies.assays.catalog import ASSAYS
 from baldwinlab.studies.store import StudyStore
 
 

@@ -33,8 +33,8 @@ from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
 from baldwinlab.lab.studies import alleles_of
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import create
 
 MAX_ACTIVE_RUNS: Final = 4  # running or paused live runs
 MAX_MEMORY: Final = 1_000_000_000  # bytes of all live runs, including finished ones
@@ -151,7 +151,7 @@ class Live:
         experiment = run.experiment.replace(evolution={"generations": run.generations_done})
         with self._lock:
             directory = new_directory(root, name)
-            study = create(directory, [experiment], run.seed, factors=presets.factors())
+            study = create_study(directory, [experiment], run.seed, factors=presets.factors())
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
         run.saved_as = name

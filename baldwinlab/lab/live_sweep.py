@@ -20,9 +20,10 @@ from baldwinlab.lab import Lab
 from baldwinlab.lab.live import new_directory
 from baldwinlab.lab.query import body
 from baldwinlab.lab.sweep_plan import WORKERS, Plan, make_plan
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import FILE
 
 
@@ -120,7 +121,7 @@ class Sweeps:
                     f"the sweep {self.last.name} is active; stop it first, or wait until it is done"
                 )
             directory = new_directory(root, name)
-            study = create(directory, plan.points, plan.sweep.seed, SWEEP)
+            study = create_study(directory, plan.points, plan.sweep.seed, SWEEP)
             write_atomically(directory / FILE, plan.toml.encode())
             self.last = LiveSweep(plan, study, name)
         return self.last

@@ -153,6 +153,7 @@ def run_study(
     workers: int,
     progress: Callable[[str, int], Progress],
     log: Callable[[str], None],
+    *,
     backend: Backend = CPU,
     executor: Executor = THREADS,
 ) -> None:

@@ -18,9 +18,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -39,15 +38,12 @@ from baldwinlab.core.files import (
     require_inside_study,
     require_writable_path,
     write_atomically,
-    write_exclusively,
 )
-from baldwinlab.core.output_paths import is_study, owner
+from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.core.variables import from_storage
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
-from baldwinlab.experiment.file import require_files
-from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
 from baldwinlab.studies.records import (
     StudyError,
@@ -58,9 +54,7 @@ from baldwinlab.studies.records import (
     write_record,
 )
 from baldwinlab.studies.study_file import (
-    add_checksum,
     describe_changes,
-    format_study,
     kind_and_factors,
     read_changes,
     read_text_of_study,
@@ -69,7 +63,7 @@ from baldwinlab.studies.study_file import (
 )
 
 if TYPE_CHECKING:
-    from baldwinlab.parts.loading import Source
+    pass
 
 SESSIONS = "sessions.jsonl"
 # Numeric fields of a session.
@@ -287,155 +281,8 @@ class StudyStore:
                 yield session
 
 
-def create(
-    directory: Path,
-    experiments: Sequence[Experiment],
-    seed: int,
-    kind: Kind = CONDITIONS,
-    factors: Mapping[str, Factors] = MappingProxyType({}),
-    paper: str = "",
-    changes: Sequence[str] = (),
-) -> StudyStore:
-    """Create a study, or open the existing one if it is the same.
-
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study.
-    experiments : sequence of Experiment
-        The conditions, with distinct names.
-    seed : int
-        Seed of all runs.
-    kind : Kind
-        Conditions, sweep or multiverse.
-    factors : mapping
-        Factors by name of condition. Except in a sweep, the learner defaults to this name.
-    paper : str
-        Name of the reproduced paper, "" for none.
-    changes : sequence of str
-        Assignments that changed the model of the paper.
-
-    Returns
-    -------
-    StudyStore
-        The open study.
-
-    Raises
-    ------
-    StudyError
-        If a name is invalid, or the directory holds another study or other files. Nothing is
-        overwritten.
-    """
-    names = [experiment.name for experiment in experiments]
-    if len(set(names)) < len(names):
-        name = next(name for name in names if names.count(name) > 1)
-        raise StudyError(f"two conditions have the same name, {name!r}: change name in one of them")
-    for name in names:
-        if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
-            raise StudyError(
-                f"no condition can be called {name!r}: a study has files with such endings"
-            )
-    if is_local(directory) and (folder := owner(directory)):
-        raise StudyError(f"{directory} is inside the study {folder}. Choose another path.")
-    is_new = False
-    if not is_study(directory):
-        sources = part_sources.collect_sources(experiments)
-        for experiment in experiments:
-            require_files(experiment, "")
-        text = add_checksum(format_study(names, seed, kind, factors, paper, changes, sources))
-        try:
-            is_new = _write_study(directory, experiments, sources, text)
-        except OSError as error:
-            raise StudyError(
-                f"{error.filename or directory} cannot be written: {error.strerror or error}"
-            ) from None
-    study = StudyStore(directory)
-    if not is_new:
-        study.require_parts()
-        _require_same(study, experiments, seed, paper)
-    return study
-
-
-def _write_study(
-    directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str
-) -> bool:
-    """Write a new study. Return False if another process has written `study.toml` first."""
-    entries = list(directory.iterdir()) if directory.exists() else []
-    if not all(map(_is_study_entry, entries)) and not is_study(directory):
-        raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
-    # All processes write in the same order, so that one of them detects a different study.
-    for experiment in sorted(experiments, key=lambda experiment: experiment.name):
-        _write_experiment(directory, experiment)
-    part_sources.save_sources(directory, sources)
-    try:
-        write_exclusively(directory / STUDY, text.encode())
-    except FileExistsError:
-        return False
-    return True
-
-
-def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
-    """Write a condition of a new study. Raises StudyError if a different one exists."""
-    path = directory / "runs" / experiment.name / "experiment.toml"
-    require_inside_study(path, directory)
-    try:
-        write_exclusively(path, add_checksum(to_toml(experiment)).encode())
-    except FileExistsError:
-        if _read_experiment(path) != experiment:
-            raise StudyError(
-                f"{directory} holds the beginning of another study; choose another --out"
-            ) from None
-
-
-def _read_experiment(path: Path) -> BaseExperiment:
+def read_experiment(path: Path) -> BaseExperiment:
     try:
         return from_toml(read_text_of_study(path, EXPERIMENT_FILE), str(path), lenient=True)
     except ValueError as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
-
-
-def _is_study_entry(entry: Path) -> bool:
-    """Return whether an unfinished study, or a study inside it, can have created this entry."""
-    return (
-        entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
-    )
-
-
-def _require_same(
-    study: StudyStore, experiments: Sequence[Experiment], seed: int, paper: str
-) -> None:
-    where = f"{study.directory} holds another study"
-    if study.seed != seed:
-        raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
-    if paper and study.paper not in (paper, ""):
-        raise StudyError(
-            f"{where}: it is of the paper {study.paper}, not {paper}; choose another --out"
-        )
-    names = [experiment.name for experiment in experiments]
-    if list(study.experiments) != names:
-        stored_names = _shorten(list(study.experiments))
-        raise StudyError(
-            f"{where}: its conditions are {stored_names}, not {_shorten(names)}; "
-            "choose another --out"
-        )
-    for experiment in experiments:
-        fields = study.experiments[experiment.name].to_dict()
-        for path, stored, given in _differences(fields, experiment.to_dict()):
-            raise StudyError(
-                f"{where}: {path} of {experiment.name} is {stored}, not {given}; "
-                "choose another --out"
-            )
-
-
-def _shorten(names: Sequence[str], limit: int = 10) -> str:
-    more = f" and {len(names) - limit:,} more" if len(names) > limit else ""
-    return ", ".join(names[:limit]) + more
-
-
-def _differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Yield the path, the stored and the given value of each field that differs."""
-    if isinstance(stored, dict) and isinstance(given, dict):
-        for key in stored:
-            yield from _differences(stored[key], given[key], f"{path}.{key}" if path else key)
-    elif stored != given:
-        yield path, stored, given

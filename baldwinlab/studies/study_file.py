@@ -117,6 +117,7 @@ def format_study(
     names: Sequence[str],
     seed: int,
     kind: Kind,
+    *,
     factors: Mapping[str, Factors],
     paper: str,
     changes: Sequence[str],

@@ -22,7 +22,7 @@ from PIL import Image
 import baldwinlab as bl
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import KINDS, load, names
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.sweeps.design import open_sweep
 from tests.commands import Command

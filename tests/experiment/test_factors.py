@@ -11,9 +11,10 @@ from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.papers.presets import load
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
     make_small_study,
@@ -34,12 +35,12 @@ def older(directory: Path, names: list[str]) -> StudyStore:
 
 def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
     factors = {"one": Factors("evo", "A", "rank"), "two": Factors("evo", "B")}
-    create(
+    create_study(
         tmp_path,
         [load("evo/A").replace(name=name) for name in ("one", "two", "three")],
         1,
         "multiverse",
-        factors,
+        factors=factors,
     )
     study = StudyStore(tmp_path)
     assert study.kind == "multiverse"
@@ -51,13 +52,13 @@ def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -
 
 
 def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None:
-    create(tmp_path, [load("evo/A").replace(name="mine")], 1)
+    create_study(tmp_path, [load("evo/A").replace(name="mine")], 1)
     assert {"learner", "map", "variant"} & set(open_runs(tmp_path).coords) == {"learner"}
 
 
 def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
     names = ["a.b+c_d-e", "1/2/3"]
-    create(
+    create_study(
         tmp_path,
         [load("evo/A").replace(name=name) for name in names],
         1,
@@ -86,7 +87,7 @@ def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
 def test_what_is_no_factor_is_refused_in_a_sentence(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
-    create(tmp_path, [load("evo/A").replace(name="mine")], 1)
+    create_study(tmp_path, [load("evo/A").replace(name="mine")], 1)
     path = tmp_path / "study.toml"
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(StudyError, match=f"study.toml cannot be read: {message}"):
@@ -95,7 +96,7 @@ def test_what_is_no_factor_is_refused_in_a_sentence(
 
 def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -> None:
     factors = {"rank/evo/A": Factors("evo", "A", "rank")}
-    create(tmp_path, [load("evo/A").replace(name="rank/evo/A")], 1, factors=factors)
+    create_study(tmp_path, [load("evo/A").replace(name="rank/evo/A")], 1, factors=factors)
     path = tmp_path / "study.toml"
     text = path.read_text().partition("# SHA-256")[0]
     assert 'variant = "rank"' in text
@@ -132,7 +133,7 @@ def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
 
 def test_conditions_of_ones_own_that_look_like_variants_are_no_multiverse(tmp_path: Path) -> None:
     assert older(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
-    study = create(
+    study = create_study(
         tmp_path / "new",
         [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")],
         1,

@@ -11,7 +11,7 @@ from baldwinlab import sweep
 from baldwinlab.experiment import Experiment, assign, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.store import create
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.sweeps.design import expand_sweep, open_sweep
 from baldwinlab.studies.sweeps.file import read
 from tests.small_studies import rewrite_in_format_1
@@ -52,7 +52,7 @@ def test_an_agent_learns_at_most_as_long_as_it_lives(stops: int | None, steps: i
 
 def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
     experiment = load("evo+self-taught/A")
-    study = create(tmp_path / "study", [experiment], seed=1)
+    study = create_study(tmp_path / "study", [experiment], seed=1)
     stored = (
         rewrite_in_format_1(study.directory, [experiment.name], seed=1)
         / "runs"
@@ -62,7 +62,8 @@ def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
     stored.write_text(as_it_was_written(experiment))
     assert f"steps = {OLD}" in stored.read_text()
     assert (
-        create(tmp_path / "study", [experiment], seed=1).experiments[experiment.name] == experiment
+        create_study(tmp_path / "study", [experiment], seed=1).experiments[experiment.name]
+        == experiment
     )
     assert from_toml(stored.read_text(), where="there") == experiment
 

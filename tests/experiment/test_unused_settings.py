@@ -11,7 +11,7 @@ from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers import PaperError
-from baldwinlab.studies.store import create
+from baldwinlab.studies.creation import create_study
 from tests.commands import Command
 
 SHORT = {"lifetime.steps": 5, "evolution.generations": 2}
@@ -89,7 +89,7 @@ def test_a_sweep_over_rules_and_rates_includes_the_condition_without_learning(
 
 def test_a_stored_experiment_with_an_idle_setting_is_read(tmp_path: Path) -> None:
     experiment: Experiment = bl.load("evo/A").replace(learning={"rate": 0.05}, **nested(SHORT))
-    create(tmp_path / "study", [experiment], 0)
+    create_study(tmp_path / "study", [experiment], 0)
     assert bl.open_study(tmp_path / "study").experiment("evo/A").learning.rate == 0.05
 
 

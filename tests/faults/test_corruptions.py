@@ -15,7 +15,7 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.studies import summarize
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
 from tests.faults.amount import amount
 from tests.small_studies import shorten_preset

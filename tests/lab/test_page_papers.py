@@ -11,7 +11,8 @@ from playwright.sync_api import Browser, Page, Route, expect
 from baldwinlab import papers
 from baldwinlab.papers.presets import factors, load
 from baldwinlab.studies.claims_file import write_claims
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
 from tests.lab.client import WINDOWS, LabServer
 from tests.lab.conftest import run_server
@@ -30,7 +31,7 @@ def papers_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServe
         population={"size": 40}, evolution={"generations": 3}, hinton_nowlan={"loci": 6}
     )
     changes = ["hinton_nowlan.loci=6"]
-    create(root / "needle", [guessing], 5, factors=factors(), paper=NAME, changes=changes)
+    create_study(root / "needle", [guessing], 5, factors=factors(), paper=NAME, changes=changes)
     make_small_study(root / "needle", [guessing], runs=2)
     verdicts = ("holds", "holds", "does not hold", "undecided")
     write_claims(

@@ -16,7 +16,8 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import CLAIMS, write_claims
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_json
 from tests.small_studies import shorten_preset
 
@@ -124,7 +125,7 @@ def large_study(lab_server: LabServer) -> Iterator[str]:
         name: shorten_preset().replace(name=name, lifetime={"steps": 20}) for name in factors
     }
     life = simulate(experiments["evo/5"], seed=5)
-    study = create(lab_server.root / "large", list(experiments.values()), 5, factors=factors)
+    study = create_study(lab_server.root / "large", list(experiments.values()), 5, factors=factors)
     for number, (name, experiment) in enumerate(experiments.items()):
         eaten = life.food_eaten * 0 + number
         record = life.assign(food_eaten=eaten, energy=eaten.astype(np.float64))

@@ -14,7 +14,8 @@ from PIL import Image
 from baldwinlab import papers
 from baldwinlab.papers.paper import CARD, open_paper
 from baldwinlab.studies.claims_file import write_claims
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_error, get_json, get_response
 from tests.lab.conftest import run_server
 from tests.small_studies import shorten_preset
@@ -33,14 +34,14 @@ description = "a custom paper"
 def papers_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """Yield a server with studies of a built-in paper, of a custom paper, and of none."""
     root = tmp_path_factory.mktemp("papers")
-    create(root / "mine" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
+    create_study(root / "mine" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
     verdicts = ("holds", "does not hold", "holds", "of an older report")
     claims = [{"id": "C", "verdict": verdict} for verdict in verdicts]
     write_claims(StudyStore(root / "mine" / "first"), claims)
-    create(root / "tiny", [shorten_preset("evo/B")], 1, paper="tiny")
+    create_study(root / "tiny", [shorten_preset("evo/B")], 1, paper="tiny")
     (root / "tiny" / "paper").mkdir()
     (root / "tiny" / "paper" / "paper.toml").write_text(CUSTOM_PAPER)
-    create(root / "other", [shorten_preset("evo/B")], 1)
+    create_study(root / "other", [shorten_preset("evo/B")], 1)
     with run_server(root) as server:
         yield server
 
@@ -57,14 +58,14 @@ def test_every_paper_has_a_card_with_a_small_picture(papers_server: LabServer) -
 
 
 def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
-    create(
+    create_study(
         tmp_path / "changed",
         [shorten_preset("evo/B")],
         1,
         paper="le-2019",
         changes=["lifetime.steps=60"],
     )
-    create(tmp_path / "plain", [shorten_preset("evo/B")], 1, paper="le-2019")
+    create_study(tmp_path / "plain", [shorten_preset("evo/B")], 1, paper="le-2019")
     with run_server(tmp_path) as server:
         cards = {card["name"]: card for card in get_json(server.address, "papers")["papers"]}
     changes = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
@@ -121,8 +122,8 @@ def test_a_link_out_of_the_folder_is_not_read_and_damaged_claims_hide_no_card(
 ) -> None:
     study = tmp_path / "root" / "tiny"
     outside = tmp_path / "outside"
-    create(study, [shorten_preset("evo/B")], 1, paper="tiny")
-    create(tmp_path / "root" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
+    create_study(study, [shorten_preset("evo/B")], 1, paper="tiny")
+    create_study(tmp_path / "root" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
     (tmp_path / "root" / "first" / "claims.json").write_text("[1, {")
     outside.mkdir()
     (outside / "paper.toml").write_text(CUSTOM_PAPER)

@@ -20,8 +20,9 @@ from baldwinlab.lab.single_page import STATIC
 from baldwinlab.papers import built_in
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import write_claims
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
@@ -54,8 +55,8 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
 
 
 def test_a_study_can_be_the_folder_itself_or_be_in_another_study(tmp_path: Path) -> None:
-    create(tmp_path, [shorten_preset()], 1)
-    create(tmp_path / "variants" / "deep", [shorten_preset()], 2)
+    create_study(tmp_path, [shorten_preset()], 1)
+    create_study(tmp_path / "variants" / "deep", [shorten_preset()], 2)
     assert list(studies.study_names(tmp_path)) == [".", "variants/deep"]
     lab = Lab(tmp_path, Live())
     assert studies.find_study(lab, ".").seed == 1
@@ -67,12 +68,12 @@ def test_a_missing_folder_has_no_studies(tmp_path: Path) -> None:
 
 
 def test_an_unreadable_study_is_listed_with_the_reason(tmp_path: Path) -> None:
-    create(tmp_path / "sound", [shorten_preset()], 1)
+    create_study(tmp_path / "sound", [shorten_preset()], 1)
     (tmp_path / "torn").mkdir()
     (tmp_path / "torn" / "study.toml").write_text("format = 1\nseed")
     (tmp_path / "odd").mkdir()
     (tmp_path / "odd" / "study.toml").write_text("format = 1\nseed = 1\nconditions = 3")
-    create(tmp_path / "lacking", [shorten_preset()], 1)
+    create_study(tmp_path / "lacking", [shorten_preset()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
     with run_server(tmp_path) as server:
         problems = {
@@ -120,7 +121,7 @@ def test_a_pipe_instead_of_a_file_is_reported_without_waiting(tmp_path: Path) ->
 def test_a_study_with_too_many_nested_levels_is_listed_with_the_reason(
     tmp_path: Path, file: str
 ) -> None:
-    create(tmp_path / "it", [shorten_preset()], 1)
+    create_study(tmp_path / "it", [shorten_preset()], 1)
     (tmp_path / "it" / file).write_text("deep = " + "[" * 5000 + "]" * 5000)
     with run_server(tmp_path) as server:
         (summary,) = get_json(server.address, "studies")["studies"]
@@ -129,10 +130,10 @@ def test_a_study_with_too_many_nested_levels_is_listed_with_the_reason(
 
 def test_a_replaced_study_is_read_again(tmp_path: Path) -> None:
     lab = Lab(tmp_path, Live())
-    create(tmp_path / "it", [shorten_preset()], 1)
+    create_study(tmp_path / "it", [shorten_preset()], 1)
     assert studies.find_study(lab, "it").seed == 1
     shutil.rmtree(tmp_path / "it")
-    create(tmp_path / "it", [shorten_preset()], 2)
+    create_study(tmp_path / "it", [shorten_preset()], 2)
     assert studies.find_study(lab, "it").seed == 2
 
 
@@ -230,7 +231,7 @@ def test_missing_numbers_are_null_and_conditions_without_runs_are_omitted(
     tmp_path: Path,
 ) -> None:
     short = shorten_preset("evo/A").replace(name="short", evolution={"generations": 2})
-    study = create(tmp_path / "it", [shorten_preset("evo/A"), short, shorten_preset()], 5)
+    study = create_study(tmp_path / "it", [shorten_preset("evo/A"), short, shorten_preset()], 5)
     for experiment in (shorten_preset("evo/A"), short):
         study.write(experiment.name, 0, simulate(experiment, seed=5))
     with run_server(tmp_path) as server:
@@ -243,7 +244,7 @@ def test_missing_numbers_are_null_and_conditions_without_runs_are_omitted(
 
 
 def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
-    create(tmp_path / "it", [shorten_preset()], 1)
+    create_study(tmp_path / "it", [shorten_preset()], 1)
     with run_server(tmp_path) as server:
         results = get_json(server.address, "results", study="it")
         query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}

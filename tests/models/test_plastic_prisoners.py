@@ -25,7 +25,7 @@ from baldwinlab.models.plastic_prisoners import (
 )
 from baldwinlab.parts import MatrixView
 from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 
 ROUNDS, NOISE = 50, 1 / 25
 # Name of the strategy of each genome.

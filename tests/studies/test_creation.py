@@ -12,8 +12,9 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import parse_location, write_exclusively
 from baldwinlab.parts import Source
 from baldwinlab.studies import part_sources
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import add_checksum
 from tests.small_studies import shorten_preset
 
@@ -35,7 +36,7 @@ def create_studies(process: int, folder: Path, start: Barrier) -> None:
         for number in ROUNDS:
             start.wait()
             try:
-                create(folder / f"{name}{number}", [experiment], seed)
+                create_study(folder / f"{name}{number}", [experiment], seed)
                 outcome = "created"
             except StudyError as error:
                 outcome = str(error)
@@ -104,7 +105,7 @@ def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
 
 
 def test_a_name_that_stands_twice_in_a_study_is_refused(tmp_path: Path) -> None:
-    path = create(tmp_path, [shorten_preset("evo/A")], seed=1).directory / "study.toml"
+    path = create_study(tmp_path, [shorten_preset("evo/A")], seed=1).directory / "study.toml"
     above = path.read_text().split("# SHA-256")[0]
     path.write_text(add_checksum(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
     with pytest.raises(StudyError, match="conditions: a name is listed twice"):

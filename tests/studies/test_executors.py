@@ -21,11 +21,14 @@ from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU
-from baldwinlab.studies.assays.run import ASSAYS, find_missing_assays, run_assays
+from baldwinlab.studies.assays.catalog import ASSAYS
+from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.assays.run import run_assays
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, dask
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -76,7 +79,7 @@ def pids(local: Any) -> list[int]:
 def test_a_study_done_by_worker_processes_holds_the_bits_of_one_done_by_threads(
     tmp_path: Path, on_dask: Executor
 ) -> None:
-    study = create(
+    study = create_study(
         tmp_path / "dask", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
     assert on_dask.workers == 2
@@ -90,7 +93,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(
     tmp_path: Path, local: Any, on_dask: Executor
 ) -> None:
     conditions = [longer("evo/A"), longer("evo+self-taught/A")]
-    study = create(tmp_path / "killed", conditions, seed=5)
+    study = create_study(tmp_path / "killed", conditions, seed=5)
     done, victims = 0, pids(local)
     for amount in amounts(on_dask, study, runs=16):
         if not done:
@@ -107,7 +110,7 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
 ) -> None:
     monkeypatch.setattr(local.scheduler, "allowed_failures", 0)
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
-    study = create(
+    study = create_study(
         tmp_path, [shorten_preset("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5
     )
     with (
@@ -125,7 +128,7 @@ def test_workers_tell_how_far_they_are_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
-    study = create(tmp_path, [longer("evo/A").replace(evolution={"generations": 12})], seed=5)
+    study = create_study(tmp_path, [longer("evo/A").replace(evolution={"generations": 12})], seed=5)
     heard = list(amounts(on_dask, study, runs=2))
     assert len(heard) > 4  # though there are but two tasks
     assert sum(heard) == 2 * 12 * 6000 * 20
@@ -136,7 +139,7 @@ def test_what_is_stopped_in_one_place_is_carried_on_in_another(
     tmp_path: Path, on_dask: Executor, first_on_threads: bool
 ) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
-    study = create(tmp_path / "moved", [longer("evo/A")], seed=5)
+    study = create_study(tmp_path / "moved", [longer("evo/A")], seed=5)
     with closing(amounts(first, study, runs=12)) as steps:
         while not read_records(study.directory):
             next(steps)
@@ -152,7 +155,7 @@ def test_workers_end_tasks_that_nobody_waits_for(
     tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
-    study = create(
+    study = create_study(
         tmp_path, [shorten_preset("evo/A").replace(evolution={"generations": 10_000})], seed=5
     )
     with closing(amounts(on_dask, study, runs=2)) as steps:
@@ -166,7 +169,7 @@ def test_workers_end_tasks_that_nobody_waits_for(
 
 
 def test_workers_refuse_a_study_that_they_do_not_see(on_dask: Executor) -> None:
-    study = create(parse_location("memory://unseen"), [shorten_preset("evo/A")], seed=5)
+    study = create_study(parse_location("memory://unseen"), [shorten_preset("evo/A")], seed=5)
     with pytest.raises(
         StudyError,
         match=r"cannot access memory://unseen: put the study where all workers can access it",
@@ -206,11 +209,16 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(
             1,
             until_some_are_stored,
             ignore_message,
-            first,
+            executor=first,
         )
     kept = read_records(study.directory / "assays")
     run_assays(
-        study, find_missing_assays(study, ["innate"]), 2, ignore_progress, ignore_message, second
+        study,
+        find_missing_assays(study, ["innate"]),
+        2,
+        ignore_progress,
+        ignore_message,
+        executor=second,
     )
     whole = read_records(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
     assert 0 < len(kept) < len(whole) == len(conditions())
@@ -232,7 +240,7 @@ def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: 
                 2,
                 ignore_progress,
                 ignore_message,
-                executor,
+                executor=executor,
             )
 
 
@@ -240,13 +248,15 @@ def test_workers_refuse_to_mix_engines(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "ENGINE", "engine-of-yesterday")
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=5)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
         list(amounts(on_dask, study, runs=2))
 
 
 def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None:
-    study = create(parse_location(f"local://{tmp_path}/far"), [shorten_preset("evo/A")], seed=5)
+    study = create_study(
+        parse_location(f"local://{tmp_path}/far"), [shorten_preset("evo/A")], seed=5
+    )
     assert not isinstance(study.directory, Path)
     list(amounts(on_dask, study, runs=3))
     assert read_records(tmp_path / "far") == read_records(
@@ -257,7 +267,7 @@ def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None
 def test_a_scheduler_that_is_gone_is_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=5)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
     with distributed.LocalCluster(
         n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as empty:

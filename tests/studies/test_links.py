@@ -10,7 +10,8 @@ import pytest
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import SESSIONS_FILE, append_line, write_atomically
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import make_small_study, read_records, shorten_preset
 
@@ -61,7 +62,7 @@ def test_no_folder_that_is_a_link_is_written_to(
 
 @pytest.mark.parametrize("make", ["symbolic", "hard"])
 def test_sessions_elsewhere_are_not_changed(tmp_path: Path, elsewhere: Path, make: str) -> None:
-    study = create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     path = study.directory / "sessions.jsonl"
     if make == "symbolic":
         path.symlink_to(elsewhere / "sessions.jsonl")
@@ -75,7 +76,7 @@ def test_sessions_elsewhere_are_not_changed(tmp_path: Path, elsewhere: Path, mak
 
 
 def test_a_damaged_record_behind_a_link_is_not_moved(tmp_path: Path, elsewhere: Path) -> None:
-    study = create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     folder = study.path("evo/A", 0).parent
     (folder / "experiment.toml").unlink()
     folder.rmdir()
@@ -94,12 +95,12 @@ def test_no_study_is_created_through_a_link_inside_its_folder(
     (tmp_path / "study" / "runs").symlink_to(elsewhere)
     before = snapshot(elsewhere)
     with pytest.raises(RefusedError, match="runs is a link that leads out of the study"):
-        create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
+        create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     assert snapshot(elsewhere) == before
 
 
 def test_a_link_that_leads_round_in_a_circle_is_refused(tmp_path: Path) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     (tmp_path / "figures").symlink_to("figures")
     with pytest.raises(OSError, match="figures"):
         write_atomically(study.directory / "figures" / "fitness.svg", b"new")
@@ -108,7 +109,7 @@ def test_a_link_that_leads_round_in_a_circle_is_refused(tmp_path: Path) -> None:
 def test_links_that_stay_inside_and_paths_that_leave_a_study_openly_are_followed(
     tmp_path: Path,
 ) -> None:
-    study = create(tmp_path / "study", [shorten_preset("evo/A")], seed=1).directory
+    study = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1).directory
     (study / "pictures").mkdir()
     (study / "figures").symlink_to("pictures")
     write_atomically(study / "figures" / "fitness.svg", b"new")

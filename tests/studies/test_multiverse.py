@@ -8,6 +8,7 @@ from pathlib import Path
 
 from baldwinlab.experiment import NAME_PATTERN, Experiment, merge
 from baldwinlab.papers.presets import load, paper
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.multiverse import (
     Variant,
     alternatives,
@@ -18,7 +19,6 @@ from baldwinlab.studies.multiverse import (
     vary_one_at_a_time,
 )
 from baldwinlab.studies.open import open_conditions
-from baldwinlab.studies.store import create
 from tests.small_studies import SHORT_SETTINGS, make_small_study
 
 
@@ -117,5 +117,5 @@ def test_genomes_are_kept_of_the_first_generation_and_the_last_alone(tmp_path: P
 
 
 def test_a_study_of_the_paper_can_be_made_where_its_multiverse_lies_already(tmp_path: Path) -> None:
-    create(tmp_path / "multiverse", experiments([Variant(())])[:1], seed=0)
-    assert list(create(tmp_path, paper()[:1], seed=0).experiments) == ["evo/A"]
+    create_study(tmp_path / "multiverse", experiments([Variant(())])[:1], seed=0)
+    assert list(create_study(tmp_path, paper()[:1], seed=0).experiments) == ["evo/A"]

@@ -18,10 +18,11 @@ from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.core.variables import from_storage as all_of
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError, encode, write_record
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -180,7 +181,7 @@ def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path:
 @pytest.mark.parametrize("way", ["study.toml deleted", "folder moved", "folder removed"])
 def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) -> None:
     directory = tmp_path / "study"
-    study = create(directory, [shorten_preset("evo/A")], seed=5)
+    study = create_study(directory, [shorten_preset("evo/A")], seed=5)
     if way == "study.toml deleted":
         (directory / "study.toml").unlink()
     elif way == "folder moved":
@@ -199,7 +200,7 @@ def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentenc
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     directory = tmp_path / "study"
-    create(directory, [shorten_preset("evo/A")], seed=5)
+    create_study(directory, [shorten_preset("evo/A")], seed=5)
 
     def moved_meanwhile(path: Path, content: bytes) -> None:
         directory.rename(tmp_path / "elsewhere")

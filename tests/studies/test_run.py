@@ -18,11 +18,11 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.files import parse_location
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
-from baldwinlab.studies.store import create
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -61,7 +61,7 @@ def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path:
 def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(
     tmp_path: Path,
 ) -> None:
-    study = create(
+    study = create_study(
         tmp_path / "stopped", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
     steps = THREADS.run(
@@ -99,7 +99,7 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
             time.sleep(0.005)
         process.send_signal(signal.SIGKILL)
         process.wait()
-    killed = create(
+    killed = create_study(
         directory, [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
     missing = find_missing_runs(killed, 40, pytest.fail)  # no record is damaged
@@ -160,7 +160,7 @@ def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_as
 def test_an_error_in_one_run_ends_the_study_and_is_raised(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=5)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
 
     def no_space(handle: int) -> None:
         raise OSError(28, "No space left on device")
@@ -194,7 +194,7 @@ def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
 
 
 def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
-    create(tmp_path, [shorten_preset("evo/A"), shorten_preset("evo/B")], seed=1)
+    create_study(tmp_path, [shorten_preset("evo/A"), shorten_preset("evo/B")], seed=1)
     assert dict(open_runs(tmp_path).food_eaten.sizes) == {
         "condition": 2,
         "run": 0,
@@ -220,7 +220,7 @@ def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) ->
     xr.testing.assert_identical(open_runs(far.directory), open_runs(tmp_path))
     assert len(list(far.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
-        create(parse_location("memory://tests/study"), [shorten_preset("evo/A")], seed=5)
+        create_study(parse_location("memory://tests/study"), [shorten_preset("evo/A")], seed=5)
 
 
 def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:

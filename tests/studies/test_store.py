@@ -9,42 +9,45 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.papers.presets import load
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import rewrite_in_format_1, shorten_preset
 
 
 def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None:
     experiments = [shorten_preset("evo/A"), shorten_preset("evo/B")]
-    create(tmp_path, experiments, seed=1)
-    assert create(tmp_path, experiments, seed=1).seed == 1
+    create_study(tmp_path, experiments, seed=1)
+    assert create_study(tmp_path, experiments, seed=1).seed == 1
     with pytest.raises(StudyError, match="its seed is 1, not 2; choose another --out"):
-        create(tmp_path, experiments, seed=2)
+        create_study(tmp_path, experiments, seed=2)
     with pytest.raises(StudyError, match="its conditions are evo/A, evo/B, not evo/A"):
-        create(tmp_path, experiments[:1], seed=1)
+        create_study(tmp_path, experiments[:1], seed=1)
     with pytest.raises(StudyError, match=r"learning\.rate of evo/B is 0\.01, not 0\.5"):
-        create(tmp_path, [experiments[0], experiments[1].replace(learning={"rate": 0.5})], seed=1)
+        create_study(
+            tmp_path, [experiments[0], experiments[1].replace(learning={"rate": 0.5})], seed=1
+        )
 
 
 def test_a_directory_with_anything_else_in_it_is_refused_and_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work")
     with pytest.raises(StudyError, match="is not empty and holds no study"):
-        create(tmp_path, [load("evo/A")], seed=0)
+        create_study(tmp_path, [load("evo/A")], seed=0)
     assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.txt"]
 
 
 def test_a_study_whose_making_was_cut_off_can_be_made_again(tmp_path: Path) -> None:
     experiments = [shorten_preset("evo/A"), shorten_preset("evo/B")]
-    create(tmp_path, experiments, seed=1)
+    create_study(tmp_path, experiments, seed=1)
     (tmp_path / "study.toml").unlink()
     with pytest.raises(StudyError, match="the beginning of another study"):
-        create(tmp_path, [experiments[0].replace(learning={"rate": 0.5})], seed=1)
-    assert list(create(tmp_path, experiments, seed=1).experiments) == ["evo/A", "evo/B"]
+        create_study(tmp_path, [experiments[0].replace(learning={"rate": 0.5})], seed=1)
+    assert list(create_study(tmp_path, experiments, seed=1).experiments) == ["evo/A", "evo/B"]
 
 
 def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="two conditions have the same name"):
-        create(tmp_path / "study", [load("evo/A"), load("evo/A", "literal")], seed=0)
+        create_study(tmp_path / "study", [load("evo/A"), load("evo/A", "literal")], seed=0)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +77,7 @@ def test_a_directory_that_is_no_study_is_refused_with_the_reason(
 
 
 def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
-    create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     (rewrite_in_format_1(tmp_path, ["evo/A"]) / "runs/evo/A/experiment.toml").write_text(
         "nonsense = 1"
     )
@@ -85,7 +88,7 @@ def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
 
 
 def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     with pytest.raises(
         StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"
     ):
@@ -100,7 +103,7 @@ def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_writer_left_is_swept_but_not_what_one_at_work_holds(tmp_path: Path) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     old, new = (tmp_path / "runs" / f".{name}.partial" for name in ("old", "new"))
     for file in (old, new):
         file.write_bytes(b"half a rec")
@@ -111,7 +114,7 @@ def test_what_a_killed_writer_left_is_swept_but_not_what_one_at_work_holds(tmp_p
 
 
 def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     assert list(study.sessions()) == []
     session = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
     study.add_session(session)
@@ -125,7 +128,7 @@ def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
 def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(
     tmp_path: Path, name: str, kind: str
 ) -> None:
-    create(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
+    create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     path = tmp_path / "study" / name
     path.rename(tmp_path / "elsewhere.toml")
     if kind == "a link":
@@ -139,7 +142,7 @@ def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(
 
 
 def test_sessions_of_another_kind_are_passed_over(tmp_path: Path) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     session = {"seconds": 1.5, "compile_seconds": 0, "workers": 2, "agent_steps": 7}
     study.add_session(session)
     with (tmp_path / "sessions.jsonl").open("a") as file:
@@ -150,7 +153,7 @@ def test_sessions_of_another_kind_are_passed_over(tmp_path: Path) -> None:
 def test_no_condition_is_called_like_a_file_of_a_study(tmp_path: Path) -> None:
     for name in ("a/0000.nc", "a/experiment.toml"):
         with pytest.raises(StudyError, match="no condition can be called"):
-            create(
+            create_study(
                 tmp_path / "study",
                 [shorten_preset("evo/A"), shorten_preset("evo/A").replace(name=name)],
                 seed=1,
@@ -159,8 +162,8 @@ def test_no_condition_is_called_like_a_file_of_a_study(tmp_path: Path) -> None:
 
 
 def test_no_study_is_made_in_the_midst_of_another(tmp_path: Path) -> None:
-    create(tmp_path, [shorten_preset("evo/A")], seed=1)
+    create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     for place in ("assays/innate/evil", "runs/evo/B", "paper/mine"):
         with pytest.raises(StudyError, match="is inside the study"):
-            create(tmp_path / place, [shorten_preset("evo/A")], seed=1)
-    create(tmp_path / "multiverse", [shorten_preset("evo/A")], seed=1)
+            create_study(tmp_path / place, [shorten_preset("evo/A")], seed=1)
+    create_study(tmp_path / "multiverse", [shorten_preset("evo/A")], seed=1)

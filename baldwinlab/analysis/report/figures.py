@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.report import content
-from baldwinlab.analysis.report.content import select_foragers, title_worlds
+from baldwinlab.analysis.report.agent_figures import (
+    draw_emergence,
+    draw_maps,
+    draw_networks,
+    draw_senses,
+)
+from baldwinlab.analysis.report.content import select_foragers
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.figure_data import (
+    describe_final_medians,
+    list_typical_replays,
+    name_fitness,
+    tabulate_generations,
+    tabulate_runs,
+    tabulate_shares,
+)
 from baldwinlab.analysis.report.phrases import format_number
-from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import of_study
-from baldwinlab.papers import load
 from baldwinlab.papers.texts import FIGURES, Figure
 
 # Figures that models other than MiniWorld record.
@@ -58,7 +67,7 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
 
 def _draw_overview(report: ReportData) -> ReportFigure:
     standings = figures.overview_cells(report.data, report.results, report.last)
-    measure = _name_fitness(report.data, "average")
+    measure = name_fitness(report.data, "average")
     return ReportFigure(
         "overview",
         "Fitness by learner and map",
@@ -76,50 +85,14 @@ def _draw_fitness(report: ReportData) -> ReportFigure:
     return ReportFigure(
         "fitness",
         "Fitness over generations",
-        f"{_name_fitness(data, 'best', 'average')} of each generation. Lines are means over runs. "
+        f"{name_fitness(data, 'best', 'average')} of each generation. Lines are means over runs. "
         "Bands are 95 % intervals of the mean (Student's t).",
         "Curves of fitness by generation for each condition. "
         f"{describe_final_medians(data, report.last)}",
         figures.draw_fitness_curves(data),
-        [row for measure in ("best", "mean") for row in _tabulate_generations(data, measure)],
-        _list_typical_replays(data),
+        [row for measure in ("best", "mean") for row in tabulate_generations(data, measure)],
+        list_typical_replays(data),
     )
-
-
-def _tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
-    """Return the mean over runs and its interval: one row per condition and generation."""
-    average, low, high = curve_intervals.interval_of_mean(fitness.MEASURES[measure](data))
-    numbers = xr.Dataset({"mean": average, "low": low, "high": high})[["mean", "low", "high"]]
-    table = numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index()
-    return [
-        {"condition": row.pop("condition"), "measure": measure, **row}
-        for row in table.to_dict("records")
-    ]
-
-
-def _list_typical_replays(data: xr.Dataset) -> list[str]:
-    """Return the commands that replay the last generation of a typical run of each condition."""
-    if "food_eaten" not in data:
-        return []
-    has_data = data["energy"].notnull().any(("run", "agent"))
-    commands = []
-    for name in map(str, data["condition"].values):
-        present = has_data.sel(condition=name)
-        if bool(present.any()):
-            generation = int(present["generation"][present][-1])
-            run = fitness.typical_run(data, name)
-            commands.append(format_replay_command(name, run, generation))
-    return commands
-
-
-def _name_fitness(data: xr.Dataset, *agents: str) -> str:
-    """Return the name of fitness, for example "Energy of the items eaten by the best agent"."""
-    if "food_eaten" in data:
-        names = " and by ".join(f"the {agent} agent" for agent in agents)
-        return f"Energy of the items eaten by {names}"
-    names = " and of ".join(f"the {agent} agent" for agent in agents)
-    gain = str(data["energy"].attrs.get("long_name", "fitness"))
-    return f"{gain[0].upper()}{gain[1:]} of {names}"
 
 
 def _draw_final_fitness(report: ReportData) -> ReportFigure:
@@ -136,15 +109,8 @@ def _draw_final_fitness(report: ReportData) -> ReportFigure:
         "Box plots of final fitness by condition. "
         f"{describe_final_medians(report.data, report.last)}",
         figures.draw_fitness_boxes(report.data, report.results, report.last),
-        _tabulate_runs(report.data, report.last),
+        tabulate_runs(report.data, report.last),
     )
-
-
-def _tabulate_runs(data: xr.Dataset, last: int) -> list[dict[str, Any]]:
-    """Return the final fitness: one row per condition and finished run."""
-    finals = {measure: fitness.final(data, measure, last) for measure in ("best", "mean")}
-    table = xr.Dataset(finals).reset_coords(drop=True).to_dataframe()
-    return [*table.dropna(how="all").reset_index().to_dict("records")]
 
 
 def _draw_shares(report: ReportData) -> ReportFigure | None:
@@ -159,19 +125,8 @@ def _draw_shares(report: ReportData) -> ReportFigure | None:
         f"(Student's t). {meanings}.",
         f"Curves by generation for each condition: {meanings}.",
         figures.draw_shares(shares),
-        _tabulate_shares(shares),
+        tabulate_shares(shares),
     )
-
-
-def _tabulate_shares(shares: xr.Dataset) -> list[dict[str, Any]]:
-    generations = shares["generation"].values
-    rows = []
-    for name, share in shares.items():
-        for condition, values in share.mean("run").groupby("condition"):
-            for generation, value in zip(generations, values.values.ravel(), strict=True):
-                row = {"condition": str(condition), "share": str(name)}
-                rows.append(row | {"generation": int(generation), "mean": float(value)})
-    return rows
 
 
 def _draw_measures(report: ReportData) -> ReportFigure | None:
@@ -223,139 +178,7 @@ def _draw_survival(report: ReportData) -> ReportFigure:
         "that still survive at the end of the study.",
         f"Curves of survival for each condition. {describe_final_medians(report.data, 1)}",
         figures.draw_survival(report.data),
-        _tabulate_runs(report.data, 1),
-    )
-
-
-def _draw_maps(report: ReportData) -> ReportFigure | None:
-    conditions = select_foragers(report.experiments)
-    if not conditions:
-        return None
-    titles = title_worlds(conditions, of_study(report.data))
-    worlds = {title: conditions[name].world for title, name in titles.items()}
-    looks = {title: report.looks[name] for title, name in titles.items() if name in report.looks}
-    starts = [
-        f"{title}: agents start around ({world.start.x:g}, {world.start.y:g})"
-        for title, world in worlds.items()
-    ]
-    n_agents = min(experiment.population.size for experiment in conditions.values())
-    return ReportFigure(
-        "maps",
-        "The maps",
-        "Maps to scale, in map units, with y pointing down. An agent that leaves a map at one edge "
-        "enters it at the opposite edge. The positions of agents (blue, with a line in the "
-        "direction of their heading) and of items are examples.",
-        f"{'; '.join(starts)}.",
-        figures.draw_world_maps(worlds, n_agents, looks),
-    )
-
-
-def _draw_emergence(report: ReportData) -> ReportFigure | None:
-    if not report.traces:
-        return None
-    condition = str(report.traces[0].attrs["condition"])
-    run = int(report.traces[0].attrs["run"])
-    is_typical = fitness.typical_run(report.data, condition) == run
-    reason = ", the run closest to the median final mean fitness" if is_typical else ""
-    counts = []
-    for trace in report.traces:
-        eaters = int((trace["eaten"].sum("step") > 0).sum())
-        counts.append(f"generation {trace.attrs['generation']}: {eaters} of {trace.sizes['agent']}")
-    rows = _tabulate_generations(report.data, "share")
-    return ReportFigure(
-        "emergence",
-        "The emergence of foraging",
-        f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; darker "
-        "is longer, with one scale for all maps. The circle is the birthplace, and rectangles "
-        "contain items. Bottom: share of agents that ate an item, mean over runs with its 95 % "
-        "interval.",
-        f"Maps of agent positions at several generations. Agents that ate: {', '.join(counts)}.",
-        figures.draw_emergence(report.data, report.traces),
-        [row for row in rows if row["condition"] == condition],
-        [
-            format_replay_command(condition, run, int(trace.attrs["generation"]))
-            for trace in report.traces
-        ],
-    )
-
-
-def _draw_networks(report: ReportData) -> ReportFigure | None:
-    if not report.looks:
-        return None
-    paper = report.paper or load()
-    experiments = select_foragers(report.experiments)
-    kinds: dict[str, figures.AgentKind] = {}
-    for name, factors in of_study(report.data).items():
-        if name in report.looks and name in experiments:
-            kind = _make_kind(factors.learner, experiments[name], report.looks[name])
-            kinds.setdefault(factors.learner, kind)
-    sources = {
-        learner: kind
-        for kind in ("conditions", "controls")
-        for learner in paper.names(kind)
-        if learner in kinds
-    }
-    descriptions = " ".join(
-        f"{learner}: {paper.describe(kind, learner)}." for learner, kind in sources.items()
-    )
-    alternatives = [
-        f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"
-        for kind in kinds.values()
-    ]
-    return ReportFigure(
-        "networks",
-        "The agents' networks",
-        "The action module computes the action from the inputs (orange): the strongest output is "
-        "the action. A second module, if there is one, receives the same inputs and keeps its "
-        "weights from birth. Its outputs are the targets from which the action module learns. "
-        f"{descriptions}",
-        f"{'; '.join(alternatives)}.",
-        figures.draw_networks(list(kinds.values())),
-    )
-
-
-def _make_kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.AgentKind:
-    inherits = experiment.evolution.inheritance != "none"
-    heredity = (
-        "evolves: inherits weights" if inherits else "does not evolve: new random\nweights at birth"
-    )
-    learning = (
-        f"learns in its lifetime: {experiment.learning.rule}"
-        if experiment.learns
-        else "does not learn"
-    )
-    return figures.AgentKind(
-        learner,
-        (heredity, learning),
-        look["inputs"],
-        experiment.network.hidden,
-        look["actions"],
-        look["modules"],
-    )
-
-
-def _draw_senses(report: ReportData) -> ReportFigure | None:
-    if not report.looks:
-        return None
-    name, look = next(iter(report.looks.items()))
-    sectors = figures.group_sectors(look)
-    ranges = [
-        f"{' and '.join(inputs)} from {first:g} to {last:g} degrees, to {radius:g} units"
-        for (first, last, radius), inputs in sectors.items()
-    ]
-    without_sector = [
-        sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
-    ]
-    unseen = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
-    last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
-    item = f" The item is in the sector of {last_inputs}." if sectors else ""
-    return ReportFigure(
-        "senses",
-        "The agents' senses",
-        f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
-        f"right of the page, and its right hand is below.{item}{unseen}",
-        f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
-        figures.draw_agent_senses(look),
+        tabulate_runs(report.data, 1),
     )
 
 
@@ -363,30 +186,12 @@ DRAW: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
     "overview": _draw_overview,
     "fitness": _draw_fitness,
     "final-fitness": _draw_final_fitness,
-    "emergence": _draw_emergence,
-    "networks": _draw_networks,
-    "maps": _draw_maps,
-    "senses": _draw_senses,
+    "emergence": draw_emergence,
+    "networks": draw_networks,
+    "maps": draw_maps,
+    "senses": draw_senses,
     "shares": _draw_shares,
     "clocks": _draw_clocks,
     "measures": _draw_measures,
     "survival": _draw_survival,
 }
-
-
-def describe_final_medians(data: xr.Dataset, last: int) -> str:
-    """Return the median over runs of the final mean fitness, as alternative text of a figure."""
-    medians = fitness.final(data, "mean", last).median("run")
-    values = [
-        f"{name} {format_number(float(medians.sel(condition=name)))}"
-        for name in medians["condition"].values
-    ]
-    return f"Final fitness of the average agent, median over runs: {', '.join(values)}."
-
-
-def format_replay_command(condition: str, run: int, generation: int) -> str:
-    """Return the command that replays a lifetime of the study."""
-    return (
-        f"baldwinlab replay . --condition {condition} --run {run} --generation {generation} "
-        "--out life.mp4"
-    )

@@ -34,6 +34,7 @@ def write_sweep_report(
     provenance: Mapping[str, Any],
     out: Path,
     last: int = 10,
+    *,
     contrasts: Contrasts | None = None,
 ) -> Path:
     """Write the page of a sweep, and its figures as SVG and PNG, each atomically.

@@ -57,7 +57,7 @@ def publish_sweep(
     rows = [contrast.row() for contrast in contrasts.rows]
     write_atomically(study.directory / "statistics.csv", to_csv(COLUMNS, rows))
     log("drawing the figures")
-    write_sweep_report(study.directory, measured, provenance(study), out, last, contrasts)
+    write_sweep_report(study.directory, measured, provenance(study), out, last, contrasts=contrasts)
     return contrasts
 
 

@@ -12,8 +12,8 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
+from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.descent import FOUNDERS_PER_BATCH
-from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.sample import Conditions
 
 # Stored states in the bisection for the step of the first meal.

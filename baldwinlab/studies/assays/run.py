@@ -9,59 +9,31 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
-from baldwinlab.core.files import parse_location
 from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.studies.assays import (
-    descent,
     innate,
-    modules,
-    neutral,
     reaction_norms,
-    within_life,
 )
-from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
-from baldwinlab.studies.assays.storage import FORMAT, assay_path, read_assay
+from baldwinlab.studies.assays.catalog import (
+    ASSAYS,
+    Arrays,
+)
+from baldwinlab.studies.assays.sample import OnMap, Sample
+from baldwinlab.studies.assays.storage import FORMAT, assay_path
 from baldwinlab.studies.executors import THREADS, Executor
-from baldwinlab.studies.records import StudyError, read_record, write_in_study
+from baldwinlab.studies.records import read_record, write_in_study
 from baldwinlab.studies.run import Progress
 from baldwinlab.studies.store import StudyStore
-
-Arrays = Mapping[str, npt.NDArray[Any]]
-
-
-class Assay(Protocol):
-    """Module of an assay."""
-
-    def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
-        """Return the coordinates of the dataset except `run` and `agent`."""
-
-    def count_lives(self, study: Conditions, condition: str) -> int:
-        """Return the number of simulated generations per run."""
-
-    def measure(self, sample: Sample) -> Arrays:
-        """Return the variables that `variables.ASSAYS` declares."""
-
-
-ASSAYS: Mapping[str, Assay] = {
-    "innate": innate,
-    "neutral": neutral,
-    "within-life": within_life,
-    "modules": modules,
-    "reaction": reaction_norms,
-    "descent": descent,
-}
 
 
 class AssayTask(NamedTuple):
@@ -86,110 +58,6 @@ class AssayTask(NamedTuple):
             directory, seed, self.experiment, self.runs, records, self.other_maps, report_progress
         )
         return {name: ASSAYS[name].measure(sample) for name in self.names}
-
-
-def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
-    """Return a sentence that says why an assay is not applicable; "" if it is applicable."""
-    if experiment.births_in_life and name != "descent":
-        return (
-            f"the assay {name} simulates complete lifetimes of stored genomes, "
-            "but newborns replace agents during life in this experiment"
-        )
-    if name in ("innate", "descent"):
-        return ""
-    if name == "neutral":
-        return _why_not_neutral(experiment)
-    if name == "modules":
-        if "reinforcement" in experiment.modules:
-            return ""
-        return "the assay modules needs agents with a reinforcement module"
-    if not isinstance(experiment, Experiment):
-        return f"the assay {name} needs the model miniworld, not {experiment.model}"
-    return ""
-
-
-def _why_not_neutral(experiment: BaseExperiment) -> str:
-    if experiment.evolution.inheritance == "none":
-        return "the assay neutral measures effects of selection, which needs inherited genomes"
-    if experiment.evolution.selection == "neutral":
-        return "the assay neutral measures effects of selection, but parents are chosen at random"
-    return ""
-
-
-def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]:
-    """Return the distinct sentences of `why_not_applicable` for all conditions of a study."""
-    _require_assay_names(names)
-    reasons = (
-        why_not_applicable(name, experiment)
-        for experiment in study.experiments.values()
-        for name in names
-    )
-    return [sentence for sentence in dict.fromkeys(reasons) if sentence]
-
-
-def is_stored(name: str, study: StudyStore, condition: str) -> bool:
-    """Return whether the results of an assay of a condition are stored."""
-    return assay_path(study.directory, name, condition).exists()
-
-
-def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
-    """Return the stored results of an assay of one condition.
-
-    Parameters
-    ----------
-    directory
-        The directory of a study, or a URL that fsspec can open.
-    assay
-        "innate", "neutral", "within-life", "modules", "reaction" or "descent".
-    condition
-        Name of a condition.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.ASSAYS[assay]`.
-
-    Raises
-    ------
-    StudyError
-        There is no such study, assay or condition, the assay has not been run, or its file is
-        damaged.
-    """
-    study = StudyStore(parse_location(directory))
-    _require_assay_names([assay])
-    study.experiment(condition)
-    path = assay_path(study.directory, assay, condition)
-    if not path.exists():
-        reason = why_not_applicable(assay, study.experiment(condition))
-        if reason:
-            raise StudyError(f"{path} does not exist: {reason}")
-        command = f"baldwinlab assay {directory} --assays {assay}"
-        raise StudyError(f"{path} does not exist; `{command}` makes it")
-    try:
-        return read_assay(study, assay, condition)
-    except OSError as error:
-        raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        raise StudyError(str(error)) from None
-
-
-def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
-    """Return the missing assays of each condition.
-
-    An assay is missing if it is applicable and its file is absent, or does not match the stored
-    runs. Raises StudyError for an unknown assay, and for a study without stored runs.
-    """
-    _require_assay_names(names)
-    study.require_runs()
-    return {
-        condition: [
-            name
-            for name in names
-            if not (_is_done(study, name, condition) or why_not_applicable(name, experiment))
-        ]
-        for condition, experiment in study.experiments.items()
-        if study.runs(condition)
-    }
 
 
 def count_assay_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
@@ -228,6 +96,7 @@ def run_assays(
     workers: int,
     progress: Callable[[str, int], Progress],
     log: Callable[[str], None],
+    *,
     executor: Executor = THREADS,
 ) -> None:
     """Measure the missing assays in parallel, and store a condition when all its runs are done.
@@ -339,22 +208,3 @@ def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
         "experiment": experiment,
         "baldwinlab": __version__,
     }
-
-
-def _is_done(study: StudyStore, name: str, condition: str) -> bool:
-    """Return whether this version has stored the assay of the same runs and experiment."""
-    try:
-        data = read_assay(study, name, condition)
-    except (OSError, ValueError):
-        return False
-    return (
-        data.attrs.get("condition") == condition
-        and data.attrs.get("baldwinlab") == __version__
-        and data.run.values.tolist() == study.runs(condition)
-    )
-
-
-def _require_assay_names(names: Sequence[str]) -> None:
-    for name in names:
-        if name not in ASSAYS:
-            raise StudyError(f"there is no assay {name!r}; there are {', '.join(ASSAYS)}")

@@ -12,6 +12,7 @@ import xarray as xr
 from playwright.sync_api import Browser
 
 from baldwinlab import papers
+from baldwinlab.analysis.assays import headlines
 from baldwinlab.analysis.assays import sentences as wording
 from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.section import section, tabulate_numbers
@@ -38,9 +39,9 @@ def text_on(**assays: xr.Dataset) -> str:
     (result,) = analysis.results
     inference = papers.load().words.inference
     assert inference is not None
-    comparison = wording.compare_with_paper(analysis, inference)
+    comparison = headlines.compare_with_paper(analysis, inference)
     sentences = wording.compose_sentences(analysis, result)
-    return " ".join([wording.compose_headline(result), comparison, *sentences])
+    return " ".join([headlines.compose_headline(result), comparison, *sentences])
 
 
 LEARNERS = within_life(A, 1, 9)

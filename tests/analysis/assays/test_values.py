@@ -16,7 +16,8 @@ from baldwinlab.analysis.assays.values import compute_quantities, read_factors, 
 from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.studies.assays.run import find_missing_assays, open_assay, run_assays
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.assays.storage import assay_path, read_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

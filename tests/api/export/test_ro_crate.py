@@ -18,7 +18,7 @@ import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra
-from baldwinlab.studies.store import create
+from baldwinlab.studies.creation import create_study
 from tests.api.export.validators import validate
 from tests.commands import Command
 from tests.small_studies import shorten_preset
@@ -157,7 +157,7 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(
 
 
 def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
-    stored = create(tmp_path / "study", [shorten_preset("evo/A")], seed=5, paper="le-2019")
+    stored = create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=5, paper="le-2019")
     stored.write("evo/A", 0, bl.simulate(shorten_preset("evo/A"), seed=5))
     study = bl.open_study(stored.directory)
     study.to_ro_crate()

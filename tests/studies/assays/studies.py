@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.studies.assays.run import ASSAYS, find_missing_assays, run_assays
+from baldwinlab.studies.assays.catalog import ASSAYS
+from baldwinlab.studies.assays.results import find_missing_assays
+from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study
@@ -44,6 +46,11 @@ def measured(
     """A study with its assays, which an executor does."""
     study = make_small_study(directory, experiments or conditions(), runs)
     run_assays(
-        study, find_missing_assays(study, names), workers, ignore_progress, ignore_message, executor
+        study,
+        find_missing_assays(study, names),
+        workers,
+        ignore_progress,
+        ignore_message,
+        executor=executor,
     )
     return study

@@ -18,7 +18,7 @@ from baldwinlab.studies.assays.descent import (
     list_ancestors,
     trace_fitter_parents,
 )
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.api.export.validators import validate
 

@@ -15,7 +15,8 @@ from baldwinlab.studies.assays.innate import (
     layer_names,
     weight_distances,
 )
-from baldwinlab.studies.assays.run import find_missing_assays, open_assay, run_assays
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study

@@ -11,8 +11,8 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import NOTHING
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.memory import ENGINE
+from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.memory import PlannedStudy, estimate_assays
-from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.storage import read_assays as open_assays
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import conditions

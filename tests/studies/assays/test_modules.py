@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import measured

@@ -14,12 +14,9 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, apply_inheritance, draw_genomes, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.studies.assays.run import (
-    find_missing_assays,
-    open_assay,
-    run_assays,
-    why_not_applicable,
-)
+from baldwinlab.studies.assays.catalog import why_not_applicable
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study

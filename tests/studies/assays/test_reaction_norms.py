@@ -10,7 +10,7 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.studies.assays.reaction_norms import list_settings
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.worlds import make_small_experiment
 

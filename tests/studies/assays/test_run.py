@@ -14,15 +14,12 @@ import pytest
 from baldwinlab.core.variables import ASSAYS as DECLARED
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
-from baldwinlab.studies.assays.run import (
-    ASSAYS,
-    count_assay_steps,
-    find_missing_assays,
-    open_assay,
-    run_assays,
-)
+from baldwinlab.studies.assays.catalog import ASSAYS
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.run import count_assay_steps, run_assays
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
 from tests.studies.assays.studies import conditions, measured
 from tests.worlds import make_small_experiment
@@ -179,7 +176,7 @@ def test_the_smallest_and_the_strangest_studies_can_be_measured(
 def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
     study: StudyStore, tmp_path: Path
 ) -> None:
-    empty = create(tmp_path, [make_small_experiment("evo")], seed=1)
+    empty = create_study(tmp_path, [make_small_experiment("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):
         find_missing_assays(empty, ["innate"])
     there = "there is no assay 'instinct'; there are innate, neutral, within-life, modules, reaction, descent"

@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.simulation.replay import replay
-from baldwinlab.studies.assays.run import open_assay
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import measured
 from tests.worlds import make_small_experiment

@@ -13,9 +13,10 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import FILE, expand_sweep
 from baldwinlab.studies.sweeps.file import Sweep, read
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
@@ -54,7 +55,7 @@ def read_text(text: str, folder: Path) -> Sweep:
 def made(text: str, folder: Path, runs: int) -> StudyStore:
     """A sweep in `folder`/made, brought to so many runs."""
     plan = read_text(text, folder)
-    study = create(
+    study = create_study(
         folder / "made", expand_sweep(plan, folder / "sweep-file.toml"), plan.seed, SWEEP
     )
     (study.directory / FILE).write_text(text)

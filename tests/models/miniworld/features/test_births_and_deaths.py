@@ -21,7 +21,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
-from baldwinlab.studies.assays.run import ASSAYS, why_not_applicable
+from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
 from tests.worlds import make_small_experiment
 
 SEED, AGENTS = 5, 6

@@ -1,0 +1,102 @@
+"""Panels of the figures of assays: grids, curves, axes and legends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from baldwinlab.analysis.assays.values import (
+    read_factors,
+)
+from baldwinlab.analysis.figures.style import (
+    WIDTH,
+    SeriesStyle,
+)
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+
+# The golden ratio spreads points evenly and reproducibly.
+GOLDEN_RATIO: Final = 0.618
+
+
+def make_grid(
+    data: Mapping[str, xr.Dataset], names: Sequence[str], rows: int, height: float
+) -> tuple[Figure, np.ndarray]:
+    """Return a figure and its panels (condition, row), with two conditions side by side."""
+    columns = min(len(names), 2)
+    blocks = -(-len(names) // columns)
+    figure = Figure((WIDTH, 0.6 + height * rows * blocks))
+    grid = figure.subplots(blocks * rows, columns, squeeze=False)
+    panels = grid.reshape(blocks, rows, columns).transpose(0, 2, 1).reshape(-1, rows)
+    for axes in panels[len(names) :].flat:
+        axes.set_visible(False)
+    for (first, *_), name in zip(panels, names, strict=False):
+        first.set_title(read_factors(data[name]).title, loc="left", fontweight="bold")
+    return figure, panels[: len(names)]
+
+
+def draw_curve(
+    axes: Axes, values: xr.DataArray, style: SeriesStyle, label: str, dim: str = "generation"
+) -> None:
+    """Draw a median over runs with its band, or nothing if there is no value."""
+    present = values.dropna(dim, how="all")
+    if not present.size:
+        return
+    median, low, high = interval_of_median(present)
+    x = present[dim].values
+    axes.fill_between(x, low, high, color=style.color, alpha=0.18, lw=0)
+    axes.plot(
+        x,
+        median,
+        color=style.color,
+        ls=style.line,
+        lw=1.5,
+        marker=style.marker,
+        ms=3.5,
+        markevery=max(1, present.sizes[dim] // 8),
+        label=label,
+    )
+
+
+def start_at_zero(axes: Axes) -> None:
+    top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
+    axes.set_ylim(-0.025 * top, top)
+
+
+def label_generations(axes: Axes) -> None:
+    axes.set_xlabel("generation")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+
+
+def label_rows(grid: np.ndarray, *labels: str) -> None:
+    """Label the rows at the left edge."""
+    for panels in grid[::2]:
+        for axes, label in zip(panels, labels, strict=True):
+            axes.set_ylabel(label)
+
+
+def list_handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
+    """Return one legend handle per label."""
+    handles: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    return list(handles.values())
+
+
+def draw_legend(figure: Figure, styles: Mapping[str, SeriesStyle], learners: set[str]) -> None:
+    """Draw a legend of the learners in a figure."""
+    handles = [
+        figure.axes[0].plot(
+            [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner
+        )[0]
+        for learner, style in styles.items()
+        if learner in learners
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)

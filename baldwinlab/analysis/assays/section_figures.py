@@ -1,0 +1,195 @@
+"""Figures in the section of a report on assays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.assays import figures, overview, within_life_figure
+from baldwinlab.analysis.assays.analysis import Analysis
+from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+
+MEASURES: Final = {
+    "off": "fitness, learning off (innate fitness)",
+    "on": "fitness, learning on",
+    "frozen": "fitness, weights at death, learning off",
+    "drift": "fitness, random changes instead of learning (drift)",
+    "on, with drift control": "fitness, learning on, generations with the drift control",
+    "gain": "gain from learning (on - off)",
+    "innate share": "innate share (off / on)",
+    "frozen share": "share of the weights at death (frozen / on)",
+    "off, neutral assay": "innate fitness, assay neutral",
+    "on, neutral assay": "fitness, learning on, assay neutral",
+    "gain, neutral assay": "gain from learning, assay neutral",
+    "distance": "distance between weights at birth and at death",
+    "modules": "fitness with these modules",
+    "setting": "fitness in this setting",
+    "setting, relative": "fitness relative to the setting of evolution",
+    "first meal": "steps to the first meal",
+    "ever ate": "share of agents that ate",
+    "eaten in life": "items eaten in a lifetime",
+    "eaten in the first part of life": "items eaten in the first part of a lifetime",
+    "eaten in the last part of life": "items eaten in the last part of a lifetime",
+    "common ancestor age": "generations since the last common ancestor",
+    "effective ancestors": "effective ancestors",
+}
+
+BANDS: Final = (
+    "Lines are medians over runs. Bands are their 95 % intervals (sign test), shown for six runs "
+    "or more."
+)
+
+
+class AssayFigure(NamedTuple):
+    """A figure of an assay."""
+
+    assay: str
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[Assays, Sequence[str], str], Figure]
+    # Quantities in the alternative text.
+    measures: Sequence[str]
+    # Whether the figure has panels for each condition. An overview of many conditions omits it.
+    is_per_condition: bool = False
+
+
+FIGURES: Final = (
+    AssayFigure(
+        "innate",
+        "lives",
+        "Innate and learned fitness",
+        "Newborns of each generation, simulated again. Top: fitness of the average agent with "
+        "learning on, with learning off (innate fitness), with the weights at death and learning "
+        "off, and with random changes instead of learning (drift). Bottom: the same as a share of "
+        "the fitness with learning on. Genetic assimilation raises the innate share toward 1. "
+        f"{BANDS}",
+        figures.draw_innate_and_learned,
+        ("on", "off", "frozen", "drift"),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "innate",
+        "learning",
+        "Gain from learning and weight changes",
+        "Top: gain from learning of the average agent. Bottom, if the model has weights: Euclidean "
+        "distance between the weights at birth and at death, by layer. Both fall if learned "
+        f"behavior becomes innate. {BANDS}",
+        figures.draw_gain_and_distance,
+        ("gain", "distance"),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "within-life",
+        "within-life",
+        "Behavior within a lifetime",
+        "Newborns of several generations, and random genomes that also learn. Top: items that an "
+        "agent eats in 100 steps, by step of its lifetime. Bottom: share of the agents of all runs "
+        f"that have had their first meal. {BANDS}",
+        within_life_figure.draw_within_life,
+        ("eaten in life", "first meal"),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "modules",
+        "modules",
+        "Fitness with evolved and random modules",
+        "Agents of the last generation with both evolved modules, with one of them replaced by a "
+        "random module, and with two random modules. Each point is a run, and the line is the "
+        "median.",
+        figures.draw_modules,
+        ("modules",),
+        is_per_condition=True,
+    ),
+    AssayFigure(
+        "reaction",
+        "reaction-norms",
+        "Reaction norms",
+        "Fitness of the last generation in changed settings, one setting at a time. The setting of "
+        f"evolution is in parentheses. {BANDS}",
+        figures.draw_reaction_norms,
+        ("setting",),
+    ),
+    AssayFigure(
+        "descent",
+        "descent",
+        "Common descent",
+        "Left: generations since the last common ancestor of all agents. Right: effective number "
+        "of founders in the gene pool (1 / sum of squared shares). "
+        f"{BANDS}",
+        figures.draw_descent,
+        ("common ancestor age", "effective ancestors"),
+    ),
+)
+
+
+def draw_assay_figures(
+    assays: Assays, analysis: Analysis, is_foraging: bool
+) -> Iterator[ReportFigure]:
+    """Draw the figures of the stored assays, in the order of the report.
+
+    Parameters
+    ----------
+    assays : mapping of str to mapping of str to xr.Dataset
+        Stored assays by assay and condition.
+    analysis : Analysis
+        Their analysis.
+    is_foraging : bool
+        Whether a condition is of the MiniWorld model. Its unit of fitness is energy.
+
+    Yields
+    ------
+    ReportFigure
+        The figures.
+    """
+    unit = "fitness (energy)" if is_foraging else "fitness"
+    is_large = overview.is_large(analysis)
+    for figure in FIGURES:
+        stored = assays.get(figure.assay, {})
+        names = [result.condition for result in analysis.results if result.condition in stored]
+        if names and not (is_large and figure.is_per_condition):
+            yield _draw(figure, assays, analysis, names, unit)
+
+
+def _draw(
+    figure: AssayFigure, assays: Assays, analysis: Analysis, names: Sequence[str], unit: str
+) -> ReportFigure:
+    medians = "; ".join(
+        f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
+    )
+    return ReportFigure(
+        f"baldwin-{figure.name}",
+        figure.title,
+        figure.caption,
+        f"{figure.title}. Medians over runs: {medians}.",
+        figure.draw(assays, names, unit),
+        _tabulate_medians(assays[figure.assay]),
+        (f"baldwinlab assay . --assays {figure.assay}",),
+    )
+
+
+def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
+    """Return the data of a figure: medians over runs with their intervals, by condition."""
+    rows = []
+    for condition, data in datasets.items():
+        for name, values in data.data_vars.items():
+            means = values.mean("agent") if "agent" in values.dims else values
+            numbers = dict(zip(("median", "low", "high"), interval_of_median(means), strict=True))
+            table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
+            rows += [{"condition": condition, "quantity": name, **row} for row in table]
+    return rows
+
+
+def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
+    texts = [
+        f"{MEASURES[number.measure]}, {number.when}, {format_number(number.median)}"
+        for number in analysis.numbers
+        if number.condition == condition and number.measure in measures
+    ]
+    return ", ".join(texts)

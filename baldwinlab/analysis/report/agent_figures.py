@@ -1,0 +1,145 @@
+"""Figures of a report about agents: maps, emergence, networks and senses."""
+
+from __future__ import annotations
+
+from baldwinlab.analysis import figures
+from baldwinlab.analysis.report.content import select_foragers, title_worlds
+from baldwinlab.analysis.report.data import ReportData
+from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.figure_data import format_replay_command, tabulate_generations
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import of_study
+from baldwinlab.papers import load
+
+
+def draw_maps(report: ReportData) -> ReportFigure | None:
+    conditions = select_foragers(report.experiments)
+    if not conditions:
+        return None
+    titles = title_worlds(conditions, of_study(report.data))
+    worlds = {title: conditions[name].world for title, name in titles.items()}
+    looks = {title: report.looks[name] for title, name in titles.items() if name in report.looks}
+    starts = [
+        f"{title}: agents start around ({world.start.x:g}, {world.start.y:g})"
+        for title, world in worlds.items()
+    ]
+    n_agents = min(experiment.population.size for experiment in conditions.values())
+    return ReportFigure(
+        "maps",
+        "The maps",
+        "Maps to scale, in map units, with y pointing down. An agent that leaves a map at one edge "
+        "enters it at the opposite edge. The positions of agents (blue, with a line in the "
+        "direction of their heading) and of items are examples.",
+        f"{'; '.join(starts)}.",
+        figures.draw_world_maps(worlds, n_agents, looks),
+    )
+
+
+def draw_emergence(report: ReportData) -> ReportFigure | None:
+    if not report.traces:
+        return None
+    condition = str(report.traces[0].attrs["condition"])
+    run = int(report.traces[0].attrs["run"])
+    is_typical = fitness.typical_run(report.data, condition) == run
+    reason = ", the run closest to the median final mean fitness" if is_typical else ""
+    counts = []
+    for trace in report.traces:
+        eaters = int((trace["eaten"].sum("step") > 0).sum())
+        counts.append(f"generation {trace.attrs['generation']}: {eaters} of {trace.sizes['agent']}")
+    rows = tabulate_generations(report.data, "share")
+    return ReportFigure(
+        "emergence",
+        "The emergence of foraging",
+        f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; darker "
+        "is longer, with one scale for all maps. The circle is the birthplace, and rectangles "
+        "contain items. Bottom: share of agents that ate an item, mean over runs with its 95 % "
+        "interval.",
+        f"Maps of agent positions at several generations. Agents that ate: {', '.join(counts)}.",
+        figures.draw_emergence(report.data, report.traces),
+        [row for row in rows if row["condition"] == condition],
+        [
+            format_replay_command(condition, run, int(trace.attrs["generation"]))
+            for trace in report.traces
+        ],
+    )
+
+
+def draw_networks(report: ReportData) -> ReportFigure | None:
+    if not report.looks:
+        return None
+    paper = report.paper or load()
+    experiments = select_foragers(report.experiments)
+    kinds: dict[str, figures.AgentKind] = {}
+    for name, factors in of_study(report.data).items():
+        if name in report.looks and name in experiments:
+            kind = _make_kind(factors.learner, experiments[name], report.looks[name])
+            kinds.setdefault(factors.learner, kind)
+    sources = {
+        learner: kind
+        for kind in ("conditions", "controls")
+        for learner in paper.names(kind)
+        if learner in kinds
+    }
+    descriptions = " ".join(
+        f"{learner}: {paper.describe(kind, learner)}." for learner, kind in sources.items()
+    )
+    alternatives = [
+        f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"
+        for kind in kinds.values()
+    ]
+    return ReportFigure(
+        "networks",
+        "The agents' networks",
+        "The action module computes the action from the inputs (orange): the strongest output is "
+        "the action. A second module, if there is one, receives the same inputs and keeps its "
+        "weights from birth. Its outputs are the targets from which the action module learns. "
+        f"{descriptions}",
+        f"{'; '.join(alternatives)}.",
+        figures.draw_networks(list(kinds.values())),
+    )
+
+
+def _make_kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.AgentKind:
+    inherits = experiment.evolution.inheritance != "none"
+    heredity = (
+        "evolves: inherits weights" if inherits else "does not evolve: new random\nweights at birth"
+    )
+    learning = (
+        f"learns in its lifetime: {experiment.learning.rule}"
+        if experiment.learns
+        else "does not learn"
+    )
+    return figures.AgentKind(
+        learner,
+        (heredity, learning),
+        look["inputs"],
+        experiment.network.hidden,
+        look["actions"],
+        look["modules"],
+    )
+
+
+def draw_senses(report: ReportData) -> ReportFigure | None:
+    if not report.looks:
+        return None
+    name, look = next(iter(report.looks.items()))
+    sectors = figures.group_sectors(look)
+    ranges = [
+        f"{' and '.join(inputs)} from {first:g} to {last:g} degrees, to {radius:g} units"
+        for (first, last, radius), inputs in sectors.items()
+    ]
+    without_sector = [
+        sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
+    ]
+    unseen = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
+    last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
+    item = f" The item is in the sector of {last_inputs}." if sectors else ""
+    return ReportFigure(
+        "senses",
+        "The agents' senses",
+        f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
+        f"right of the page, and its right hand is below.{item}{unseen}",
+        f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
+        figures.draw_agent_senses(look),
+    )

@@ -1,0 +1,91 @@
+"""Catalog of the assays, and the experiments to which each applies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy.typing as npt
+
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.studies.assays import (
+    descent,
+    innate,
+    modules,
+    neutral,
+    reaction_norms,
+    within_life,
+)
+from baldwinlab.studies.assays.sample import Conditions, Sample
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore
+
+Arrays = Mapping[str, npt.NDArray[Any]]
+
+
+class Assay(Protocol):
+    """Module of an assay."""
+
+    def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
+        """Return the coordinates of the dataset except `run` and `agent`."""
+
+    def count_lives(self, study: Conditions, condition: str) -> int:
+        """Return the number of simulated generations per run."""
+
+    def measure(self, sample: Sample) -> Arrays:
+        """Return the variables that `variables.ASSAYS` declares."""
+
+
+ASSAYS: Mapping[str, Assay] = {
+    "innate": innate,
+    "neutral": neutral,
+    "within-life": within_life,
+    "modules": modules,
+    "reaction": reaction_norms,
+    "descent": descent,
+}
+
+
+def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
+    """Return a sentence that says why an assay is not applicable; "" if it is applicable."""
+    if experiment.births_in_life and name != "descent":
+        return (
+            f"the assay {name} simulates complete lifetimes of stored genomes, "
+            "but newborns replace agents during life in this experiment"
+        )
+    if name in ("innate", "descent"):
+        return ""
+    if name == "neutral":
+        return _why_not_neutral(experiment)
+    if name == "modules":
+        if "reinforcement" in experiment.modules:
+            return ""
+        return "the assay modules needs agents with a reinforcement module"
+    if not isinstance(experiment, Experiment):
+        return f"the assay {name} needs the model miniworld, not {experiment.model}"
+    return ""
+
+
+def _why_not_neutral(experiment: BaseExperiment) -> str:
+    if experiment.evolution.inheritance == "none":
+        return "the assay neutral measures effects of selection, which needs inherited genomes"
+    if experiment.evolution.selection == "neutral":
+        return "the assay neutral measures effects of selection, but parents are chosen at random"
+    return ""
+
+
+def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]:
+    """Return the distinct sentences of `why_not_applicable` for all conditions of a study."""
+    require_assay_names(names)
+    reasons = (
+        why_not_applicable(name, experiment)
+        for experiment in study.experiments.values()
+        for name in names
+    )
+    return [sentence for sentence in dict.fromkeys(reasons) if sentence]
+
+
+def require_assay_names(names: Sequence[str]) -> None:
+    for name in names:
+        if name not in ASSAYS:
+            raise StudyError(f"there is no assay {name!r}; there are {', '.join(ASSAYS)}")

@@ -1,0 +1,96 @@
+"""Stored results of assays: open them, and find the missing ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from baldwinlab._version import __version__
+from baldwinlab.core.files import parse_location
+from baldwinlab.studies.assays.catalog import (
+    require_assay_names,
+    why_not_applicable,
+)
+from baldwinlab.studies.assays.storage import assay_path, read_assay
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore
+
+
+def is_stored(name: str, study: StudyStore, condition: str) -> bool:
+    """Return whether the results of an assay of a condition are stored."""
+    return assay_path(study.directory, name, condition).exists()
+
+
+def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
+    """Return the stored results of an assay of one condition.
+
+    Parameters
+    ----------
+    directory
+        The directory of a study, or a URL that fsspec can open.
+    assay
+        "innate", "neutral", "within-life", "modules", "reaction" or "descent".
+    condition
+        Name of a condition.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.ASSAYS[assay]`.
+
+    Raises
+    ------
+    StudyError
+        There is no such study, assay or condition, the assay has not been run, or its file is
+        damaged.
+    """
+    study = StudyStore(parse_location(directory))
+    require_assay_names([assay])
+    study.experiment(condition)
+    path = assay_path(study.directory, assay, condition)
+    if not path.exists():
+        reason = why_not_applicable(assay, study.experiment(condition))
+        if reason:
+            raise StudyError(f"{path} does not exist: {reason}")
+        command = f"baldwinlab assay {directory} --assays {assay}"
+        raise StudyError(f"{path} does not exist; `{command}` makes it")
+    try:
+        return read_assay(study, assay, condition)
+    except OSError as error:
+        raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise StudyError(str(error)) from None
+
+
+def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
+    """Return the missing assays of each condition.
+
+    An assay is missing if it is applicable and its file is absent, or does not match the stored
+    runs. Raises StudyError for an unknown assay, and for a study without stored runs.
+    """
+    require_assay_names(names)
+    study.require_runs()
+    return {
+        condition: [
+            name
+            for name in names
+            if not (_is_done(study, name, condition) or why_not_applicable(name, experiment))
+        ]
+        for condition, experiment in study.experiments.items()
+        if study.runs(condition)
+    }
+
+
+def _is_done(study: StudyStore, name: str, condition: str) -> bool:
+    """Return whether this version has stored the assay of the same runs and experiment."""
+    try:
+        data = read_assay(study, name, condition)
+    except (OSError, ValueError):
+        return False
+    return (
+        data.attrs.get("condition") == condition
+        and data.attrs.get("baldwinlab") == __version__
+        and data.run.values.tolist() == study.runs(condition)
+    )
