@@ -1,4 +1,4 @@
-"""Read the genomes of stored agents as labelled arrays, and evaluate their networks."""
+"""Read the genomes of stored agents as labeled arrays, and evaluate their networks."""
 
 from __future__ import annotations
 
@@ -95,7 +95,8 @@ class AgentNetwork:
         if array.ndim not in (1, 2) or array.shape[-1] != count:
             names = ", ".join(self.inputs)
             raise RefusedError(
-                f"inputs have the shape {array.shape}; it must be [{count}] or [step, {count}]: {names}"
+                f"inputs have the shape {array.shape}; it must be [{count}] or [step, {count}]: "
+                f"{names}"
             )
         if not ((array >= 0) & (array <= 1)).all():
             raise RefusedError("inputs must be numbers from 0 to 1, like those of senses")
@@ -103,7 +104,8 @@ class AgentNetwork:
 
     def __repr__(self) -> str:
         """Return the names of inputs and outputs, and the number of weights."""
-        inputs, outputs = ", ".join(self.inputs), ", ".join(self.outputs)
+        inputs = ", ".join(self.inputs)
+        outputs = ", ".join(self.outputs)
         return f"<AgentNetwork: {inputs} -> {outputs}, {self.weights.size} weights>"
 
 

@@ -64,7 +64,7 @@ def _check_python() -> DoctorFinding:
 
 
 def _check_packages() -> Iterator[DoctorFinding]:
-    """Yield the core and each extra: installed versions, or missing packages and how to add them."""
+    """Yield a finding for the core and each extra: versions, or missing packages and the fix."""
     required = extras.required_packages()
     for extra in (extras.CORE, *extras.PURPOSES):
         versions = {name: extras.installed_version(name) for name in required.get(extra, [])}

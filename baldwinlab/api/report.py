@@ -75,7 +75,7 @@ def report(
     page = study.directory / "report.html" if out is None else out
     if out is not None and is_local(out):
         require_writable("--out", out, REPORT.encode(), force=force)
-    # Each path stands for all files of its folder.
+    # The checks of these two paths are valid for all files of their folders.
     for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)
     plan = plan_report(study, page, last, baseline, paper)
@@ -97,13 +97,13 @@ def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> Non
     lab_results.require_baseline(study, baseline)
     if baseline and study.kind == MULTIVERSE:
         raise RefusedError(
-            f"--baseline {baseline} does not apply: {study.directory} is a multiverse, whose report "
-            "compares no conditions. Remove the option."
+            f"--baseline {baseline} does not apply: {study.directory} is a multiverse, whose "
+            "report compares no conditions. Remove the option."
         )
     if paper and study.kind != CONDITIONS:
         raise RefusedError(
-            f"--paper {paper.name} does not apply: {study.directory} is a {study.kind}, whose report "
-            "evaluates no claims of another paper. Remove the option."
+            f"--paper {paper.name} does not apply: {study.directory} is a {study.kind}, whose "
+            "report evaluates no claims of another paper. Remove the option."
         )
 
 

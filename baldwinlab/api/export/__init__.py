@@ -1,1 +1,1 @@
-"""What a study holds, for other people's tools: tables, stores, trees and metadata."""
+"""Export studies to third-party tools: tables, stores, data trees and metadata."""

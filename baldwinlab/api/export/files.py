@@ -192,7 +192,8 @@ def write_phylogeny(
     """
     if condition is None and run is not None:
         raise RefusedError(
-            f"--run {run} needs --condition, because every condition has a run {run}; add --condition"
+            f"--run {run} needs --condition, because every condition has a run {run}; "
+            "add --condition"
         )
     require_writable("--out", path, HEADER.encode(), force=force)
     study.require_runs()

@@ -1,4 +1,4 @@
-"""A study as an RO-Crate: who made it, what it holds, how it came about, with which versions.
+"""Describe a study as an RO-Crate: authors, content, simulations and software versions.
 
 Sources: RO-Crate Metadata Specification 1.1; Process Run Crate 0.5.
 """
@@ -37,21 +37,26 @@ FORMATS: Final = {
     ".parquet": "application/vnd.apache.parquet",
 }
 FOLDERS: Final = {
-    "assays": "what assays measured, netCDF",
-    "figures": "the report's figures, and their numbers",
-    "multiverse": "the claims under every variant of the paper, a study of its own",
-    "paper": "the paper that made the study: its conditions and claims",
-    "parts": "sources of foreign parts, by which agents lived",
+    "assays": "results of the assays, netCDF",
+    "figures": "figures of the report and their numbers",
+    "multiverse": "claims under every variant of the paper, as a separate study",
+    "paper": "the paper that defines the study: its conditions and claims",
+    "parts": "sources of the third-party parts",
 }
+"""Descriptions of the folders of a study."""
 UNLICENSED: Final = {
     "name": "no license has been given",
-    "description": "Whoever made this study has not said how it may be used.",
+    "description": "The authors of this study have not chosen a license.",
 }
-LIBRARIES: Final = {  # by what records call them
+LIBRARIES: Final = {
     "python": ("Python", "https://www.python.org"),
     "numpy": ("NumPy", "https://numpy.org"),
     "numba": ("Numba", "https://numba.pydata.org"),
 }
+"""Title and address of a library, by its attribute of the records."""
+Properties = dict[str, Any]
+Entity = tuple[str, str, Properties]
+"""Identifier, type and properties of an entity."""
 
 
 def write_crate(
@@ -88,90 +93,93 @@ def write_crate(
     path = study.directory / FILE
     if is_local(path):
         require_writable("crate", path, MARK.encode(), force=force)
-    licensed, table = _address_of(license), Table(study)
+    license_address = _address_of(license)
     crate = ROCrate(version="1.1")
     people = [_add(crate, *_person(author)) for author in authors]
-    root = crate.root_dataset
     runs = {name: len(study.runs(name)) for name in study.experiments}
+    root = crate.root_dataset
     root["name"] = study.directory.resolve().name
     root["description"] = (
-        f"A study of evolution x lifetime learning; conditions: {len(runs):,}, runs: {sum(runs.values()):,}, seed: {study.seed}. "
-        f"{MARK}export --format ro-crate`."
+        f"A study of evolution x lifetime learning; conditions: {len(runs):,}, "
+        f"runs: {sum(runs.values()):,}, seed: {study.seed}. {MARK}export --format ro-crate`."
     )
+    license_properties = {"name": license} if license else UNLICENSED
     root["license"] = _add(
-        crate,
-        licensed or "#unlicensed",
-        "CreativeWork",
-        {"name": license} if license else UNLICENSED,
+        crate, license_address or "#unlicensed", "CreativeWork", license_properties
     )
-    root["conformsTo"] = _add(
-        crate, PROFILE, "CreativeWork", {"name": "Process Run Crate", "version": "0.5"}
-    )
-    root["variableMeasured"] = _plain([_add(crate, *each) for each in _variables(table)])
+    profile = {"name": "Process Run Crate", "version": "0.5"}
+    root["conformsTo"] = _add(crate, PROFILE, "CreativeWork", profile)
+    variables = [_add(crate, *variable) for variable in _variables(Table(study))]
+    root["variableMeasured"] = _unwrap_single(variables)
     if people:
-        root["author"] = _plain(people)
+        root["author"] = _unwrap_single(people)
     if study.paper:
         root["citation"] = _add(crate, *_article(study))
     for entry in sorted(study.directory.iterdir()):
-        _describe(crate, entry)
-    root["mentions"] = _action(crate, study, runs, people)
+        _add_entry(crate, entry)
+    root["mentions"] = _add_action(crate, study, runs, people)
     content = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
     return write_atomically(path, f"{content}\n".encode())
 
 
-def _add(crate: ROCrate, identifier: str, kind: str, properties: dict[str, Any]) -> ContextEntity:
+def _add(crate: ROCrate, identifier: str, kind: str, properties: Properties) -> ContextEntity:
     from rocrate.model import ContextEntity
 
     return crate.add(ContextEntity(crate, identifier, properties={"@type": kind, **properties}))
 
 
-def _plain(entities: Sequence[Any]) -> Any:
-    """One stands for itself: so the specification wishes it."""
+def _unwrap_single(entities: Sequence[Any]) -> Any:
+    """Return the entity of a list of length 1, as the specification requires, or the list."""
     return entities[0] if len(entities) == 1 else list(entities)
 
 
 def _address_of(license: str) -> str:
-    """Raises RefusedError for what is neither an address nor may be a name of SPDX."""
+    """Return the address of a license, or raise RefusedError for an invalid address or name."""
     if not license or re.fullmatch(r"https?://\S+", license):
         return license
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]*", license):
         raise RefusedError(
-            f"--license {license} must be an address, https://..., or a name of SPDX such as CC-BY-4.0"
+            f"--license {license} must be an address, https://..., or an SPDX name such as "
+            "CC-BY-4.0"
         )
     return f"https://spdx.org/licenses/{license}"
 
 
-def _person(author: str) -> tuple[str, str, dict[str, Any]]:
-    name, _, last = author.strip().rpartition(" ")
-    if not last.startswith("https://orcid.org/"):
-        name, last = author.strip(), f"#{quote(author.strip())}"
+def _person(author: str) -> Entity:
+    author = author.strip()
+    name, _, address = author.rpartition(" ")
+    if not address.startswith("https://orcid.org/"):
+        name = author
+        address = f"#{quote(author)}"
     if not name:
         raise RefusedError(
             f"--author {author} must have a name, which the address of an ORCID may follow"
         )
-    return last, "Person", {"name": name}
+    return address, "Person", {"name": name}
 
 
-def _variables(table: Table) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """What is recorded of each agent, with its unit."""
+def _variables(table: Table) -> Iterator[Entity]:
+    """Yield the recorded variables of an agent, with their units."""
     for column in table.columns:
         if column.name not in KEY and not column.values:
-            unit = {"unitText": column.unit} if column.unit else {}
-            yield (
-                f"#variable-{column.name}",
-                "PropertyValue",
-                {"name": column.name, "description": column.meaning, **unit},
-            )
+            properties = {"name": column.name, "description": column.meaning}
+            if column.unit:
+                properties["unitText"] = column.unit
+            yield f"#variable-{column.name}", "PropertyValue", properties
 
 
-def _article(study: StudyStore) -> tuple[str, str, dict[str, Any]]:
-    about = of_study(study.directory, study.paper).metadata
-    told = {"name": about.title, "creditText": about.citation, "datePublished": str(about.year)}
-    return about.link or f"#{about.name}", "ScholarlyArticle", told
+def _article(study: StudyStore) -> Entity:
+    metadata = of_study(study.directory, study.paper).metadata
+    properties = {
+        "name": metadata.title,
+        "creditText": metadata.citation,
+        "datePublished": str(metadata.year),
+    }
+    return metadata.link or f"#{metadata.name}", "ScholarlyArticle", properties
 
 
-def _describe(crate: ROCrate, entry: Path) -> None:
-    """What else lies in the folder; runs are those of the action."""
+def _add_entry(crate: ROCrate, entry: Path) -> None:
+    """Add a file or a folder of the study, except the runs, which the action has."""
     if entry.is_dir() and entry.name in FOLDERS:
         crate.add_dataset(
             dest_path=f"{entry.name}/",
@@ -181,89 +189,79 @@ def _describe(crate: ROCrate, entry: Path) -> None:
         _add_file(crate, entry.name)
 
 
-def _add_file(crate: ROCrate, place: str) -> Any:
-    kind = FORMATS.get(Path(place).suffix) or MimeTypes(()).guess_type(place)[0]
-    return crate.add_file(
-        dest_path=place, properties={"name": place, **({"encodingFormat": kind} if kind else {})}
-    )
+def _add_file(crate: ROCrate, path: str) -> Any:
+    properties = {"name": path}
+    if media_type := FORMATS.get(Path(path).suffix) or MimeTypes(()).guess_type(path)[0]:
+        properties["encodingFormat"] = media_type
+    return crate.add_file(dest_path=path, properties=properties)
 
 
-def _action(
+def _add_action(
     crate: ROCrate, study: StudyStore, runs: dict[str, int], people: Sequence[ContextEntity]
 ) -> ContextEntity:
-    """From the experiments, by this software, to the runs."""
-    experiments, folders = [], []
+    """Add the simulation: experiments are its input, runs its result."""
+    experiments = []
+    folders = []
     for name, count in runs.items():
         experiments.append(_add_file(crate, f"runs/{name}/experiment.toml"))
-        told = {
+        folder_properties = {
             "name": name,
             "description": f"runs: {count:,}; netCDF 3",
             "encodingFormat": "application/x-netcdf",
         }
-        folders.append(crate.add_dataset(dest_path=f"runs/{name}/", properties=told))
-    told = {
+        folder = crate.add_dataset(dest_path=f"runs/{name}/", properties=folder_properties)
+        if count:
+            folders.append(folder)
+    properties = {
         "name": "the runs",
-        "description": "each experiment, run by run: founders, lives, selection and children",
+        "description": "simulates each run: founders, lifetimes, selection and offspring",
     }
-    action = _add(crate, "#the-runs", "CreateAction", told | _times(study))
-    action["instrument"] = _plain([*_software(crate, study)])
-    action["object"] = _plain(experiments)
-    action["result"] = _plain(
-        [folder for folder, count in zip(folders, runs.values(), strict=True) if count]
-    )
+    action = _add(crate, "#the-runs", "CreateAction", properties | _times(study))
+    action["instrument"] = _unwrap_single([*_add_software(crate, study)])
+    action["object"] = _unwrap_single(experiments)
+    action["result"] = _unwrap_single(folders)
     if people:
-        action["agent"] = _plain(people)
+        action["agent"] = _unwrap_single(people)
     return action
 
 
 def _times(study: StudyStore) -> dict[str, str]:
-    """When the first session began and the last ended, as far as any is noted."""
-    spans = []
-    for one in study.sessions():
-        with suppress(KeyError, TypeError, ValueError):  # a line of another kind
-            spans.append(
-                (
-                    datetime.fromisoformat(one["began"]).astimezone(UTC),
-                    timedelta(seconds=one["seconds"]),
-                )
-            )
-    if not spans:
+    """Return the start of the first session and the end of the last one, if any is recorded."""
+    starts = []
+    ends = []
+    for session in study.sessions():
+        # Skip a line that is not a session.
+        with suppress(KeyError, TypeError, ValueError):
+            start = datetime.fromisoformat(session["began"]).astimezone(UTC)
+            ends.append(start + timedelta(seconds=session["seconds"]))
+            starts.append(start)
+    if not starts:
         return {}
-    began, ended = min(began for began, _ in spans), max(began + lasted for began, lasted in spans)
     return {
-        "startTime": began.isoformat(timespec="seconds"),
-        "endTime": ended.isoformat(timespec="seconds"),
+        "startTime": min(starts).isoformat(timespec="seconds"),
+        "endTime": max(ends).isoformat(timespec="seconds"),
     }
 
 
-def _software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
-    """What the records say that made them; usually one version of all."""
+def _add_software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
+    """Add the software versions in the records. Usually all records have the same version."""
     names = ("baldwinlab", "platform", *LIBRARIES)
     runs = ((name, run) for name in study.experiments for run in study.runs(name))
-    made = (study.attributes(name, run) for name, run in runs)
-    for said in map(
-        dict,
-        dict.fromkeys(
-            tuple((name, str(attributes.get(name, "unknown"))) for name in names)
-            for attributes in made
-        ),
-    ):
-        needs = [
-            _add(
-                crate,
-                f"#{key}-{said[key]}",
-                "SoftwareApplication",
-                {"name": title, "url": url, "softwareVersion": said[key]},
-            )
-            for key, (title, url) in LIBRARIES.items()
-        ]
-        told = {
+    records = (study.attributes(name, run) for name, run in runs)
+    versions = (tuple(str(record.get(name, "unknown")) for name in names) for record in records)
+    for values in dict.fromkeys(versions):
+        software = dict(zip(names, values, strict=True))
+        libraries = []
+        for key, (title, url) in LIBRARIES.items():
+            library = {"name": title, "url": url, "softwareVersion": software[key]}
+            identifier = f"#{key}-{software[key]}"
+            libraries.append(_add(crate, identifier, "SoftwareApplication", library))
+        properties = {
             "name": "baldwinlab",
-            "softwareVersion": said["baldwinlab"],
-            "operatingSystem": said["platform"],
+            "softwareVersion": software["baldwinlab"],
+            "operatingSystem": software["platform"],
         }
-        application = _add(
-            crate, f"#baldwinlab-{quote('-'.join(said.values()))}", "SoftwareApplication", told
-        )
-        application["softwareRequirements"] = needs
+        identifier = f"#baldwinlab-{quote('-'.join(values))}"
+        application = _add(crate, identifier, "SoftwareApplication", properties)
+        application["softwareRequirements"] = libraries
         yield application

@@ -1,6 +1,6 @@
-"""A study as a tidy table: one row per agent, generation, run and condition, one column per variable.
+"""Read a study as a tidy table, with one row per condition, run, generation and agent.
 
-It is read run by run, so that a writer holds one run in memory at a time.
+Each variable has one column. A writer holds one run in memory at a time.
 
 References
 ----------
@@ -110,7 +110,18 @@ class Table:
         }
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the rows run by run, in the order of the conditions. Raise StudyError for damage."""
+        """Yield the rows of each run, in the order of the conditions.
+
+        Yields
+        ------
+        Block
+            The rows of one run.
+
+        Raises
+        ------
+        StudyError
+            A record is damaged.
+        """
         for name, runs in self._runs.items():
             for run in runs:
                 record = self.study.read(name, run, genomes=False)
@@ -121,8 +132,8 @@ class Table:
                     for name, array in _columns(variable)
                 }
                 shape = [record.sizes[dim] for dim in OF_AGENT]
-                places = zip(OF_AGENT, np.indices(shape, np.int32), strict=True)
-                arrays |= {dim: record[dim].values[place].ravel() for dim, place in places}
+                for dim, indices in zip(OF_AGENT, np.indices(shape, np.int32), strict=True):
+                    arrays[dim] = record[dim].values[indices].ravel()
                 yield Block(self._labels[name] | {"run": run}, arrays, int(np.prod(shape)))
 
     def _condition_columns(self) -> Iterator[Column]:
@@ -134,7 +145,7 @@ class Table:
                 yield Column(name, np.asarray(values).dtype, "", _meaning(name))
 
     def _variable_columns(self) -> Iterator[Column]:
-        """Return the variables of the first record of each condition. Pairs, such as parents, are last."""
+        """Return the variables of the first records. Pairs, such as parents, are last."""
         columns: dict[str, list[Column]] = {}
         for name, runs in self._runs.items():
             record = self.study.read(name, runs[0], genomes=False)

@@ -1,4 +1,4 @@
-"""A study as a Zarr store: the dataset that all its runs make, written chunk by chunk, so that it need not fit in memory."""
+"""Write the runs of a study as a Zarr store, chunk by chunk, to limit the required memory."""
 
 from __future__ import annotations
 
@@ -26,25 +26,37 @@ from baldwinlab.studies.sweeps.design import label_points
 if TYPE_CHECKING:
     import zarr
 
-ROWS: Final = 2**17  # agents of all generations in a chunk, unless one run has more
-PLACE: Final = (
-    "place"  # of a condition in the study, by which its place among the fields of a grid is found
-)
+ROWS: Final = 2**17
+"""Number of agents of all generations in a chunk. A chunk has at least one run."""
+INDEX: Final = "condition_index"
+"""Temporary coordinate: the number of a condition in the study."""
 
 
 class Layout(NamedTuple):
-    """The dataset of a study but for what is recorded, of which it knows the shape."""
+    """The dataset of a study without the recorded values.
 
-    frame: xr.Dataset  # its coordinates and attributes, and what is of conditions
-    recorded: Mapping[str, xr.DataArray]  # a value of each condition, with its attributes
+    Attributes
+    ----------
+    frame : xarray.Dataset
+        Coordinates, attributes, and the variables without the dimension `run`.
+    recorded : mapping of str to xarray.DataArray
+        One value per condition of each recorded variable, with its attributes.
+    sizes : mapping of str to int
+        Size of each dimension.
+    runs : mapping of str to array of int32
+        Numbers of the stored runs, by condition.
+    has_gaps : bool
+        Whether conditions differ in their runs, generations or agents.
+    conditions : array of intp
+        Number of the condition, with the dimensions of the conditions.
+    """
+
+    frame: xr.Dataset
+    recorded: Mapping[str, xr.DataArray]
     sizes: Mapping[str, int]
-    runs: Mapping[
-        str, npt.NDArray[np.int32]
-    ]  # that are stored, by condition: listed once, as there may be a million
-    gaps: bool  # whether any condition lacks a run, a generation or an agent that another has
-    places: npt.NDArray[
-        np.intp
-    ]  # the number of the condition at each place, of as many dims as conditions have
+    runs: Mapping[str, npt.NDArray[np.int32]]
+    has_gaps: bool
+    conditions: npt.NDArray[np.intp]
 
 
 def write_zarr(study: StudyStore, path: Path) -> None:
@@ -76,55 +88,60 @@ def write_zarr(study: StudyStore, path: Path) -> None:
         )
     if path.exists():
         raise RefusedError(f"--out {path} exists. Choose another path or remove it.")
-    layout = _layout(study)
-    of_any_length = (
-        np.dtypes.StringDType()
-    )  # of text of one length, Zarr's specification says nothing
-    texts = {
-        name: one.astype(of_any_length)
-        for name, one in layout.frame.variables.items()
-        if one.dtype.kind == "U"
-    }
-    told = layout.frame.assign_coords(
-        {name: texts.pop(name) for name in layout.frame.coords if name in texts}
-    ).assign(texts)
-    told.attrs["made_by"] = f"{MARK} {__version__}"
+    layout = _make_layout(study)
+    frame = _convert_texts(layout.frame)
+    frame.attrs["made_by"] = f"{MARK} {__version__}"
     with atomic_path(path) as partial:
-        told.to_zarr(LocalStore(partial), mode="w-", zarr_format=3, consolidated=False)
+        frame.to_zarr(LocalStore(partial), mode="w-", zarr_format=3, consolidated=False)
         _write_records(study, layout, zarr.open_group(LocalStore(partial), mode="r+"))
 
 
-def _layout(study: StudyStore) -> Layout:
-    """What the dataset of all records has beside them, from one value of each condition."""
+def _convert_texts(frame: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with texts of variable length.
+
+    The Zarr specification has no data type for texts of fixed length.
+    """
+    texts = {
+        name: variable.astype(np.dtypes.StringDType())
+        for name, variable in frame.variables.items()
+        if variable.dtype.kind == "U"
+    }
+    coordinates = {name: texts.pop(name) for name in frame.coords if name in texts}
+    return frame.assign_coords(coordinates).assign(texts)
+
+
+def _make_layout(study: StudyStore) -> Layout:
+    """Read one value of each condition, and return the layout of the dataset."""
     runs = {name: np.array(study.runs(name), np.int32) for name in study.experiments}
-    samples = [_sample(study, name, there) for name, there in runs.items()]
-    found = concat_conditions(study, list(study.experiments), samples).assign(
-        {PLACE: ("condition", np.arange(len(samples)))}
-    )
+    samples = [_read_sample(study, name, numbers) for name, numbers in runs.items()]
+    data = concat_conditions(study, list(study.experiments), samples)
+    data = data.assign({INDEX: ("condition", np.arange(len(samples)))})
     if study.kind == SWEEP:
-        found = label_points(study, found)
+        data = label_points(study, data)
     recorded = {
-        str(name): variable for name, variable in found.data_vars.items() if "run" in variable.dims
+        str(name): variable for name, variable in data.data_vars.items() if "run" in variable.dims
     }
+    experiments = study.experiments.values()
+    generations = {experiment.evolution.generations for experiment in experiments}
+    agents = {experiment.population.size for experiment in experiments}
     coords = {"run": np.unique(np.concatenate(list(runs.values())))}
-    shapes = {
-        (one.evolution.generations, one.population.size) for one in study.experiments.values()
-    }
-    coords |= {
-        dim: np.arange(max(there), dtype=np.int32)
-        for dim, there in zip(OF_AGENT, zip(*shapes, strict=True), strict=True)
-    }
-    frame = found.drop_vars([PLACE, *recorded]).drop_dims(list(coords))
+    for dim, sizes_of_dim in zip(OF_AGENT, (generations, agents), strict=True):
+        coords[dim] = np.arange(max(sizes_of_dim), dtype=np.int32)
+    frame = data.drop_vars([INDEX, *recorded]).drop_dims(list(coords))
     frame = frame.assign_coords(
-        {dim: (dim, values, found[dim].attrs) for dim, values in coords.items()}
+        {dim: (dim, values, data[dim].attrs) for dim, values in coords.items()}
     )
-    gaps = len(shapes) > 1 or any(len(there) < len(coords["run"]) for there in runs.values())
-    sizes = {str(dim): size for dim, size in (*found.sizes.items(), *frame.sizes.items())}
-    return Layout(frame, recorded, sizes, runs, gaps, found[PLACE].values.astype(np.intp))
+    has_gaps = (
+        len(generations) > 1
+        or len(agents) > 1
+        or any(len(numbers) < len(coords["run"]) for numbers in runs.values())
+    )
+    sizes = {str(dim): size for dim, size in (*data.sizes.items(), *frame.sizes.items())}
+    return Layout(frame, recorded, sizes, runs, has_gaps, data[INDEX].values.astype(np.intp))
 
 
-def _sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
-    """The first value of each variable, of a condition without runs none."""
+def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
+    """Return the first value of each variable, or no values for a condition without runs."""
     first = {dim: [0] for dim in OF_AGENT}
     if not runs.size:
         return make_empty_dataset(study.experiments[name]).isel(first)
@@ -132,59 +149,72 @@ def _sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dat
 
 
 def _write_records(study: StudyStore, layout: Layout, group: zarr.Group) -> None:
-    """Chunk after chunk; each record is read once. A run lies in one chunk, and a chunk has several where they are small."""
-    numbers, rows = layout.frame["run"].values, layout.sizes["generation"] * layout.sizes["agent"]
+    """Write all chunks. A run is in one chunk, so each record is read once."""
+    numbers = layout.frame["run"].values
+    rows = layout.sizes["generation"] * layout.sizes["agent"]
     runs = max(1, min(len(numbers), ROWS // rows))
-    conditions = max(1, min(layout.places.shape[-1], ROWS // (rows * runs)))
-    steps = (*[1] * (layout.places.ndim - 1), conditions, runs)
+    conditions = max(1, min(layout.conditions.shape[-1], ROWS // (rows * runs)))
+    steps = (*[1] * (layout.conditions.ndim - 1), conditions, runs)
     arrays = {
-        name: _array(group, name, sample, layout, steps) for name, sample in layout.recorded.items()
+        name: _create_array(group, name, sample, layout, steps)
+        for name, sample in layout.recorded.items()
     }
-    ends = (*layout.places.shape, len(numbers))
-    for corner in product(*(range(0, end, step) for end, step in zip(ends, steps, strict=True))):
-        where = tuple(slice(first, first + step) for first, step in zip(corner, steps, strict=True))
-        places, chosen = layout.places[where[:-1]], numbers[where[-1]]
-        chunks = {
-            name: np.full(
-                (*places.shape, len(chosen), *array.shape[len(where) :]),
-                array.fill_value,
-                array.dtype,
-            )
-            for name, array in arrays.items()
-        }
-        for index, record in _records(study, layout, places, chosen):
-            for name, variable in record.data_vars.items():
-                whole = tuple(slice(size) for size in variable.shape)
-                chunks[str(name)][index + whole] = variable.values
-        for name, array in arrays.items():
-            array[where] = chunks[name]
+    ends = (*layout.conditions.shape, len(numbers))
+    starts = [range(0, end, step) for end, step in zip(ends, steps, strict=True)]
+    for corner in product(*starts):
+        region = tuple(
+            slice(start, start + step) for start, step in zip(corner, steps, strict=True)
+        )
+        _write_chunk(study, layout, arrays, region)
 
 
-def _array(
+def _write_chunk(
+    study: StudyStore,
+    layout: Layout,
+    arrays: Mapping[str, zarr.Array[Any]],
+    region: tuple[slice, ...],
+) -> None:
+    conditions = layout.conditions[region[:-1]]
+    numbers = layout.frame["run"].values[region[-1]]
+    chunks = {}
+    for name, array in arrays.items():
+        shape = (*conditions.shape, len(numbers), *array.shape[len(region) :])
+        chunks[name] = np.full(shape, array.fill_value, array.dtype)
+    for index, record in _read_records(study, layout, conditions, numbers):
+        for variable_name, variable in record.data_vars.items():
+            entries = tuple(slice(size) for size in variable.shape)
+            chunks[str(variable_name)][index + entries] = variable.values
+    for name, array in arrays.items():
+        array[region] = chunks[name]
+
+
+def _create_array(
     group: zarr.Group, name: str, sample: xr.DataArray, layout: Layout, steps: tuple[int, ...]
 ) -> zarr.Array[Any]:
-    """For what is recorded under this name; where anything is missing, it is NaN."""
-    shape = [layout.sizes[str(dim)] for dim in sample.dims]
-    dtype = np.result_type(sample.dtype, np.float32) if layout.gaps else sample.dtype
-    fill = np.nan if dtype.kind == "f" else 0
-    names, chunks = [str(dim) for dim in sample.dims], (*steps, *shape[len(steps) :])
+    """Create the array of a recorded variable. Missing values are NaN."""
+    dims = [str(dim) for dim in sample.dims]
+    shape = [layout.sizes[dim] for dim in dims]
+    dtype = np.result_type(sample.dtype, np.float32) if layout.has_gaps else sample.dtype
     return group.create_array(
         name,
         shape=shape,
-        chunks=chunks,
+        chunks=(*steps, *shape[len(steps) :]),
         dtype=dtype,
-        fill_value=fill,
-        dimension_names=names,
+        fill_value=np.nan if dtype.kind == "f" else 0,
+        dimension_names=dims,
         attributes=sample.attrs,
     )
 
 
-def _records(
-    study: StudyStore, layout: Layout, places: npt.NDArray[np.intp], numbers: npt.NDArray[np.int32]
+def _read_records(
+    study: StudyStore,
+    layout: Layout,
+    conditions: npt.NDArray[np.intp],
+    numbers: npt.NDArray[np.int32],
 ) -> Iterator[tuple[tuple[int, ...], xr.Dataset]]:
-    """Those that are stored of these conditions and runs, each with its place among them."""
+    """Yield the stored records of these conditions and runs, with their indices in the chunk."""
     names = list(study.experiments)
-    for index, condition in np.ndenumerate(places):
+    for index, condition in np.ndenumerate(conditions):
         name = names[condition]
         for number in np.flatnonzero(np.isin(numbers, layout.runs[name])):
             yield (*index, int(number)), study.read(name, int(numbers[number]), genomes=False)

@@ -248,11 +248,11 @@ def _name_smaller(with_learning: float, without_learning: float) -> str:
 
 
 def _entry_record(entry: Entry) -> dict[str, Any]:
-    about = entry.paper.metadata
+    metadata = entry.paper.metadata
     return {
-        "paper": about.name,
-        "title": about.title,
-        "year": about.year,
+        "paper": metadata.name,
+        "title": metadata.title,
+        "year": metadata.year,
         "changes": list(entry.changes),
         "study": entry.directory.name,
         "runs": entry.runs,
