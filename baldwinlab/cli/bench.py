@@ -17,22 +17,22 @@ from baldwinlab.core.output_paths import require_writable
 
 def bench(
     *,
-    quick: Annotated[bool, FLAG, Parameter(help="Measure less of each case.")] = False,
+    quick: Annotated[bool, FLAG, Parameter(help="Use shorter measurements.")] = False,
     backend: Backend = "auto",
     all_rules: Annotated[
-        bool, FLAG, Parameter(help="Also measure every learning rule. Each compiles first.")
+        bool, FLAG, Parameter(help="Also measure every learning rule. Each rule is compiled first.")
     ] = False,
     part: Parts = None,
     out: Annotated[
-        Path | None, Parameter(help="JSON file for the figures. Default: no file.")
+        Path | None, Parameter(help="JSON file for the measured values. Default: no file.")
     ] = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
     """Measure this machine in agent-steps per second: a study, each condition, and large worlds.
 
     With --all-rules, also measure the agents of the first paper on map A under each learning rule.
-    With --part, also measure the parts in each file, in the small worlds of `check`. The figures
-    are printed. Nothing is written unless --out is given.
+    With --part, also measure the parts in each file, in the small worlds of `check`. The
+    values are printed. Nothing is written unless --out is given.
 
     For example:
 

@@ -29,14 +29,15 @@ def check(
         Integer, Parameter(help="Seed of the random worlds in which the parts are tested.")
     ] = SEED,
 ) -> None:
-    """Check whether the parts in a file fulfill the contract of parts.
+    """Check whether the parts in a file fulfill the requirements for parts.
 
     Each requirement prints one line. A requirement that fails prints the command that repeats it.
     The hooks of a part first run in plain Python, in other processes. They must stay within their
     arrays, write their outputs, and read nothing that was never written. Then they are compiled.
-    They must give the same bits alone and in a SIMD block, in any batch, under both updates,
-    resumed, replayed, in plain Python and in the GPU simulator, and agree with their oracle. Hooks
-    without an oracle are listed as not verified. The exit status is 1 if a requirement fails.
+    Their results must be bit-identical for one lane and for a SIMD block, in any batch, under both
+    updates, in resumed and replayed runs, in plain Python and in the GPU simulator. They must agree
+    with their oracle. Hooks without an oracle are listed as not verified. The exit status is 1 if a
+    requirement fails.
 
     For example:
 

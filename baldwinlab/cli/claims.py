@@ -34,7 +34,7 @@ def claims(
     paper: Annotated[
         str,
         DESCRIBED_DEFAULT,
-        Parameter(help="Paper whose claims are evaluated. Default: the paper that made the study."),
+        Parameter(help="Paper whose claims are evaluated. Default: the paper of the study."),
     ] = "",
     part: Parts = None,
     last_generations: LastGenerations = 10,

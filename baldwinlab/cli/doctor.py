@@ -20,8 +20,8 @@ def doctor(
 ) -> None:
     """List installed packages, extras, cores, memory, disk, cache and GPU, and how to fix problems.
 
-    A line that begins with "-" names something optional that is missing. A line that begins with
-    "PROBLEM" names something that baldwinlab needs. The exit status is 1 if there is a problem.
+    A line that begins with "-" names a missing optional feature. A line that begins with "PROBLEM"
+    names a missing requirement of baldwinlab. The exit status is 1 if there is a problem.
 
     For example:
 

@@ -129,7 +129,7 @@ def export(
     """Write a study for third-party tools, or a page that simulates in the browser of its reader.
 
     A table (csv, parquet) has one row per agent. A phylogeny is CSV in the ALife data standard. A
-    page is one HTML file that needs no server and gives the same bits as baldwinlab.
+    page is one HTML file that needs no server. Its results are bit-identical to those in Python.
 
     For example:
 

@@ -22,9 +22,9 @@ def gallery(
     part: Parts = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
-    """Compare all papers in a folder: is there a Baldwin effect? Write one page, table and figure.
+    """Compare all papers in a folder on one page, with a table and a figure.
 
-    No simulation runs. The figures are in figures/ in the folder.
+    The page states for each paper whether there is a Baldwin effect. No simulation runs. The figures are in figures/ in the folder.
 
     For example:
 

@@ -19,7 +19,7 @@ PACKAGE: Final = Path(__file__).parents[1]
 
 
 def list_names(
-    kind: Annotated[Literal["papers", "presets", "parts"], Parameter(help="The names to list.")],
+    kind: Annotated[Literal["papers", "presets", "parts"], Parameter(help="Kind of names.")],
     /,
 ) -> None:
     """List the papers, the presets or the built-in parts, each with one line that describes it.

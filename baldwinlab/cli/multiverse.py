@@ -56,8 +56,8 @@ def multiverse(
         bool,
         FLAG,
         Parameter(
-            help="Simulate all combinations of the choices (2048 for le-2019), not one changed "
-            "choice at a time."
+            help="Simulate all combinations of the choices (2048 for le-2019). Default: one "
+            "changed choice at a time."
         ),
     ] = False,
     executor: Executor = "threads",
@@ -77,10 +77,9 @@ def multiverse(
     """Test the claims of a paper under every variant of its model.
 
     A variant changes one choice that the paper leaves open. With 8 runs of each condition, a
-    difference that every pair of runs shows stays significant when all tests of a variant are
-    corrected together (p = 0.003). With fewer than 6 runs, no difference can be significant. If the
-    directory is in a study of the paper, as the default is, the report of that study is written
-    again, with the variants.
+    difference between all pairs of runs is significant (p = 0.003) after the correction for all
+    tests of a variant. With fewer than 6 runs, no difference can be significant. If the directory
+    is in a study of the paper (the default), the command also adds the variants to its report.
 
     For example:
 

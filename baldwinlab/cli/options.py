@@ -31,7 +31,7 @@ A laboratory for experiments on evolution and lifetime learning.
 Start here:
 
     baldwinlab lab                           Watch evolution in the browser.
-    baldwinlab run evo/A evo+self-taught/A   Compare with and without learning.
+    baldwinlab run evo/A evo+self-taught/A   Compare evolution with and without learning.
     baldwinlab reproduce                     Reproduce the first paper.
 
 `baldwinlab list presets` lists the experiments that you can run.

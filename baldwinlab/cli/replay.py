@@ -38,7 +38,8 @@ def replay(
     /,
     *,
     condition: Annotated[
-        str | None, Parameter(help="Condition of the run. Default: the only one of the study.")
+        str | None,
+        Parameter(help="Condition of the run. Default: the only condition of the study."),
     ] = None,
     run: Annotated[Integer, Parameter(help="Number of a stored run, from 0.")],
     generation: Annotated[Integer, Parameter(help="Number of a generation, from 0.")],

@@ -36,7 +36,7 @@ def report(
     paper: Annotated[
         str,
         DESCRIBED_DEFAULT,
-        Parameter(help="Paper whose claims are evaluated. Default: the paper that made the study."),
+        Parameter(help="Paper whose claims are evaluated. Default: the paper of the study."),
     ] = "",
     part: Parts = None,
     force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,

@@ -72,7 +72,7 @@ def reproduce(
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
     With `all`, every paper is reproduced, and gallery.html compares them. With --set, --generations
-    or --steps the model differs from the paper, and all results say so. Stored runs are not
+    or --steps the model differs from the paper, and all results mark this. Stored runs are not
     repeated: the same command resumes an interrupted study.
 
     For example:

@@ -46,7 +46,9 @@ def run(
     workers: Workers = None,
     out: Annotated[
         Out,
-        Parameter(help=f"{LOCATION} Default: results/NAME, where NAME joins the experiments."),
+        Parameter(
+            help=f"{LOCATION} Default: results/NAME, where NAME joins the names of the experiments."
+        ),
     ] = None,
     backend: Backend = "auto",
     executor: Executor = "threads",

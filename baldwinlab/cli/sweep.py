@@ -32,7 +32,8 @@ def sweep(
     part: Parts = None,
     workers: Workers = None,
     out: Annotated[
-        Out, Parameter(help=f"{LOCATION} Default: results/NAME, where NAME is that of the file.")
+        Out,
+        Parameter(help=f"{LOCATION} Default: results/NAME, where NAME is the name of the file."),
     ] = None,
     last_generations: LastGenerations = 10,
     backend: Backend = "auto",
