@@ -36,7 +36,8 @@ def llms_text(pages: Mapping[str, str], sections: Mapping[str, Iterable[str]]) -
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     blocks = [
         f"# baldwinlab\n\n> {project['description']}",
-        "Install with `pip install .` in the folder of the source, and import with `import baldwinlab as bl`.",
+        "Install with `pip install .` in the folder of the source, "
+        "and import with `import baldwinlab as bl`.",
         *(_links(title, paths, pages) for title, paths in sections.items()),
         _list("Commands", _commands()),
         _list("Python functions and classes", _python_names()),

@@ -129,7 +129,7 @@ def overview() -> str:
 
 A part is one piece of a model.
 Each kind of part is a class of `baldwinlab.parts`.
-A custom part is a class derived from one of them, in a file of yours.
+A custom part is a class that is derived from one of them, in a separate file.
 [Your own learning rule](../../tutorials/learning-rule.md) is a tutorial.
 [Write a part](../../how-to/write-a-part.md) and [write a model](../../how-to/write-a-model.md) show examples.
 
@@ -293,7 +293,7 @@ def model_and_state() -> str:
     return f"""# Fields of model and state
 
 Hooks of senses, bodies, learning rules and world features get `model` and `state`.
-[Kinds of part](index.md) says which hook may write which array.
+[Kinds of part](index.md) lists the arrays that each hook may write.
 
 {_text(state)}
 

@@ -92,7 +92,7 @@ Every setting of an experiment with foragers, by its dotted path.
 
 
 def insert_tables(text: str) -> str:
-    """Return the text of a page with the lists of parts that it asks for.
+    """Return the text of a page with the lists of parts that it requests.
 
     A fenced block `{parts}` contains the name of a kind of part, for example "learning rule".
     """
@@ -279,7 +279,7 @@ Source: {paper.metadata.citation}
 
 
 def citation() -> str:
-    """Return the page that says how to cite, from CITATION.cff and the papers."""
+    """Return the page of the citations, from CITATION.cff and the papers."""
     source = (ROOT / "CITATION.cff").read_text("utf-8")
     fields = dict(re.findall(r'^(\w+): "?(.*?)"?$', source, re.MULTILINE))
     authors = ", ".join(re.findall(r'^  - name: "(.*)"$', source, re.MULTILINE))

@@ -24,7 +24,8 @@ def gallery(
 ) -> None:
     """Compare all papers in a folder on one page, with a table and a figure.
 
-    The page states for each paper whether there is a Baldwin effect. No simulation runs. The figures are in figures/ in the folder.
+    The page states for each paper whether there is a Baldwin effect. No simulation runs. The
+    figures are in figures/ in the folder.
 
     For example:
 
