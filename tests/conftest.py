@@ -1,4 +1,4 @@
-"""A browser for all tests of pages, the command line, and an extra that is missing."""
+"""Fixtures for all tests: a browser, the command line, plain Python and a missing extra."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-os.environ.setdefault(
-    "BALDWINLAB_POISON", "1"
-)  # before the package reads it, and for the processes that tests start
+# The package reads this variable when it is imported. Subprocesses of tests inherit it.
+os.environ.setdefault("BALDWINLAB_POISON", "1")
 
 from baldwinlab.experiment import registry
 from tests.commands import Command, Outcome
@@ -24,71 +23,60 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
-@pytest.hookimpl(optionalhook=True)  # where tests run one after the other
+# The hook is optional because pytest-xdist is not loaded in serial runs.
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One worker more than there are cores: those who wait for a browser or a command need none."""
+    """Return one worker more than the number of cores. Some workers wait for a browser."""
     return (os.cpu_count() or 1) + 1
 
 
+SLOW_FILES = ("test_docs.py", "test_check.py", "test_cuda.py", "test_cli.py", "test_page_live.py")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files that take minutes go first, so that no worker is left alone with one at the end."""
-    items.sort(
-        key=lambda item: (
-            item.path.name
-            not in (
-                "test_docs.py",
-                "test_check.py",
-                "test_cuda.py",
-                "test_cli.py",
-                "test_page_live.py",
-            )
-        )
-    )
+    """Run slow files first, so that all workers end at about the same time."""
+    items.sort(key=lambda item: item.path.name not in SLOW_FILES)
 
 
-BROWSERS = (
-    "chromium-headless-shell",
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-)  # as `make browser` has them
+# `make browser` uses the same names.
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+BROWSER_OPTIONS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    from playwright.sync_api import expect, sync_playwright  # only tests of pages need it
+    # Only tests of pages need Playwright.
+    from playwright.sync_api import expect, sync_playwright
 
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     if path is None:
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(
-            "there is no Chromium on this machine to open pages with"
-        )
-    quiet = [
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-quic",
-        "--no-first-run",
-        "--disable-background-networking",
-    ]
-    expect.set_options(
-        timeout=30_000
-    )  # ms, as long as other waits have; a page takes its time on a busy machine
+        stop = pytest.fail if os.environ.get("CI") else pytest.skip
+        stop("Chromium is not installed on this machine")
+    # In ms. A page is slow on a busy machine.
+    expect.set_options(timeout=30_000)
     with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(
-            executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"]
-        )
-        yield opened
-        opened.close()
+        chromium = playwright.chromium.launch(executable_path=path, args=BROWSER_OPTIONS)
+        yield chromium
+        chromium.close()
 
 
 @pytest.fixture
 def command(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> Command:
-    """Run the command line in an empty folder."""
+    """Return a function that runs the command line in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    from baldwinlab.cli import main  # here, because most tests need none of it
+    # Most tests do not need the command line.
+    from baldwinlab.cli import main
 
     def run(*arguments: str) -> Outcome:
         monkeypatch.setattr(sys, "argv", ["baldwinlab", *arguments])
@@ -104,31 +92,31 @@ def command(
 
 @pytest.fixture
 def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Lives whose combination of parts is not compiled, which would take longer than they do."""
-    from tests.models.miniworld.plain import (
-        compile_nothing,  # here, because most tests need none of it
-    )
+    """Simulate without compilation, which would take longer than the simulation."""
+    # Most tests do not need this module.
+    from tests.models.miniworld.plain import disable_compilation
 
-    compile_nothing(monkeypatch)
+    disable_compilation(monkeypatch)
     with np.errstate(all="ignore"):
         yield
 
 
 @pytest.fixture
 def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    real_import = builtins.__import__
+    """Simulate that the extra `video` is not installed."""
+    original_import = builtins.__import__
 
-    def without_ffmpeg(name: str, *arguments: Any) -> Any:
+    def import_without_ffmpeg(name: str, *arguments: Any) -> Any:
         if name == "imageio_ffmpeg":
             raise ImportError(name)
-        return real_import(name, *arguments)
+        return original_import(name, *arguments)
 
-    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+    monkeypatch.setattr(builtins, "__import__", import_without_ffmpeg)
 
 
 @pytest.fixture(autouse=True)
-def _parts_of_a_test_are_its_own() -> Iterator[None]:
-    """A part that a test loads is not there in the next one, whose sentences list what may be chosen."""
+def _remove_custom_parts() -> Iterator[None]:
+    """Remove the parts that a test has loaded."""
     before = registry.custom_parts()
     yield
     for kind, name in registry.custom_parts().keys() - before.keys():

@@ -1,14 +1,14 @@
-"""The paper's model in plain Python: one agent after another, one number after another.
+"""Naive implementation of the paper's model in plain Python, for comparison with the engine.
 
-This is the oracle of the tests. It follows docs/explanation/model.md and shares no code with the engine.
-It computes in float64, with math.exp and atan2, and uses the random numbers of Python.
-A wrong interpretation in the engine is therefore not repeated here.
-Section names are those of the paper.
+It follows docs/explanation/model.md and shares no code with the engine. It computes in float64,
+with math.exp and atan2, and uses the random numbers of Python. A wrong interpretation in the
+engine is therefore not repeated here. Section names are those of the paper.
 """
 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -19,10 +19,10 @@ from baldwinlab.experiment import Evolution, Experiment, FoodRegion, World
 LEFT, FORWARD, RIGHT = 0, 1, 2
 
 Layers = list[list[list[float]]]
-"""weight = layers[layer][from][to]; a layer's biases are one more row, as if from a unit that is always 1."""
+"""weight = layers[layer][from][to]. Biases are the last row, from a unit that is always 1."""
 
 Genome = list[list[float]]
-"""For each module its weights, one after another."""
+"""The weights of each module, in a list."""
 
 
 @dataclass
@@ -48,34 +48,36 @@ class Item:
 
 
 Reappear = Callable[[Item], None]
-"""Gives an eaten item its new place."""
+"""Moves an eaten item to a new position."""
 
 ActNoisily = Callable[[Agent], None]
-"""Action noise: now and then puts another action in the place of the one that was chosen."""
+"""Action noise: replaces some chosen actions by random ones."""
 
 
 # "The Simulated World of Foods and Agents"
 
 
-def shortest(start: float, end: float, size: float) -> float:
-    """The way from `start` to `end` on a circle of length `size`; forwards is positive."""
-    forwards = (end - start) % size
-    return forwards if forwards <= size / 2 else forwards - size
+def circular_difference(start: float, end: float, size: float) -> float:
+    """Return the shortest signed difference from `start` to `end` on a circle of length `size`."""
+    difference = (end - start) % size
+    return difference if difference <= size / 2 else difference - size
 
 
-def way(agent: Agent, item: Item, world: World) -> tuple[float, float]:
-    """From the agent's centre to the item's, over the edges of the map where that is nearer."""
-    return shortest(agent.x, item.x, world.width), shortest(agent.y, item.y, world.height)
+def displacement(agent: Agent, item: Item, world: World) -> tuple[float, float]:
+    """Return the shortest vector from the agent's center to the item's center on the torus."""
+    dx = circular_difference(agent.x, item.x, world.width)
+    dy = circular_difference(agent.y, item.y, world.height)
+    return dx, dy
 
 
 def bearing(agent: Agent, item: Item, world: World) -> float:
-    """Theta: where the item is, clockwise from the agent's heading, in degrees from 0 to 360."""
-    dx, dy = way(agent, item, world)
+    """Return theta, the clockwise angle from the agent's heading to the item, in degrees."""
+    dx, dy = displacement(agent, item, world)
     return (math.degrees(math.atan2(dy, dx)) - agent.heading) % 360
 
 
-def sensor_of(theta: float, boundaries: str) -> int | None:
-    """The sensor (0 left, 1 front, 2 right) in which an item at the angle theta falls."""
+def find_sensor(theta: float, boundaries: str) -> int | None:
+    """Return the sensor (0 left, 1 front, 2 right) of an item at the angle theta."""
     if theta < 15 or theta > 345 or (boundaries == "closed" and theta in (15, 345)):
         return 1
     if 15 < theta < 45:
@@ -86,18 +88,19 @@ def sensor_of(theta: float, boundaries: str) -> int | None:
 
 
 def sense(agent: Agent, items: Sequence[Item], experiment: Experiment) -> list[int]:
-    """Left, front and right: 1 if any item is there in the visual range."""
+    """Return left, front and right: 1 if an item is visible in this direction, else 0."""
     inputs = [0, 0, 0]
+    world = experiment.world
     for item in items:
-        if math.hypot(*way(agent, item, experiment.world)) <= experiment.senses.visual_radius:
-            sensor = sensor_of(bearing(agent, item, experiment.world), experiment.senses.boundaries)
+        if math.hypot(*displacement(agent, item, world)) <= experiment.senses.visual_radius:
+            sensor = find_sensor(bearing(agent, item, world), experiment.senses.boundaries)
             if sensor is not None:
                 inputs[sensor] = 1
     return inputs
 
 
 def move(agent: Agent, world: World) -> None:
-    """Three basic movements: turn left by 9 degrees and move; move at double speed; turn right by 9 degrees and move."""
+    """Turn left by 9 degrees and move, move at double speed, or turn right and move."""
     turn = {LEFT: -9, FORWARD: 0, RIGHT: 9}[agent.action]
     speed = 2 if agent.action == FORWARD else 1
     agent.heading = (agent.heading + turn) % 360
@@ -105,34 +108,32 @@ def move(agent: Agent, world: World) -> None:
     agent.y = (agent.y + speed * math.sin(math.radians(agent.heading))) % world.height
 
 
-def distance_of_bodies(agent: Agent, item: Item, experiment: Experiment) -> float:
-    dx, dy = way(agent, item, experiment.world)
+def contact_distance(agent: Agent, item: Item, experiment: Experiment) -> float:
+    dx, dy = displacement(agent, item, experiment.world)
     return max(abs(dx), abs(dy)) if experiment.contact.shape == "square" else math.hypot(dx, dy)
 
 
 def eat(
     agent: Agent,
     items: Sequence[Item],
-    fresh: list[Item],
+    new_items: list[Item],
     experiment: Experiment,
     reappear: Reappear,
 ) -> None:
-    """Eat what the body touches. What reappeared in this step is `fresh`, and is left for the next."""
+    """Eat the items that the body touches, except `new_items`, which reappeared in this step."""
     for item in items:
-        if (
-            item not in fresh
-            and distance_of_bodies(agent, item, experiment) < experiment.contact.reach
-        ):
+        is_near = contact_distance(agent, item, experiment) < experiment.contact.reach
+        if is_near and item not in new_items:
             agent.eaten += 1
             agent.energy += item.region.energy
             reappear(item)
-            fresh.append(item)
+            new_items.append(item)
 
 
 # "The neural network controller" and "The Self-taught neural architecture"
 
 
-def layers_of(weights: Sequence[float], sizes: Sequence[int], biases: bool) -> Layers:
+def make_layers(weights: Sequence[float], sizes: Sequence[int], biases: bool) -> Layers:
     remaining = iter(weights)
     layers = [
         [[float(next(remaining)) for _ in range(size_to)] for _ in range(size_from + biases)]
@@ -142,12 +143,12 @@ def layers_of(weights: Sequence[float], sizes: Sequence[int], biases: bool) -> L
     return layers
 
 
-def weights_of(layers: Layers) -> list[float]:
+def list_weights(layers: Layers) -> list[float]:
     return [weight for layer in layers for row in layer for weight in row]
 
 
-def think(layers: Layers, inputs: Sequence[float], biases: bool) -> list[list[float]]:
-    """The activations of all units, layer by layer, from the sensors to the outputs."""
+def activate(layers: Layers, inputs: Sequence[float], biases: bool) -> list[list[float]]:
+    """Return the activations of all units by layer, from the sensors to the outputs."""
     activations = [[float(value) for value in inputs]]
     for layer in layers:
         sources = activations[-1] + [1.0] * biases
@@ -160,41 +161,42 @@ def think(layers: Layers, inputs: Sequence[float], biases: bool) -> list[list[fl
 
 
 def choose(outputs: Sequence[float]) -> int:
-    """The action with the largest output; of equals, the first."""
+    """Return the action with the largest output, the first of equal ones."""
     return max(range(len(outputs)), key=lambda action: (outputs[action], -action))
 
 
 def learn(
     layers: Layers, inputs: Sequence[float], target: Sequence[float], rate: float, biases: bool
 ) -> None:
-    """One step of backpropagation (half the squared error) towards `target`."""
-    activations = think(layers, inputs, biases)
+    """Take one step of backpropagation (half the squared error) toward `target`."""
+    activations = activate(layers, inputs, biases)
     slopes = [[value * (1 - value) for value in units] for units in activations]
     errors = [
         (value - goal) * slope
         for value, goal, slope in zip(activations[-1], target, slopes[-1], strict=True)
     ]
     for depth in range(len(layers) - 1, -1, -1):
-        layer, sources = layers[depth], activations[depth] + [1.0] * biases
-        # The errors of the units below come from the weights of before the step.
-        below = [slope * sum(weight * error for weight, error in zip(row, errors, strict=True))
-                 for slope, row in zip(slopes[depth], layer, strict=False)]  # fmt: skip
+        layer = layers[depth]
+        sources = activations[depth] + [1.0] * biases
+        # The errors of the layer below depend on the weights before the step.
+        sums = [sum(map(operator.mul, row, errors)) for row in layer]
+        errors_below = [slope * total for slope, total in zip(slopes[depth], sums, strict=False)]
         for source, row in zip(sources, layer, strict=True):
             for unit, error in enumerate(errors):
                 row[unit] -= rate * error * source
-        errors = below
+        errors = errors_below
 
 
 def self_teach(time: int, agent: Agent, experiment: Experiment) -> None:
-    """The reinforcement module, which is fixed for life, tells the action module what it should have said."""
-    stops = experiment.learning.steps
-    if agent.reinforcement_module is not None and (stops is None or time < stops):
+    """Train the action module on the outputs of the reinforcement module, which is fixed."""
+    last = experiment.learning.steps
+    if agent.reinforcement_module is not None and (last is None or time < last):
         biases = experiment.network.biases
-        target = think(agent.reinforcement_module, agent.inputs, biases)[-1]
+        target = activate(agent.reinforcement_module, agent.inputs, biases)[-1]
         learn(agent.action_module, agent.inputs, target, agent.rate, biases)
 
 
-# "Simulation 1: Evolution alone" and "Simulation 2: Evolution of Self-taught agents": a life
+# "Simulation 1: Evolution alone" and "Simulation 2: Evolution of Self-taught agents": lifetimes
 
 
 def step(
@@ -205,14 +207,14 @@ def step(
     reappear: Reappear,
     act_noisily: ActNoisily,
 ) -> None:
-    """One time step of all agents."""
-    fresh: list[Item] = []
+    """Simulate a time step of all agents."""
+    new_items: list[Item] = []
 
     def perceive(agent: Agent) -> None:
         agent.inputs = sense(agent, items, experiment)
 
     def act(agent: Agent) -> None:
-        agent.outputs = think(agent.action_module, agent.inputs, experiment.network.biases)[-1]
+        agent.outputs = activate(agent.action_module, agent.inputs, experiment.network.biases)[-1]
         agent.action = choose(agent.outputs)
         act_noisily(agent)
         move(agent, experiment.world)
@@ -221,7 +223,7 @@ def step(
         self_teach(time, agent, experiment)
 
     def feed(agent: Agent) -> None:
-        eat(agent, items, fresh, experiment, reappear)
+        eat(agent, items, new_items, experiment, reappear)
 
     activities = [perceive, act, teach, feed]
     order = [agents[(time + turn) % len(agents)] for turn in range(len(agents))]
@@ -235,10 +237,11 @@ def step(
                 activity(agent)
 
 
-def born(genome: Genome, x: float, y: float, experiment: Experiment) -> Agent:
-    count, rate = experiment.weight_count, experiment.learning.rate
+def make_agent(genome: Genome, x: float, y: float, experiment: Experiment) -> Agent:
+    count = experiment.weight_count
+    rate = experiment.learning.rate
     modules = [
-        layers_of(weights[:count], experiment.layer_sizes, experiment.network.biases)
+        make_layers(weights[:count], experiment.layer_sizes, experiment.network.biases)
         for weights in genome
     ]
     if experiment.learning.evolved_rate:
@@ -246,32 +249,34 @@ def born(genome: Genome, x: float, y: float, experiment: Experiment) -> Agent:
     return Agent(x, y, modules[0], modules[1] if experiment.learns else None, rate)
 
 
-def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> list[Agent]:
-    """One generation, from birth to death, in one world."""
+def simulate_generation(
+    genomes: Sequence[Genome], experiment: Experiment, random: Random
+) -> list[Agent]:
+    """Simulate the agents of a generation in one world, from birth to death."""
+    world = experiment.world
 
     def reappear(item: Item) -> None:
-        item.x, item.y = random.uniform(*item.region.x), random.uniform(*item.region.y)
+        item.x = random.uniform(*item.region.x)
+        item.y = random.uniform(*item.region.y)
 
-    def birthplace() -> tuple[float, float]:
-        world, distance, angle = (
-            experiment.world,
-            math.sqrt(random.random()),
-            random.uniform(0, 2 * math.pi),
-        )
-        x = world.start.x + world.start.radius * distance * math.cos(angle)
-        y = world.start.y + world.start.radius * distance * math.sin(angle)
+    def draw_birthplace() -> tuple[float, float]:
+        distance = world.start.radius * math.sqrt(random.random())
+        angle = random.uniform(0, 2 * math.pi)
+        x = world.start.x + distance * math.cos(angle)
+        y = world.start.y + distance * math.sin(angle)
         return x % world.width, y % world.height
 
     def act_noisily(agent: Agent) -> None:
         if experiment.motor.noise and random.random() < experiment.motor.noise:
             agent.action = random.choice([LEFT, FORWARD, RIGHT])
 
-    agents = [born(genome, *birthplace(), experiment) for genome in genomes]
-    items = [Item(0, 0, region) for region in experiment.world.food for _ in range(region.count)]
+    agents = [make_agent(genome, *draw_birthplace(), experiment) for genome in genomes]
+    items = [Item(0, 0, region) for region in world.food for _ in range(region.count)]
     for item in items:
         reappear(item)
-    for agent in agents if experiment.world.start.headings == "random" else ():
-        agent.heading = random.randrange(40) * 9
+    if world.start.headings == "random":
+        for agent in agents:
+            agent.heading = random.randrange(40) * 9
     for time in range(experiment.lifetime.steps):
         step(time, agents, items, experiment, reappear, act_noisily)
     return agents
@@ -281,7 +286,7 @@ def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> l
 
 
 def select(fitness: Sequence[float], scheme: str, random: Random) -> int:
-    """One parent."""
+    """Return the number of a parent."""
     agents = range(len(fitness))
     if scheme == "tournament":
         return max(random.choice(agents), random.choice(agents), key=lambda agent: fitness[agent])
@@ -291,47 +296,55 @@ def select(fitness: Sequence[float], scheme: str, random: Random) -> int:
         return random.choice(best)
     shares = list(fitness)
     if scheme == "rank":
-        shares = [sum(1.0 if other < own else 0.5 for other in fitness) + 0.5 for own in fitness]
+        shares = [0.5 + sum(rank_points(energy, item) for item in fitness) for energy in fitness]
     return random.choices(agents, shares if any(shares) else None)[0]
 
 
-def child(
+def rank_points(energy: float, competitor: float) -> float:
+    """Return 1 for a larger energy than the competitor's, else 1/2."""
+    return 1.0 if competitor < energy else 0.5
+
+
+def make_child(
     genomes: Sequence[Genome], fitness: Sequence[float], evolution: Evolution, random: Random
 ) -> Genome:
-    """Every weight from the fitter of two parents or from the other, then mutation."""
-    fitter, other = (
-        genomes[select(fitness, evolution.selection, random)] for _ in range(2)
-    )  # a coin has no side for the fitter
-    copied = [
+    """Return a genome with each weight from one of two parents at random, after mutation."""
+    # The order of the parents does not matter, because each weight has the same chance.
+    parents = [genomes[select(fitness, evolution.selection, random)] for _ in range(2)]
+    crossed = [
         [random.choice(pair) for pair in zip(*modules, strict=True)]
-        for modules in zip(fitter, other, strict=True)
+        for modules in zip(*parents, strict=True)
     ]
-    whole_child = random.random() < evolution.mutation_rate
+    mutates_child = random.random() < evolution.mutation_rate
 
-    def mutated(weight: float) -> float:
-        opens = (
-            random.random() < evolution.mutation_rate
-            if evolution.mutation_gate == "weight"
-            else whole_child
-        )
-        return weight + random.uniform(-evolution.mutation_size, evolution.mutation_size) * opens
+    def mutate(weight: float) -> float:
+        mutates = mutates_child
+        if evolution.mutation_gate == "weight":
+            mutates = random.random() < evolution.mutation_rate
+        return weight + random.uniform(-evolution.mutation_size, evolution.mutation_size) * mutates
 
-    return [[mutated(weight) for weight in module] for module in copied]
+    return [[mutate(weight) for weight in module] for module in crossed]
+
+
+def draw_genome(experiment: Experiment, random: Random) -> Genome:
+    return [
+        [random.gauss(0, 1) for _ in range(experiment.weight_count)] for _ in experiment.modules
+    ]
 
 
 def evolve(experiment: Experiment, random: Random) -> list[list[Agent]]:
-    """A whole run: the agents of every generation, as they died."""
+    """Simulate a run and return the agents of every generation at death."""
 
-    def fresh() -> list[Genome]:
-        return [[[random.gauss(0, 1) for _ in range(experiment.weight_count)] for _ in experiment.modules]
-                for _ in range(experiment.population.size)]  # fmt: skip
+    def draw_genomes() -> list[Genome]:
+        return [draw_genome(experiment, random) for _ in range(experiment.population.size)]
 
-    genomes, history = fresh(), []
+    genomes = draw_genomes()
+    history = []
     for _ in range(experiment.evolution.generations):
-        history.append(live(genomes, experiment, random))
+        history.append(simulate_generation(genomes, experiment, random))
         fitness = [agent.energy for agent in history[-1]]
         if experiment.evolution.inheritance == "none":
-            genomes = fresh()
+            genomes = draw_genomes()
         else:
-            genomes = [child(genomes, fitness, experiment.evolution, random) for _ in genomes]
+            genomes = [make_child(genomes, fitness, experiment.evolution, random) for _ in genomes]
     return history

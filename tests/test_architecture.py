@@ -1,4 +1,4 @@
-"""Tests of imports by name, which import-linter does not see: its contracts are in pyproject.toml."""
+"""Test imports by name, which the contracts of import-linter in pyproject.toml do not cover."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that the tests of the engine are collected without a browser library."""
+"""Test that the tests of the engine are collected without a browser library."""
 
 from __future__ import annotations
 

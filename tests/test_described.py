@@ -1,4 +1,4 @@
-"""Docstrings become Markdown without headings of their own."""
+"""Test that docstrings become Markdown without headings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each term of the glossary is defined once, briefly, and linked at its first use on a page."""
+"""Test that each term of the glossary has a short definition and links on other pages."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_a_word_with_a_second_meaning_counts_only_after_a_determiner() -> None:
     assert links_of("Run the command. Each run is stored.") == [("run", "run")]
 
 
-def test_a_longer_term_is_linked_as_a_whole() -> None:
+def test_a_term_of_several_words_has_one_link() -> None:
     text = "The drift control and the neutral control."
     assert links_of(text) == [
         ("drift control", "drift-control"),

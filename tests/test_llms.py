@@ -1,4 +1,4 @@
-"""llms.txt names every command, public name, hook and setting, and links every page."""
+"""Test that llms.txt names every command, public name, hook and setting."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_a_page_is_a_link_with_its_title_and_first_sentence() -> None:
     assert "## Tutorials\n\n- [A page](docs/page.html): The first sentence.\n" in text
 
 
-def test_every_name_that_a_user_types_is_in_it() -> None:
+def test_the_text_has_every_name_that_a_user_types() -> None:
     text = llms_text({}, {})
     names = [
         *(f"baldwinlab {command}" for command in COMMANDS),

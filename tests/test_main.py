@@ -1,4 +1,4 @@
-"""The command line can be stopped at any moment, by ctrl-C or by a queue, without a traceback."""
+"""Test that Ctrl-C or SIGTERM stops the command line at any time without a traceback."""
 
 from __future__ import annotations
 
@@ -10,38 +10,44 @@ from pathlib import Path
 
 import pytest
 
-STARTED = "import sys; sys.stderr.write('began\\n'); sys.stderr.flush(); from baldwinlab.__main__ import main; main()"
+START = """
+import sys
+sys.stderr.write("began\\n")
+sys.stderr.flush()
+from baldwinlab.__main__ import main
+main()
+"""
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-C", "SIGTERM"])
 @pytest.mark.parametrize("delay", [0.1, 0.8, 2.0])
-def test_a_command_that_is_stopped_says_so_and_no_more(
+def test_a_stopped_command_prints_one_line(
     tmp_path: Path, number: signal.Signals, delay: float
 ) -> None:
-    process = _running(tmp_path)
+    process = _start_command(tmp_path)
     time.sleep(delay)
     process.send_signal(number)
-    _has_stopped(process)
+    _check_stopped(process)
 
 
-def test_it_is_stopped_also_where_a_module_that_is_loaded_swallows_every_error(
+def test_a_signal_stops_a_command_while_a_module_that_catches_all_errors_is_imported(
     tmp_path: Path,
 ) -> None:
-    process = _running(tmp_path, "try:\n    time.sleep(2)\nexcept BaseException:\n    pass")
+    process = _start_command(tmp_path, "try:\n    time.sleep(2)\nexcept BaseException:\n    pass")
     process.send_signal(signal.SIGTERM)
-    _has_stopped(process)
+    _check_stopped(process)
 
 
-def test_whoever_asks_twice_need_not_wait_until_a_module_is_loaded(tmp_path: Path) -> None:
-    process = _running(tmp_path, "time.sleep(1000)")
+def test_a_second_signal_stops_a_command_during_an_import(tmp_path: Path) -> None:
+    process = _start_command(tmp_path, "time.sleep(1000)")
     process.send_signal(signal.SIGTERM)
     time.sleep(0.1)
     process.send_signal(signal.SIGINT)
-    _has_stopped(process)
+    _check_stopped(process)
 
 
-def _running(folder: Path, slow: str = "") -> subprocess.Popen[str]:
-    """A long command that has begun; with what a slow module does that a part imports, that has begun."""
+def _start_command(folder: Path, slow: str = "") -> subprocess.Popen[str]:
+    """Start a long command. A part imports a module with the code `slow`, if it is given."""
     words = ["run", "evo/A", "--runs", "200", "--out", str(folder / "study"), "--workers", "1"]
     if slow:
         (folder / "slow.py").write_text(
@@ -52,7 +58,7 @@ def _running(folder: Path, slow: str = "") -> subprocess.Popen[str]:
         )
         words += ["--part", str(folder / "part.py")]
     process = subprocess.Popen(
-        [sys.executable, "-c", STARTED, *words],
+        [sys.executable, "-c", START, *words],
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -63,7 +69,7 @@ def _running(folder: Path, slow: str = "") -> subprocess.Popen[str]:
     return process
 
 
-def _has_stopped(process: subprocess.Popen[str]) -> None:
+def _check_stopped(process: subprocess.Popen[str]) -> None:
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "Traceback" not in err + out

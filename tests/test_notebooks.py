@@ -1,4 +1,4 @@
-"""Run the notebooks in a kernel of this environment, and compare their outputs with their texts."""
+"""Run the notebooks and compare their outputs with their texts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from tests.lab.conftest import open_offline_page
 
 # Half a minute each.
 SLOW_NOTEBOOKS = ("baldwin-effect", "own-learning-rule")
-TABLE, PLAYER, CURVES = "differ from their defaults", "<iframe sandbox", "data:image/svg+xml"
+TABLE = "differ from their defaults"
+PLAYER = "<iframe sandbox"
+CURVES = "data:image/svg+xml"
 # Displays and numbers that the outputs must contain, because the texts mention them.
 EXPECTED_OUTPUTS: Final = {
     "first-steps": (TABLE, PLAYER, CURVES, "last generation: 2539 items, eaten by 20 of 20 agents"),
@@ -96,12 +98,13 @@ def _text(output: Any) -> str:
 def _check_page(browser: Browser, path: Path, content: str) -> None:
     """Check that a page requests nothing, fits a phone and shows its players."""
     path.write_text(content, "utf-8")
-    with open_offline_page(browser, 844) as (opened, requests):
-        opened.set_viewport_size({"width": 390, "height": 844})
-        opened.goto(path.as_uri())
-        players = opened.locator("iframe")
+    with open_offline_page(browser, 844) as (browser_page, requests):
+        browser_page.set_viewport_size({"width": 390, "height": 844})
+        browser_page.goto(path.as_uri())
+        players = browser_page.locator("iframe")
         for number in range(players.count()):
             players.nth(number).scroll_into_view_if_needed()
-            opened.frame_locator("iframe").nth(number).get_by_test_id("timeline").wait_for()
-        assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+            player = browser_page.frame_locator("iframe").nth(number)
+            player.get_by_test_id("timeline").wait_for()
+        assert browser_page.evaluate("document.documentElement.scrollWidth") <= 390
     assert [url for url in requests if not url.startswith(("data:", "file:", "about:"))] == []

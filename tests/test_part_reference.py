@@ -1,4 +1,4 @@
-"""The reference of the kinds of part describes every hook, field and helper, and the true order of calls."""
+"""Test that the reference of parts describes every hook, field, helper and the order of calls."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ print(json.dumps(list(dict.fromkeys(calls))))
 
 @pytest.fixture(scope="module")
 def first_calls() -> list[str]:
-    """The hooks of a simulated generation, in the order of their first calls."""
+    """Return the hooks of a simulated generation, in the order of their first calls."""
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-W", "ignore", "-c", SIMULATION]
     result = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT)
@@ -84,7 +84,7 @@ def first_calls() -> list[str]:
 
 
 def test_the_table_of_calls_has_the_order_of_the_engine(first_calls: list[str]) -> None:
-    """A sense can call `blocks_sight` at any time, so its row has no fixed order among the senses."""
+    """Ignore the order of `blocks_sight`, which a sense can call at any time."""
     documented = list(dict.fromkeys(f"{call.kind}.{call.hook}" for call in CALLS if call.kind))
     sight = "WorldFeature.blocks_sight"
     assert sorted(first_calls) == sorted(documented)

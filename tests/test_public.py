@@ -1,4 +1,4 @@
-"""What `import baldwinlab` gives, and what it does not load."""
+"""Test the public names of `baldwinlab` and the modules that its import loads."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ HEAVY = {
 }
 
 
-def loaded_by(code: str) -> set[str]:
-    """The packages, not of the standard library, that a new process has loaded when it has run `code`."""
+def list_loaded_packages(code: str) -> set[str]:
+    """Return the third-party packages that a new process loads when it runs `code`."""
     code += "\nimport sys; print('loaded', *{name.partition('.')[0] for name in sys.modules})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return set(done.stdout.splitlines()[-1].split()) & (HEAVY | {"pydantic", "rich", "cyclopts"})
 
 
-def command(*words: str) -> str:
-    """The code of a command of the command line."""
+def command_code(*words: str) -> str:
+    """Return Python code that runs a command of the command line."""
     start = f"import sys; sys.argv = ['baldwinlab', *{words}]\nfrom baldwinlab.cli import main\n"
     return start + "try: main()\nexcept SystemExit: pass"
 
 
-def test_every_public_name_is_there_and_listed() -> None:
+def test_every_public_name_exists_and_is_listed() -> None:
     for name in baldwinlab.__all__:
         assert getattr(baldwinlab, name) is not None
     assert dir(baldwinlab) == sorted(baldwinlab.__all__)
@@ -64,15 +64,15 @@ def test_an_old_name_works_and_a_warning_names_the_new_one(old: str, new: str) -
 
 
 def public_docstrings() -> Iterator[tuple[str, str]]:
-    """Every public name of the package, and of its public classes, with its docstring."""
+    """Yield the public names of the package and of its public classes, with their docstrings."""
     for name in baldwinlab.__all__:
-        public = getattr(baldwinlab, name)
-        yield name, inspect.getdoc(public) or ""
-        if inspect.isclass(public):
-            own = (each for each in vars(public) if not each.startswith("_"))
-            yield from (
-                (f"{name}.{each}", inspect.getdoc(getattr(public, each)) or "") for each in own
-            )
+        value = getattr(baldwinlab, name)
+        yield name, inspect.getdoc(value) or ""
+        if inspect.isclass(value):
+            for attribute in vars(value):
+                if not attribute.startswith("_"):
+                    docstring = inspect.getdoc(getattr(value, attribute))
+                    yield f"{name}.{attribute}", docstring or ""
 
 
 def test_docstrings_name_only_exceptions_that_the_package_exports() -> None:
@@ -86,30 +86,29 @@ def test_docstrings_name_only_exceptions_that_the_package_exports() -> None:
     assert not {pair for pair in unknown if not hasattr(builtins, pair[1])}
 
 
-def test_no_public_name_is_that_of_a_module() -> None:
-    """Whoever imports the module would put it in the name's place."""
+def test_no_public_name_is_the_name_of_a_module() -> None:
+    """An import of the module would replace the public name."""
     assert not {entry.stem for entry in PACKAGE.iterdir()} & set(baldwinlab.__all__)
 
 
-def test_types_are_those_of_what_is_loaded() -> None:
-    batch = next(
-        node
-        for node in ast.parse((PACKAGE / "__init__.py").read_text()).body
-        if isinstance(node, ast.If)
-    )
+def test_imports_for_type_checkers_agree_with_imports_at_run_time() -> None:
+    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    block = next(node for node in tree.body if isinstance(node, ast.If))
     typed = {
-        each.name: node.module
-        for node in batch.body
+        alias.name: node.module
+        for node in block.body
         if isinstance(node, ast.ImportFrom)
-        for each in node.names
+        for alias in node.names
     }
     assert typed == {name: f"baldwinlab.{home}" for name, home in baldwinlab._HOME.items()}
 
 
-def test_to_import_it_loads_nothing_and_makes_no_folder(tmp_path: Path) -> None:
-    code = "import os; os.environ['BALDWINLAB_CACHE'] = {!r}; import baldwinlab as bl; bl.load('evo/A'); dir(bl)"
-    assert loaded_by(code.format(str(tmp_path / "cache"))) == {"pydantic"}
-    assert loaded_by("import baldwinlab") == set()
+def test_importing_the_package_loads_no_library_and_creates_no_folder(tmp_path: Path) -> None:
+    cache = str(tmp_path / "cache")
+    start = f"import os; os.environ['BALDWINLAB_CACHE'] = {cache!r}; "
+    code = "import baldwinlab as bl; bl.load('evo/A'); dir(bl)"
+    assert list_loaded_packages(start + code) == {"pydantic"}
+    assert list_loaded_packages("import baldwinlab") == set()
     assert not list(tmp_path.iterdir())
 
 
@@ -125,35 +124,30 @@ def test_to_import_it_loads_nothing_and_makes_no_folder(tmp_path: Path) -> None:
         ["rum"],
     ],
 )
-def test_a_command_that_only_tells_loads_no_engine(words: list[str]) -> None:
-    assert not loaded_by(command(*words)) & HEAVY
+def test_a_command_that_only_prints_loads_no_engine(words: list[str]) -> None:
+    assert not list_loaded_packages(command_code(*words)) & HEAVY
 
 
 @pytest.mark.parametrize(
     "words",
     [["--help"], ["list", "presets"], ["bench", "--help"], ["lab", "--help"], ["run", "--help"]],
 )
-def test_no_command_needs_what_only_unix_has(words: list[str]) -> None:
-    without = "import sys\nfor name in ('resource', 'fcntl', 'pwd', 'grp', 'termios'): sys.modules[name] = None\n"
-    done = subprocess.run(
-        [sys.executable, "-c", without + command(*words)], capture_output=True, text=True
-    )
+def test_no_command_needs_a_module_that_only_unix_has(words: list[str]) -> None:
+    modules = ("resource", "fcntl", "pwd", "grp", "termios")
+    block = f"import sys\nfor name in {modules}: sys.modules[name] = None\n"
+    code = block + command_code(*words)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout
 
 
-def test_to_run_a_study_loads_no_figures() -> None:
-    assert not loaded_by("import baldwinlab.cli.run") & {
-        "matplotlib",
-        "PIL",
-        "jinja2",
-        "starlette",
-        "distributed",
-    }
+def test_the_command_run_loads_no_library_for_figures_or_servers() -> None:
+    unused = {"matplotlib", "PIL", "jinja2", "starlette", "distributed"}
+    assert not list_loaded_packages("import baldwinlab.cli.run") & unused
 
 
-def test_whatever_is_imported_is_declared() -> None:
-    """In pyproject.toml, so that it is there wherever baldwinlab is; what comes by way of another package may go."""
+def test_every_imported_package_is_a_declared_dependency() -> None:
+    """An indirect dependency can disappear with a new version of the direct one."""
     project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]
     extras = [
         project["optional-dependencies"][name]
@@ -162,16 +156,14 @@ def test_whatever_is_imported_is_declared() -> None:
     lines = sum(extras, project["dependencies"])
     declared = {re.split(r"[^A-Za-z0-9_-]", line)[0].replace("_", "-").lower() for line in lines}
     owners = packages_distributions()
-    for name in (
-        imported() - sys.stdlib_module_names - {"baldwinlab", "IPython"}
-    ):  # a notebook has that
-        assert {owner.replace("_", "-").lower() for owner in owners.get(name, [name])} & declared, (
-            name
-        )
+    # IPython is imported only in a notebook, which has it.
+    for name in list_imports() - sys.stdlib_module_names - {"baldwinlab", "IPython"}:
+        distributions = {owner.replace("_", "-").lower() for owner in owners.get(name, [name])}
+        assert distributions & declared, name
 
 
-def imported() -> set[str]:
-    """The packages that any module of ours imports."""
+def list_imports() -> set[str]:
+    """Return the packages that the modules of baldwinlab import."""
     nodes = [
         node
         for path in PACKAGE.rglob("*.py")

@@ -1,4 +1,4 @@
-"""The locked files against pyproject.toml, which is the one source of what is installed."""
+"""Test that the locked files agree with pyproject.toml."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SUPPORTED = [
 ]
 
 
-def pins(file: str) -> list[tuple[Requirement, int]]:
+def list_pins(file: str) -> list[tuple[Requirement, int]]:
     """Return each pin of a locked file with the number of its hashes."""
     text = (ROOT / file).read_text("utf-8")
     hashes = r"((?: +--hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)"
@@ -55,7 +55,7 @@ def pins(file: str) -> list[tuple[Requirement, int]]:
 def test_every_line_of_a_locked_file_is_a_pin_with_hashes_and_no_address(file: str) -> None:
     text = (ROOT / file).read_text("utf-8")
     lines = [line for line in text.splitlines() if line and not line.startswith((" ", "#"))]
-    assert lines and len(pins(file)) == len(lines)
+    assert lines and len(list_pins(file)) == len(lines)
     assert "://" not in text
 
 
@@ -68,25 +68,26 @@ def test_a_locked_file_has_one_fitting_version_of_each_requirement(file: str, py
         "sys_platform": "linux",
     }
     versions: dict[str, list[str]] = {}
-    for pin, _ in pins(file):
+    for pin, _ in list_pins(file):
         if pin.marker is None or pin.marker.evaluate(system):
             (specifier,) = pin.specifier
             versions.setdefault(canonicalize_name(pin.name), []).append(specifier.version)
-    assert all(len(each) == 1 for each in versions.values())
+    assert all(len(numbers) == 1 for numbers in versions.values())
     for line in LOCKED[file]:
         requirement = Requirement(line)
         (version,) = versions[canonicalize_name(requirement.name)]
         assert requirement.specifier.contains(version), line
 
 
-@pytest.mark.nightly  # it asks the package index
-def test_the_locked_files_are_what_pyproject_resolves_to(tmp_path: Path) -> None:
+# The test needs the package index.
+@pytest.mark.nightly
+def test_the_locked_files_are_the_resolution_of_pyproject(tmp_path: Path) -> None:
     for name in ("pyproject.toml", "Makefile", *LOCKED):
         shutil.copy(ROOT / name, tmp_path / name)
     prefix = Path(sys.executable).parent
-    make = ["make", "lock", f"BIN={prefix}", "VENV=made", "--assume-old=made/.dev"]
-    (tmp_path / "made").mkdir()
-    (tmp_path / "made/.dev").touch()
+    make = ["make", "lock", f"BIN={prefix}", "VENV=environment", "--assume-old=environment/.dev"]
+    (tmp_path / "environment").mkdir()
+    (tmp_path / "environment/.dev").touch()
     subprocess.run(make, cwd=tmp_path, check=True, capture_output=True)
     for name in LOCKED:
         assert (tmp_path / name).read_text("utf-8") == (ROOT / name).read_text("utf-8"), name

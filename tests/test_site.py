@@ -1,4 +1,4 @@
-"""The documentation site is complete, has no dead links and works from a disk without a network."""
+"""Test that the site is complete, has no dead links and works without a network."""
 
 from __future__ import annotations
 
@@ -275,15 +275,24 @@ def test_a_folder_with_other_files_is_left_as_it_is(tmp_path: Path) -> None:
     assert (tmp_path / "mine.txt").read_text() == "mine"
 
 
+PERCENT_NOTEBOOK = """# ---
+# jupyter: x
+# ---
+
+# %% [markdown]
+# # Title
+#
+# Words.
+
+# %%
+print(1)
+"""
+MYST_NOTEBOOK = "# Title\n\nWords.\n\n```{code-cell} python\n:tags: [one]\n\nprint(1)\n```\n"
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
-    [
-        (
-            "one.py",
-            "# ---\n# jupyter: x\n# ---\n\n# %% [markdown]\n# # Title\n#\n# Words.\n\n# %%\nprint(1)\n",
-        ),
-        ("one.md", "# Title\n\nWords.\n\n```{code-cell} python\n:tags: [one]\n\nprint(1)\n```\n"),
-    ],
+    [("notebook.py", PERCENT_NOTEBOOK), ("notebook.md", MYST_NOTEBOOK)],
 )
 def test_the_text_of_a_notebook_is_a_page(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)

@@ -18,7 +18,7 @@ from baldwinlab.models import make_simulator
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.combinations.draw import Settings, accepted
-from tests.models.miniworld.plain import compile_nothing
+from tests.models.miniworld.plain import disable_compilation
 
 SEED: Final = 8
 REFUSALS: Final = re.compile("|".join([
@@ -40,7 +40,7 @@ REFUSALS: Final = re.compile("|".join([
 
 def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run lifetimes and reproduction as the Python that they are, which is compiled for no combination of parts."""
-    compile_nothing(monkeypatch)
+    disable_compilation(monkeypatch)
     for name in ("breeding", "fitness", "inheritance", "selection"):
         module = import_module(
             f"baldwinlab.evolution.{name}"

@@ -8,7 +8,7 @@ import pytest
 from baldwinlab.evolution import apply_inheritance
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.simulation.replay import replay
-from tests.models.miniworld.plain import founders, simulated, traced
+from tests.models.miniworld.plain import draw_founders, replay_in_python, simulate_in_python
 from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -26,7 +26,7 @@ def with_social_heredity(*changes: str, **tables: object) -> Experiment:
 
 def test_the_teacher_inherits_the_learned_weights_and_the_action_module_those_at_birth() -> None:
     experiment = with_social_heredity()
-    genome = founders(experiment)
+    genome = draw_founders(experiment)
     learned = genome[:, 0] + 3
     inherited = apply_inheritance(experiment, genome, learned)
     np.testing.assert_array_equal(inherited[:, 0], genome[:, 0])
@@ -36,7 +36,7 @@ def test_the_teacher_inherits_the_learned_weights_and_the_action_module_those_at
 @pytest.mark.parametrize("rule", ["prediction", "evolved-abcd"])
 def test_a_second_module_that_does_not_teach_is_inherited_unchanged(rule: str) -> None:
     experiment = with_social_heredity(f"learning.rule={rule}", "evolution.lamarckian_share=1")
-    genome = founders(experiment)
+    genome = draw_founders(experiment)
     inherited = apply_inheritance(experiment, genome, genome[:, 0] + 3)
     np.testing.assert_array_equal(inherited[:, 0], genome[:, 0] + 3)
     np.testing.assert_array_equal(inherited[:, 1:], genome[:, 1:])
@@ -44,7 +44,7 @@ def test_a_second_module_that_does_not_teach_is_inherited_unchanged(rule: str) -
 
 def test_a_learning_rate_gene_is_not_copied_into_the_teacher() -> None:
     experiment = with_social_heredity("learning.evolved_rate=true")
-    genome = founders(experiment)
+    genome = draw_founders(experiment)
     inherited = apply_inheritance(experiment, genome, genome[:, 0, :-1] + 3)
     np.testing.assert_array_equal(inherited[:, 1, :-1], genome[:, 0, :-1] + 3)
     np.testing.assert_array_equal(inherited[..., -1], genome[..., -1])
@@ -52,9 +52,9 @@ def test_a_learning_rate_gene_is_not_copied_into_the_teacher() -> None:
 
 def test_the_teacher_of_a_child_is_the_action_module_of_its_parents_at_death() -> None:
     experiment = with_social_heredity("evolution.generations=2")
-    run = simulated(experiment, 2)
+    run = simulate_in_python(experiment, 2)
     at_birth = run["genome"].values[0, :, 0]
-    at_death = traced(experiment, 2)["weight_death"].values[:, 0]
+    at_death = replay_in_python(experiment, 2)["weight_death"].values[:, 0]
     parents = run["parents"].values[1]
     assert (at_death != at_birth).any(axis=1).all(), "all agents have learned"
     for module, inherited in enumerate((at_birth, at_death)):
@@ -65,7 +65,7 @@ def test_the_teacher_of_a_child_is_the_action_module_of_its_parents_at_death() -
 
 
 def test_a_copy_of_a_parent_that_learned_nothing_has_a_teacher_equal_to_its_action_module() -> None:
-    run = simulated(
+    run = simulate_in_python(
         with_social_heredity(
             "evolution.variation=copy", "learning.rate=0", "evolution.generations=2"
         ),
@@ -76,14 +76,14 @@ def test_a_copy_of_a_parent_that_learned_nothing_has_a_teacher_equal_to_its_acti
 
 def test_without_teachers_social_heredity_equals_darwinian_inheritance() -> None:
     experiment = with_social_heredity("learning.rule=none", "learning.rate=0.01")
-    social = simulated(experiment, 2)
-    darwinian = simulated(experiment.replace(evolution={"inheritance": "darwinian"}), 2)
+    social = simulate_in_python(experiment, 2)
+    darwinian = simulate_in_python(experiment.replace(evolution={"inheritance": "darwinian"}), 2)
     np.testing.assert_array_equal(social["genome"], darwinian["genome"])
 
 
 def test_a_replay_agrees_with_its_run() -> None:
     experiment = with_social_heredity("evolution.generations=2", "record.genome_every=9")
-    run = simulated(experiment, 3)
+    run = simulate_in_python(experiment, 3)
     with np.errstate(all="ignore"):
         trace = replay(experiment, seed=3, generation=1, energy=run["energy"])
     np.testing.assert_array_equal(trace["eaten"].sum("step"), run["food_eaten"][1])

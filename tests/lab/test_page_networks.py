@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer
 from tests.lab.conftest import run_server
-from tests.models.miniworld.plain import compile_nothing
+from tests.models.miniworld.plain import disable_compilation
 from tests.small_studies import make_small_study
 from tests.worlds import make_small_experiment
 
@@ -69,7 +69,7 @@ def networks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabSer
     }
     # Plain Python is faster here than the compilation of these combinations of parts.
     with pytest.MonkeyPatch.context() as patch:
-        compile_nothing(patch)
+        disable_compilation(patch)
         make_small_study(
             root / "small",
             [

@@ -1,4 +1,4 @@
-"""Lives in plain Python: no combination of parts need be compiled, which takes longer than a short life."""
+"""Simulation in plain Python, for short lifetimes that take less time than a compilation."""
 
 from __future__ import annotations
 
@@ -15,27 +15,29 @@ from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 
 
-def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the launcher for the CPU run the step as the Python that it is."""
+def disable_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run the step of the CPU backend in plain Python."""
     monkeypatch.setattr(cpu, "cached_jit", lambda function, hooks, **_: function)
     monkeypatch.setattr(cpu, "resolve_call", lambda function, *arguments: function)
-    monkeypatch.setattr(
-        cpu, "is_compiled", lambda experiment: True
-    )  # so that a study compiles nothing beforehand
+    # A study then compiles nothing before its first run.
+    monkeypatch.setattr(cpu, "is_compiled", lambda experiment: True)
 
 
-def traced(experiment: Experiment, seed: int = 1, **key: Any) -> xr.Dataset:
+def replay_in_python(experiment: Experiment, seed: int = 1, **key: Any) -> xr.Dataset:
     with np.errstate(all="ignore"):
         return replay(experiment, seed=seed, **key)
 
 
-def simulated(experiment: Experiment, seed: int = 1) -> xr.Dataset:
+def simulate_in_python(experiment: Experiment, seed: int = 1) -> xr.Dataset:
     with np.errstate(all="ignore"):
         return simulate(experiment, seed=seed)
 
 
-def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.CpuBatch:
-    """The batch in which agents with `genome` [agent, module, weight] have lived so many steps of run 0 of seed 5."""
+def simulate_steps(experiment: Experiment, genome: Any, steps: int) -> cpu.CpuBatch:
+    """Return a batch of agents with `genome` [agent, module, weight] after a number of steps.
+
+    The batch has run 0 of seed 5.
+    """
     batch = cpu.CpuBatch(experiment, 5, [0])
     with np.errstate(all="ignore"):
         batch.begin(0, np.asarray(genome, np.float32)[None])
@@ -43,7 +45,7 @@ def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.CpuBatch:
     return batch
 
 
-def founders(experiment: Experiment) -> Any:
-    """Fresh genomes, [agent, module, weight]."""
+def draw_founders(experiment: Experiment) -> Any:
+    """Return random genomes [agent, module, weight]."""
     with np.errstate(all="ignore"):
         return draw_genomes(experiment, GenerationKey(5, 0, 0))

@@ -1,4 +1,4 @@
-"""How a world looks follows from what its parts declare."""
+"""Test that the appearance of a world follows from the declarations of its parts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from baldwinlab.parts.world_features import ItemRegion, WorldFeature
 
 @pytest.fixture
 def swamp() -> Iterator[None]:
-    """Items of another kind, a wall, and a sense of what cannot be pointed at."""
+    """Register a feature with items and a wall, and a sense with an input without a sector."""
 
     class Swamp(WorldFeature, name="swamp"):
         def items(self) -> tuple[ItemRegion, ...]:
@@ -53,52 +53,54 @@ def swamp() -> Iterator[None]:
     registry.remove("sense", "damp")
 
 
-def test_the_built_in_world_looks_as_the_paper_says() -> None:
-    found = describe_appearance(load("evo+self-taught/A"))
-    assert found.inputs == ("left", "front", "right")
-    assert found.sectors == (Sector(315, 345, 40), Sector(345, 15, 40), Sector(15, 45, 40))
-    assert found.actions == ("left", "forward", "right")
-    assert found.item_kinds == (Kind("food", "green", 50),)
-    assert [mark.label for mark in found.marks] == ["food", "start"]
-    assert len(found.modules) == 2
+def test_the_built_in_world_has_the_appearance_of_the_paper() -> None:
+    appearance = describe_appearance(load("evo+self-taught/A"))
+    assert appearance.inputs == ("left", "front", "right")
+    assert appearance.sectors == (Sector(315, 345, 40), Sector(345, 15, 40), Sector(15, 45, 40))
+    assert appearance.actions == ("left", "forward", "right")
+    assert appearance.item_kinds == (Kind("food", "green", 50),)
+    assert [mark.label for mark in appearance.marks] == ["food", "start"]
+    assert len(appearance.modules) == 2
     assert describe_appearance(load("evo/A")).modules == ("action module",)
 
 
-def test_what_parts_of_one_s_own_declare_is_in_the_look(swamp: None) -> None:
-    found = describe_appearance(
+def test_declarations_of_custom_parts_are_in_the_appearance(swamp: None) -> None:
+    appearance = describe_appearance(
         load("evo/A").replace(
             world={"features": ["swamp"]}, senses={"kinds": ["food", "damp"], "visual_radius": 20}
         )
     )
-    assert found.inputs[3:] == ("damp", "behind")
-    assert found.sectors[3:] == (None, Sector(135, 225, 20))
-    assert found.item_kinds == (Kind("food", "green", 50), Kind("frog", "vermilion", 3))
-    assert Mark("rectangle", 0, 0, 100, 50, "vermilion", "frog") in found.marks
-    assert found.marks[-1] == Mark("rectangle", 10, 20, 30, 40, "#778899", "wall", solid=True)
+    assert appearance.inputs[3:] == ("damp", "behind")
+    assert appearance.sectors[3:] == (None, Sector(135, 225, 20))
+    assert appearance.item_kinds == (Kind("food", "green", 50), Kind("frog", "vermilion", 3))
+    assert Mark("rectangle", 0, 0, 100, 50, "vermilion", "frog") in appearance.marks
+    assert appearance.marks[-1] == Mark("rectangle", 10, 20, 30, 40, "#778899", "wall", solid=True)
 
 
-def test_a_module_that_does_not_say_how_to_act_is_named_by_what_it_says() -> None:
-    found = describe_appearance(load("evo/A").replace(learning={"rule": "modulated"}))
-    assert found.answers == ("gate",)
-    assert found.modules[1] == "reinforcement module: gate, does not learn"
+def test_a_module_without_actions_is_named_by_its_outputs() -> None:
+    appearance = describe_appearance(load("evo/A").replace(learning={"rule": "modulated"}))
+    assert appearance.answers == ("gate",)
+    assert appearance.modules[1] == "reinforcement module: gate, does not learn"
     assert describe_appearance(load("evo+self-taught/A")).answers == ()
 
 
 @pytest.mark.parametrize("network", ["simple-recurrent", "continuous-time"])
-def test_units_that_remember_are_paired_with_what_they_remember(network: str) -> None:
-    found = describe_appearance(load("evo/A").replace(network={"kind": network, "hidden": [2]}))
-    assert found.memory == ((5, 3), (6, 4))
+def test_memory_units_are_paired_with_their_sources(network: str) -> None:
+    appearance = describe_appearance(
+        load("evo/A").replace(network={"kind": network, "hidden": [2]})
+    )
+    assert appearance.memory == ((5, 3), (6, 4))
     assert describe_appearance(load("evo/A")).memory == ()
 
 
-def test_a_look_is_text_for_whoever_draws() -> None:
+def test_an_appearance_is_available_as_json() -> None:
     experiment = load("evo/A")
-    found = json.loads(appearance_json(experiment))
-    assert found["sectors"][0] == {
+    appearance = json.loads(appearance_json(experiment))
+    assert appearance["sectors"][0] == {
         "from_degrees": 315,
         "to_degrees": 345,
         "radius": 40,
         "color": "lit",
     }
-    assert found["item_kinds"] == [{"name": "food", "color": "green", "number": 50}]
-    assert found["inputs"] == ["left", "front", "right"]
+    assert appearance["item_kinds"] == [{"name": "food", "color": "green", "number": 50}]
+    assert appearance["inputs"] == ["left", "front", "right"]

@@ -1,4 +1,4 @@
-"""The lab describes a world from its experiment and its parts."""
+"""Test that the description of a world follows from its experiment and its parts."""
 
 from __future__ import annotations
 
@@ -7,50 +7,49 @@ from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.papers.presets import load
 
 
-def words(experiment: Experiment) -> dict[str, str]:
+def describe(experiment: Experiment) -> dict[str, str]:
     return {topic.title: topic.text for topic in list_topics(experiment)}
 
 
 def test_every_topic_describes_the_experiment() -> None:
-    found = words(
+    texts = describe(
         load("evo+self-taught/A").replace(population={"size": 1000}, senses={"visual_radius": 25})
     )
-    assert list(found) == ["The map", "Senses", "Network", "Learning", "What to look for"]
-    assert found["The map"].startswith(
+    assert list(texts) == ["The map", "Senses", "Network", "Learning", "What to look for"]
+    assert texts["The map"].startswith(
         "1,000 agents are born in the dashed circle and live 5,000 steps. The tinted"
     )
-    assert "50 items of food" in found["The map"]
-    assert "25 map units" in found["Senses"]
-    assert "3 inputs and 3 outputs: left, forward, right." in found["Network"]
-    assert "action module and reinforcement module" in found["Learning"]
-    assert "a condition without learning" in found["What to look for"]
+    assert "50 items of food" in texts["The map"]
+    assert "25 map units" in texts["Senses"]
+    assert "3 inputs and 3 outputs: left, forward, right." in texts["Network"]
+    assert "action module and reinforcement module" in texts["Learning"]
+    assert "a condition without learning" in texts["What to look for"]
 
 
 def test_an_experiment_without_learning_and_without_items_is_described_as_such() -> None:
-    found = words(load("evo/A").replace(world={"food": []}))
-    assert found["Learning"] == "No learning: the weights do not change during life."
-    assert "items" not in found["The map"]
+    texts = describe(load("evo/A").replace(world={"food": []}))
+    assert texts["Learning"] == "No learning: the weights do not change during life."
+    assert "items" not in texts["The map"]
 
 
 def test_teaching_by_the_parents_is_described() -> None:
-    told = words(load("evo+self-taught/A").replace(evolution={"inheritance": "social-heredity"}))[
-        "Learning"
-    ]
-    assert told.endswith("The genome at birth is inherited, and the parents teach.")
-    assert (
-        "parents"
-        not in words(load("evo/A").replace(evolution={"inheritance": "social-heredity"}))[
-            "Learning"
-        ]
-    ), "no teacher"
+    taught, innate = (
+        describe(load(name).replace(evolution={"inheritance": "social-heredity"}))["Learning"]
+        for name in ("evo+self-taught/A", "evo/A")
+    )
+    assert taught.endswith("The genome at birth is inherited, and the parents teach.")
+    assert "parents" not in innate, "agents without learning have no teacher"
 
 
 def test_a_continuous_body_chooses_no_action_and_real_valued_sensors_have_brightness() -> None:
-    wheels = words(load("evo/A").replace(motor={"body": "continuous"}, senses={"kinds": ["smell"]}))
+    wheels = describe(
+        load("evo/A").replace(motor={"body": "continuous"}, senses={"kinds": ["smell"]})
+    )
     assert "largest output" not in wheels["Network"]
     assert wheels["Senses"].endswith(
         "A sector lights up while its sensor is active, more brightly for larger values."
     )
     assert (
-        "The agent performs the action with the largest output." in words(load("evo/A"))["Network"]
+        "The agent performs the action with the largest output."
+        in describe(load("evo/A"))["Network"]
     )

@@ -1,8 +1,9 @@
-"""Test that one experiment and seed give the same bits in any batch, on any thread and in any order."""
+"""Test that an experiment and a seed have the same results in any batch, thread and order."""
 
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ CONTROLS = {
     "world": {"start": {"headings": "random"}},
 }
 
-every_kind_of_life = pytest.mark.parametrize(
+every_experiment = pytest.mark.parametrize(
     "experiment",
     [
         make_small_experiment(condition, lifetime={"update": update}, population={"size": size})
@@ -46,57 +47,53 @@ every_kind_of_life = pytest.mark.parametrize(
 )
 
 
-def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
-    for name in one.variables:
-        assert one[name].values.tobytes() == other[name].values.tobytes(), name
-    assert one.attrs == other.attrs
+def assert_bit_identical(actual: xr.Dataset, expected: xr.Dataset) -> None:
+    for name in actual.variables:
+        assert actual[name].values.tobytes() == expected[name].values.tobytes(), name
+    assert actual.attrs == expected.attrs
 
 
-@every_kind_of_life
-def test_a_run_has_the_same_bits_in_any_company(experiment: Experiment) -> None:
-    alone = {run: simulate(experiment, seed=9, run=run) for run in RUNS}
-    assert len({result["genome"].values.tobytes() for result in alone.values()}) == len(RUNS)
-    assert sum(int(result["food_eaten"].sum()) for result in alone.values()) > 0
+@every_experiment
+def test_a_run_is_bit_identical_in_every_batch(experiment: Experiment) -> None:
+    single = {run: simulate(experiment, seed=9, run=run) for run in RUNS}
+    assert len({result["genome"].values.tobytes() for result in single.values()}) == len(RUNS)
+    assert sum(int(result["food_eaten"].sum()) for result in single.values()) > 0
     for grouping in GROUPINGS:
         for group in grouping:
             for run, result in zip(group, simulate_batch(experiment, 9, group), strict=True):
-                assert_same_bits(result, alone[run])
+                assert_bit_identical(result, single[run])
 
 
-def test_threads_do_not_change_a_bit() -> None:
+def test_runs_on_threads_are_bit_identical() -> None:
     experiments = [
         make_small_experiment(
             "evo+self-taught", network={"hidden": [width]}, lifetime={"steps": 300}
         )
         for width in (2, 4, 10, 5)
     ]
-    alone = [simulate(experiment, seed=3, run=run) for experiment in experiments for run in RUNS]
+    tasks = list(product(experiments, RUNS))
+    serial = [simulate(experiment, seed=3, run=run) for experiment, run in tasks]
     with ThreadPoolExecutor(4) as pool:
-        together = list(
-            pool.map(
-                lambda task: simulate(task[0], seed=3, run=task[1]),
-                [(each, run) for each in experiments for run in RUNS],
-            )
-        )
-    for one, other in zip(alone, together, strict=True):
-        assert_same_bits(one, other)
+        parallel = list(pool.map(lambda task: simulate(task[0], seed=3, run=task[1]), tasks))
+    for actual, expected in zip(parallel, serial, strict=True):
+        assert_bit_identical(actual, expected)
 
 
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught", "self-taught"])
 @pytest.mark.parametrize("generation", [0, 1, 2])
-def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(
+def test_a_replay_from_recorded_energy_is_the_replay_from_the_seed(
     condition: str, generation: int
 ) -> None:
     experiment = make_small_experiment(condition, evolution={"mutation_rate": 0.5})
     energy = simulate(experiment, seed=4, run=2)["energy"]
     assert energy.sum() > 0
-    assert_same_bits(
+    assert_bit_identical(
         replay(experiment, seed=4, run=2, generation=generation, energy=energy),
         replay(experiment, seed=4, run=2, generation=generation),
     )
 
 
-def test_a_longer_run_begins_as_a_shorter_one() -> None:
+def test_a_longer_run_has_the_first_generations_of_a_shorter_one() -> None:
     short = simulate(make_small_experiment("evo+self-taught", evolution={"generations": 2}), seed=8)
     long = simulate(make_small_experiment("evo+self-taught", evolution={"generations": 4}), seed=8)
     for name in ("food_eaten", "energy", "parents", "genome"):
@@ -105,7 +102,7 @@ def test_a_longer_run_begins_as_a_shorter_one() -> None:
 
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
 @pytest.mark.parametrize("seed", range(5))
-def test_for_one_agent_simultaneous_and_sequential_lives_are_the_same(
+def test_simultaneous_and_sequential_updates_are_equal_for_a_single_agent(
     condition: str, seed: int
 ) -> None:
     traces = [

@@ -1,4 +1,4 @@
-"""The GPU's launcher, without a GPU: in Numba's simulator it has the CPU's bits, and its machine code rounds as the CPU does."""
+"""Test the CUDA backend without a GPU, in Numba's simulator and by its machine code."""
 
 from __future__ import annotations
 
@@ -31,11 +31,13 @@ from tests.worlds import make_small_experiment
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
 STEPS = 10
-FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
-MANY = [
+# The density is so high that agents compete for items.
+FEW_ITEMS = [{"x": [40, 80], "y": [30, 70], "count": 25}]
+# The engine sorts these items by cells.
+MANY_ITEMS = [
     {"x": [20, 100], "y": [10, 90], "count": 300},
     {"x": [0, 10], "y": [0, 10], "count": 3},
-]  # sorted by cells
+]
 
 WIND = '''
 """A wind that turns with every step, and moves all items."""
@@ -59,61 +61,65 @@ class Wind(WorldFeature, name="wind"):
 '''
 
 
-def experiments() -> list[Experiment]:
+def make_experiments() -> list[Experiment]:
+    """Return experiments with built-in parts."""
     changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
-    found = [
+    experiments = [
         make_small_experiment(
             condition,
             **changes | {"lifetime": {"steps": STEPS, "update": update}},
-            world={"food": FEW},
+            world={"food": FEW_ITEMS},
         )
         for condition in ("evo", "evo+self-taught")
         for update in ("simultaneous", "sequential")
     ]
     in_cells = make_small_experiment(
-        "evo", **changes, world={"food": MANY}, senses={"visual_radius": 5}
+        "evo", **changes, world={"food": MANY_ITEMS}, senses={"visual_radius": 5}
     )
     assert make_model(in_cells, 1).grid.prod(axis=1).max() > 10
-    found.append(in_cells)
-    found.append(make_small_experiment("evo+self-taught", **changes, world={"food": []}))
-    wild = {"food": FEW, "start": {"headings": "random"}}
-    drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
-    found.append(
-        make_small_experiment(
-            "evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting
-        )
-    )
+    random_headings = {"food": FEW_ITEMS, "start": {"headings": "random"}}
+    drift = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
     return [
-        *found,
+        *experiments,
+        in_cells,
+        make_small_experiment("evo+self-taught", **changes, world={"food": []}),
+        make_small_experiment(
+            "evo+self-taught",
+            **changes,
+            world=random_headings,
+            motor={"noise": 0.3},
+            learning=drift,
+        ),
         make_small_experiment(
             "evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True}
         ),
     ]
 
 
-def foreign() -> list[Experiment]:
-    """Experiments with parts beside the built-in ones: agents by themselves, agents that are looked at, and both updates."""
+def make_experiments_with_custom_parts() -> list[Experiment]:
+    """Return experiments with custom parts, with both updates, with and without interactions."""
     changes: dict[str, Any] = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
     for name in ("social", "poison", "obstacles", "elman", "self_taught_again"):
         load_file(PARTS / f"{name}.py")
     load_text(WIND, Path("wind.py"))
-    walled = {"food": FEW, "features": ["obstacles"], "obstacles": {"x": [55, 65], "y": [45, 55]}}
-    poisoned = walled | {
+    poisoned = {
+        "food": FEW_ITEMS,
         "features": ["poison", "obstacles"],
+        "obstacles": {"x": [55, 65], "y": [45, 55]},
         "poison": {"x": [30, 70], "y": [40, 60]},
     }
     social = {"rule": "social", "rate": 0.3}
-    numbers = ["neighbours", "nearest", "smell", "rays", "energy"]
-    in_turn = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
+    real_valued_senses = ["neighbours", "nearest", "smell", "rays", "energy"]
+    sequential = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
     return [
         make_small_experiment(
             "evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}
         ),
         make_small_experiment(
-            "evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}
+            "evo", **sequential, learning=social, world={"food": FEW_ITEMS, "features": ["wind"]}
         ),
         make_small_experiment(
-            "evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}
+            "evo", **changes, world={"food": FEW_ITEMS, "features": ["wind"]}, motor={"noise": 0.3}
         ),
         make_small_experiment(
             "evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}
@@ -121,21 +127,21 @@ def foreign() -> list[Experiment]:
         make_small_experiment(
             "evo+self-taught",
             **changes,
-            world={"food": FEW},
+            world={"food": FEW_ITEMS},
             learning={"rule": "self-taught-again"},
         ),
         make_small_experiment(
             "evo+self-taught",
             **changes,
-            world={"food": FEW},
-            senses={"kinds": numbers},
+            world={"food": FEW_ITEMS},
+            senses={"kinds": real_valued_senses},
             motor={"body": "continuous"},
         ),
     ]
 
 
-def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
-    """What there is to see of three worlds after a life in two parts."""
+def simulate_lifetimes(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
+    """Return the arrays of three worlds after two generations."""
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
     for generation in (0, 1):
         batch.begin(
@@ -144,10 +150,9 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
         batch.simulate(0, 4)
         batch.simulate(4, STEPS)
     arrays = named_arrays(batch.state, *shape[:2])
-    del arrays[
-        "errors"
-    ]  # scratch: those of a layer that rests are not asked for, and a SIMD block rests as one
-    del arrays["near_agents"]  # scratch: a list of many, or of each by itself
+    # The backends leave different values in these temporary arrays.
+    del arrays["errors"]
+    del arrays["near_agents"]
     return arrays | {
         "eaten": batch.eaten_in_life(),
         "items": batch.items(),
@@ -156,33 +161,36 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
 
 
 def simulate_gpu(path: str) -> None:
-    """Live all experiments in the simulator, worlds in pairs, and write down what came of them."""
-    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
-    lives = [
-        life(cuda.CudaBatch(experiment, 5, range(WORLDS)), experiment)
-        for experiment in experiments()
-    ]
-    arrays: dict[str, Any] = {
-        f"{number} {name}": array
-        for number, found in enumerate(lives)
-        for name, array in found.items()
-    }
+    """Simulate all experiments with two worlds per thread block, and store the results."""
+    use_small_device()
+    arrays: dict[str, Any] = {}
+    for number, experiment in enumerate(make_experiments()):
+        batch = cuda.CudaBatch(experiment, 5, range(WORLDS))
+        for name, array in simulate_lifetimes(batch, experiment).items():
+            arrays[f"{number} {name}"] = array
     np.savez(path, **arrays)
 
 
-def simulate_foreign(number: int) -> None:
-    """Live an experiment with parts of one's own in the simulator, worlds in pairs, and in plain Python."""
-    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
-    experiment = foreign()[number]
-    found, expected = (
-        life(venue.Batch(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu)
+def compare_custom_parts(number: int) -> None:
+    """Compare an experiment with custom parts in the simulator and in plain Python."""
+    use_small_device()
+    experiment = make_experiments_with_custom_parts()[number]
+    actual, expected = (
+        simulate_lifetimes(backend.Batch(experiment, 5, range(WORLDS)), experiment)
+        for backend in (cuda, cpu)
     )
     assert expected["eaten"].any()
     for name, array in expected.items():
-        assert found[name].tobytes() == array.tobytes(), name
+        assert actual[name].tobytes() == array.tobytes(), name
 
 
-def in_the_simulator(command: str) -> None:
+def use_small_device() -> None:
+    """Set the size of a thread block so that it has two worlds."""
+    cuda.THREADS = 8  # type: ignore[misc]
+    cuda.PROCESSORS = 1  # type: ignore[misc]
+
+
+def run_in_simulator(command: str) -> None:
     root = Path(baldwinlab.__file__).parents[1]
     environment = {
         **os.environ,
@@ -199,34 +207,32 @@ def in_the_simulator(command: str) -> None:
     )
 
 
-def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
-    in_the_simulator(f"simulate_gpu({str(tmp_path / 'lives.npz')!r})")
-    found = np.load(tmp_path / "lives.npz")
-    for number, experiment in enumerate(experiments()):
-        expected = life(cpu.CpuBatch(experiment, 5, range(WORLDS)), experiment)
+def test_lifetimes_in_the_simulator_are_bit_identical_to_the_cpu(tmp_path: Path) -> None:
+    run_in_simulator(f"simulate_gpu({str(tmp_path / 'arrays.npz')!r})")
+    actual = np.load(tmp_path / "arrays.npz")
+    for number, experiment in enumerate(make_experiments()):
+        expected = simulate_lifetimes(cpu.CpuBatch(experiment, 5, range(WORLDS)), experiment)
         assert expected["eaten"].any() == bool(experiment.world.food)
         for name, array in expected.items():
-            assert found[f"{number} {name}"].tobytes() == array.tobytes(), (
-                experiment.name,
-                number,
-                name,
-            )
+            label = (experiment.name, number, name)
+            assert actual[f"{number} {name}"].tobytes() == array.tobytes(), label
 
 
 @pytest.mark.parametrize(
     "number", [0, *(pytest.param(number, marks=pytest.mark.nightly) for number in range(1, 6))]
 )
-def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number: int) -> None:
-    in_the_simulator(f"simulate_foreign({number})")
+def test_custom_parts_in_the_simulator_are_bit_identical_to_plain_python(number: int) -> None:
+    run_in_simulator(f"compare_custom_parts({number})")
 
 
-def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
+def test_the_memory_of_a_newborn_is_empty(in_plain_python: None) -> None:
     load_file(PARTS / "elman.py")
     experiment = make_small_experiment("evo", network={"kind": "elman"}, population={"size": 4})
     genomes = (
         np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
     )
-    first, second = cpu.CpuBatch(experiment, 5, [0]), cpu.CpuBatch(experiment, 5, [0])
+    first = cpu.CpuBatch(experiment, 5, [0])
+    second = cpu.CpuBatch(experiment, 5, [0])
     first.begin(0, genomes)
     first.simulate(0, STEPS)
     for batch in (first, second):
@@ -235,31 +241,33 @@ def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
     assert first.state.activations.tobytes() == second.state.activations.tobytes()
 
 
-def machine_code(experiment: Experiment) -> str:
-    """The kernels in NVIDIA's assembly language, for compute capability 9.0."""
+def compile_kernels(experiment: Experiment) -> str:
+    """Return the kernels in NVIDIA's assembly language, for compute capability 9.0."""
     from numba.cuda import compile_ptx, types
     from numba.cuda.typing.typeof import typeof
 
-    model, state = make_model(experiment, 2), make_state(experiment, 2)
-    source = cuda_kernels.make_kernel_source(
-        model, state, experiment.lifetime.update == "sequential"
-    )
-    begin, live = (
-        cuda_kernels.make_birth_kernel(512),
-        cuda_kernels.make_simulation_kernel(512, source, type(state.network).part),
-    )
-    arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
-    genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
+    model = make_model(experiment, 2)
+    state = make_state(experiment, 2)
+    is_sequential = experiment.lifetime.update == "sequential"
+    source = cuda_kernels.make_kernel_source(model, state, is_sequential)
+    birth = cuda_kernels.make_birth_kernel(512)
+    simulation = cuda_kernels.make_simulation_kernel(512, source, type(state.network).part)
+    shared = (typeof(model), typeof(state), types.Array(types.int32, 2, "C"))
+    birth_arguments = (types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C"))
+    simulation_arguments = (types.int64, types.int64)
     with without_contraction():
         return "".join(
-            compile_ptx(kernel.py_func, (*arguments, *others), cc=(9, 0))[0]
-            for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
+            compile_ptx(kernel.py_func, (*shared, *arguments), cc=(9, 0))[0]
+            for kernel, arguments in (
+                (birth, birth_arguments),
+                (simulation, simulation_arguments),
+            )
         )
 
 
 @pytest.fixture
 def h200(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A device to compile for, though there is none to run on."""
+    """Compile for an H200, without a GPU."""
     if importlib.util.find_spec("numba_cuda") is None:
         assert "CI" not in os.environ, "the kernels must be compiled in CI: make cuda"
         pytest.skip("needs the extra 'cuda': make cuda")
@@ -267,36 +275,32 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
 
 
-@pytest.mark.nightly  # to compile a kernel takes half a minute
-@pytest.mark.parametrize("which", ["sequential", "simultaneous", 0, 1, 3, 5])
-def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
-    own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
-    experiment = (
-        make_small_experiment("evo+self-taught", **own)
-        if isinstance(which, str)
-        else foreign()[which]
-    )
-    code = machine_code(experiment)
+# The compilation of a kernel takes half a minute.
+@pytest.mark.nightly
+@pytest.mark.parametrize("case", ["sequential", "simultaneous", 0, 1, 3, 5])
+def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, case: str | int) -> None:
+    if isinstance(case, str):
+        changes = {"lifetime": {"update": case}, "network": {"hidden": [10]}}
+        experiment = make_small_experiment("evo+self-taught", **changes)
+    else:
+        experiment = make_experiments_with_custom_parts()[case]
+    code = compile_kernels(experiment)
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
     arithmetic = {
-        each
-        for each in operations
-        if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)
+        operation
+        for operation in operations
+        if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", operation)
     }
-    assert arithmetic - {"sqrt.rn.f32"} == {
-        "add.rn.f32",
-        "sub.rn.f32",
-        "mul.rn.f32",
-        "div.rn.f32",
-    }  # .rn: nor contracted later
-    assert not any(".f64" in each or ".ftz" in each for each in operations)
-    assert (
-        sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512
-    )  # bytes a thread, beside its registers
+    # The driver does not contract operations with the suffix .rn.
+    expected = {"add.rn.f32", "sub.rn.f32", "mul.rn.f32", "div.rn.f32"}
+    assert arithmetic - {"sqrt.rn.f32"} == expected
+    assert not any(".f64" in operation or ".ftz" in operation for operation in operations)
+    # Bytes of local memory per thread.
+    assert sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512
     assert not re.search(r"^\s+call", code, re.MULTILINE)
 
 
-def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
+def test_a_block_has_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
     from numba.cuda import compile_ptx, types
 
     def step_and_lane(out: npt.NDArray[np.int64]) -> None:
@@ -304,15 +308,14 @@ def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
         out[1] = simd_block(7)
 
     out = np.zeros(2, np.int64)
-    numba.njit(lambda out: lanes_in_block() + (simd_block(3) is None))(
-        out
-    )  # the CPU's meaning, known before the GPU's
+    # Compile for the CPU first, so that the CPU code cannot be reused for the GPU.
+    numba.njit(lambda out: lanes_in_block() + (simd_block(3) is None))(out)
     assert numba.njit(lambda: lanes_in_block())() == 16
     code, _ = compile_ptx(step_and_lane, (types.int64[::1],), cc=(9, 0))
     assert re.findall(r"mov\.[ubs]64\s+\S+, (\d+);", code) == ["1", "7"]
 
 
-def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unavailable_backend_is_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     extra = str(missing_extra("cuda", "backend cuda"))
     assert cuda.unavailable_reason() == extra
@@ -326,7 +329,9 @@ def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) 
     assert choose_backend("auto", MIN_GPU_WORLDS).name == "cpu"
 
 
-def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_backend_depends_on_the_number_of_worlds_and_agents(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
     assert choose_backend("cpu", 10**6).name == "cpu"
     assert choose_backend("auto", 1).name == "cpu"
@@ -343,7 +348,7 @@ def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
     ("agents", "worlds", "expected"),
     [(20, 1, 1), (20, 180, 1), (20, 300, 2), (20, 10_000, 6), (500, 99, 1)],
 )
-def test_worlds_share_a_thread_block_only_where_there_are_many(
+def test_worlds_share_a_thread_block_only_if_there_are_many(
     agents: int, worlds: int, expected: int
 ) -> None:
     assert cuda.worlds_in_thread_block(agents, worlds) == expected

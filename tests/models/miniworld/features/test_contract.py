@@ -1,4 +1,4 @@
-"""Worlds and senses of the library keep the contract of a part, compiled and together."""
+"""Test that compiled world features and senses of the library pass all checks, in combination."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from baldwinlab.models.miniworld.features.map_features import (
 from baldwinlab.models.miniworld.senses.binary import Compass, LastAction, PatchSight, Touch
 from baldwinlab.parts import Part
 
-TOGETHER: list[type[Part]] = [
+COMBINATION: list[type[Part]] = [
     Walls,
     Patches,
     DriftingFood,
@@ -28,6 +28,8 @@ TOGETHER: list[type[Part]] = [
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("parts", [TOGETHER, [RegionsInTurn]], ids=["together", "in turn"])
-def test_every_requirement_of_a_part_holds(parts: list[type[Part]]) -> None:
-    assert [str(found) for found in check_part(parts) if found.holds is False] == []
+@pytest.mark.parametrize(
+    "parts", [COMBINATION, [RegionsInTurn]], ids=["combination", "regions in turn"]
+)
+def test_the_parts_pass_all_checks(parts: list[type[Part]]) -> None:
+    assert [str(finding) for finding in check_part(parts) if finding.holds is False] == []

@@ -1,4 +1,4 @@
-"""Rules of the library, and what elders pass on, keep the contract of a part, compiled."""
+"""Test that the compiled learning rules and inheritance parts of the library pass all checks."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from baldwinlab.api.checks import REQUIREMENTS
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.registry import LIBRARY
 
-TRIED = [name for name in REQUIREMENTS if name != "speed"]
+CHECKED = [name for name in REQUIREMENTS if name != "speed"]
 PARTS = [(kind, name) for kind in ("learning rule", "inheritance") for name in LIBRARY[kind]]
 
 
-@pytest.mark.nightly  # each takes a minute to be compiled, under both updates
+# The compilation of each part takes a minute.
+@pytest.mark.nightly
 @pytest.mark.parametrize(("kind", "name"), PARTS)
-def test_a_part_keeps_the_contract(kind: str, name: str) -> None:
-    found = bl.check_part(registry.find(kind, name), requirements=TRIED)
-    assert all(each.holds is not False for each in found), "\n".join(map(str, found))
+def test_a_part_passes_all_checks(kind: str, name: str) -> None:
+    findings = bl.check_part(registry.find(kind, name), requirements=CHECKED)
+    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))

@@ -1,6 +1,7 @@
-"""Rules with targets go down the gradient of half the squared error, and come to rest where there is no error left.
+"""Test that rules with targets follow the gradient of half the squared error.
 
-Oracles, which are float64, are held against finite differences; compiled rules are held against their oracles by the contract.
+The oracles, in float64, are compared with finite differences. The checks of parts compare compiled
+rules with their oracles.
 """
 
 from __future__ import annotations
@@ -11,181 +12,198 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from baldwinlab.api.checks.oracle_data import Agent, Module
 from baldwinlab.api.checks.oracle_steps import make_naive
+from baldwinlab.api.checks.oracle_data import Agent, Module
 from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.parts.part import compiled_values
 from tests.worlds import make_small_experiment
 
-RATE, TINY = 0.3, 1e-5
-NOW, THEN, DONE = (
-    [1.0, 0.0, 0.0],
-    [1.0, 0.0, 1.0],
-    [0.0, 1.0, 0.0],
-)  # what is sensed, what was a step ago, and was done then
+RATE = 0.3
+STEP = 1e-5
+INPUTS = [1.0, 0.0, 0.0]
+# Inputs and action of the previous step.
+LAST_INPUTS = [1.0, 0.0, 1.0]
+LAST_ACTION = [0.0, 1.0, 0.0]
 
-Goal = Callable[[Naive, Agent, Agent], Sequence[float]]
+Target = Callable[[Naive, Agent, Agent], Sequence[float]]
 
 
-def of(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
+def make_experiment(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
     changes = [f"learning.rule={rule}", f"network.hidden={list(hidden)}", "network.biases=true"]
     experiment: Experiment = assign(make_small_experiment("evo"), changes)
     return experiment
 
 
-def an_agent(experiment: Experiment, seed: int, **known: Any) -> Agent:
-    naive, random = make_naive(experiment), np.random.default_rng(seed)
-    own, other = (
+def make_agent(experiment: Experiment, seed: int, **fields: Any) -> Agent:
+    """Return an agent with random weights after three steps. `fields` replaces other fields."""
+    naive = make_naive(experiment)
+    random = np.random.default_rng(seed)
+    action_module, reinforcement_module = (
         naive.module(random.normal(size=experiment.weight_count).tolist()) for _ in range(2)
     )
     memory = {
         "worth": [0.0],
-        "sensed": list(THEN),
-        "done": list(DONE),
+        "sensed": list(LAST_INPUTS),
+        "done": list(LAST_ACTION),
         "predictor": random.normal(size=200).tolist(),
     }
-    place: Any = {
+    values: dict[str, Any] = {
         "x": 0.0,
         "y": 0.0,
         "heading": 0.0,
-        "inputs": list(NOW),
+        "inputs": list(INPUTS),
         "hidden": [],
         "action": 0,
         "rate": RATE,
         "step": 3,
+        "eaten_in_life": 0,
+        "gained_in_life": 1.0,
+        "action_module": action_module,
+        "reinforcement_module": reinforcement_module,
+        "outputs": naive.think(action_module, INPUTS),
+        "arrays": memory,
     }
-    energy: Any = {"eaten_in_life": 0, "gained_in_life": 1.0}
-    modules: Any = {
-        "action_module": own,
-        "reinforcement_module": other,
-        "outputs": naive.think(own, NOW),
-    }
-    return Agent(**{**place, **energy, **modules, "arrays": memory, **known})
+    return Agent(**values | fields)
 
 
-def told(experiment: Experiment, agents: Sequence[Agent], agent: Agent) -> None:
+def learn(experiment: Experiment, agents: Sequence[Agent], agent: Agent) -> None:
+    """Change the weights of an agent by the oracle of the learning rule."""
     part = experiment.part("learning.rule")
-    part.oracle(
-        compiled_values(part, experiment, lambda array: None), agents, agent, make_naive(experiment)
-    )
+    compiled = compiled_values(part, experiment, lambda array: None)
+    part.oracle(compiled, agents, agent, make_naive(experiment))
 
 
-GOALS: Final[
-    dict[str, tuple[Sequence[float], Goal]]
-] = {  # what a rule learns about, and towards what
-    "self-taught": (NOW, lambda naive, agent, other: naive.think(agent.reinforcement_module, NOW)),  # type: ignore[arg-type]
-    "imitation": (NOW, lambda naive, agent, other: naive.think(other.action_module, NOW)),
-    "supervised": (NOW, lambda naive, agent, other: [1, 0, 0]),
-    "random-targets": (NOW, lambda naive, agent, other: naive.random_numbers(agent, LIFE)[:3]),
-    "crbp": (THEN, lambda naive, agent, other: DONE),
-    "reward": (THEN, lambda naive, agent, other: DONE),
+# The inputs and the targets of each rule. The targets depend on the agent and its neighbor.
+TARGETS: Final[dict[str, tuple[Sequence[float], Target]]] = {
+    "self-taught": (
+        INPUTS,
+        lambda naive, agent, neighbor: naive.think(agent.reinforcement_module, INPUTS),  # type: ignore[arg-type]
+    ),
+    "imitation": (
+        INPUTS,
+        lambda naive, agent, neighbor: naive.think(neighbor.action_module, INPUTS),
+    ),
+    "supervised": (INPUTS, lambda naive, agent, neighbor: [1, 0, 0]),
+    "random-targets": (INPUTS, lambda naive, agent, neighbor: naive.random_numbers(agent, LIFE)[:3]),
+    "crbp": (LAST_INPUTS, lambda naive, agent, neighbor: LAST_ACTION),
+    "reward": (LAST_INPUTS, lambda naive, agent, neighbor: LAST_ACTION),
 }
 
 
-def slopes(
+def estimate_gradient(
     error: Callable[[np.ndarray[Any, Any]], float], weights: Sequence[float]
 ) -> np.ndarray[Any, Any]:
-    """The gradient of an error by finite differences."""
-    steps = TINY * np.eye(len(weights))
+    """Return the gradient of an error by finite differences."""
+    steps = STEP * np.eye(len(weights))
     return np.array(
-        [(error(weights + step) - error(weights - step)) / (2 * TINY) for step in steps]
+        [(error(weights + step) - error(weights - step)) / (2 * STEP) for step in steps]
     )
 
 
-def half_squared(answers: Sequence[float], goal: Sequence[float]) -> float:
-    return sum((y - wanted) ** 2 for y, wanted in zip(answers, goal, strict=True)) / 2
+def half_squared_error(outputs: Sequence[float], targets: Sequence[float]) -> float:
+    return sum((y - target) ** 2 for y, target in zip(outputs, targets, strict=True)) / 2
 
 
-@pytest.mark.parametrize("rule", GOALS)
-def test_a_step_of_learning_goes_down_the_gradient(rule: str) -> None:
-    experiment = of(rule)
-    naive, agent, other = (
-        make_naive(experiment),
-        an_agent(experiment, 1),
-        an_agent(experiment, 2, eaten_in_life=5),
-    )
-    about, goal = GOALS[rule][0], GOALS[rule][1](naive, agent, other)
+def error_gradient(
+    naive: Naive, weights: Sequence[float], inputs: Sequence[float], targets: Sequence[float]
+) -> np.ndarray[Any, Any]:
+    """Return the gradient of the error of the action module."""
+
+    def error(changed: np.ndarray[Any, Any]) -> float:
+        return half_squared_error(naive.think(naive.module(changed.tolist()), inputs), targets)
+
+    return estimate_gradient(error, weights)
+
+
+@pytest.mark.parametrize("rule", TARGETS)
+def test_a_learning_step_follows_the_gradient(rule: str) -> None:
+    experiment = make_experiment(rule)
+    naive = make_naive(experiment)
+    agent = make_agent(experiment, 1)
+    neighbor = make_agent(experiment, 2, eaten_in_life=5)
+    inputs, find_targets = TARGETS[rule]
     before = naive.weights(agent.action_module)
-    gradient = slopes(
-        lambda weights: half_squared(naive.think(naive.module(weights.tolist()), about), goal),
-        before,
-    )
-    told(experiment, [agent, other], agent)
+    gradient = error_gradient(naive, before, inputs, find_targets(naive, agent, neighbor))
+    learn(experiment, [agent, neighbor], agent)
     change = np.array(naive.weights(agent.action_module)) - before
     assert abs(change).max() > 1e-3
     np.testing.assert_allclose(change, -RATE * gradient, atol=1e-9)
 
 
-def test_a_fall_is_learned_from_as_a_rise_of_all_that_was_not_done() -> None:
-    experiment = assign(of("crbp"), ["learning.crbp.punishment=0.5"])
-    naive, agent = make_naive(experiment), an_agent(experiment, 1)
+def test_after_a_decrease_of_energy_the_targets_are_all_other_actions() -> None:
+    experiment = assign(make_experiment("crbp"), ["learning.crbp.punishment=0.5"])
+    naive = make_naive(experiment)
+    agent = make_agent(experiment, 1)
     agent.arrays["worth"] = [2.0]
     before = naive.weights(agent.action_module)
-    others = [1 - done for done in DONE]
-    gradient = slopes(
-        lambda weights: half_squared(naive.think(naive.module(weights.tolist()), THEN), others),
-        before,
-    )
-    told(experiment, [agent], agent)
-    np.testing.assert_allclose(
-        np.array(naive.weights(agent.action_module)) - before, -0.5 * RATE * gradient, atol=1e-9
-    )
+    targets = [1 - output for output in LAST_ACTION]
+    gradient = error_gradient(naive, before, LAST_INPUTS, targets)
+    learn(experiment, [agent], agent)
+    change = np.array(naive.weights(agent.action_module)) - before
+    np.testing.assert_allclose(change, -0.5 * RATE * gradient, atol=1e-9)
 
 
-def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_leads_to_actions() -> (
-    None
-):
-    experiment = of("prediction")
-    naive, agent = make_naive(experiment), an_agent(experiment, 1)
-    acting, predicting, used = (
-        naive.weights(agent.action_module),
-        agent.arrays["predictor"],
-        (3 + 1) * 3,
-    )
+def test_prediction_follows_the_gradient_of_its_error_and_preserves_weights_to_actions() -> None:
+    experiment = make_experiment("prediction")
+    naive = make_naive(experiment)
+    agent = make_agent(experiment, 1)
+    weights_to_actions = 4 * 3
+    weights_of_silent_input = 4
+    used = (3 + 1) * 3
+    module = naive.weights(agent.action_module)
+    predictor = agent.arrays["predictor"]
 
     def error(weights: np.ndarray[Any, Any]) -> float:
-        """By what the hidden units that the action module has with these weights make of the predictions."""
-        hidden = naive.units(naive.module(weights[: len(acting)].tolist()), THEN)[-2]
-        layer = weights[len(acting) :].reshape(4, 3)
-        return half_squared(list(1 / (1 + np.exp(-np.array([*hidden, 1.0]) @ layer))), NOW)
+        """Return the error of predictions from the hidden units of the action module."""
+        hidden = naive.units(naive.module(weights[: len(module)].tolist()), LAST_INPUTS)[-2]
+        layer = weights[len(module) :].reshape(4, 3)
+        predictions = 1 / (1 + np.exp(-np.array([*hidden, 1.0]) @ layer))
+        return half_squared_error(list(predictions), INPUTS)
 
-    gradient = slopes(error, [*acting, *predicting[:used]])
-    told(experiment, [agent], agent)
+    before = [*module, *predictor[:used]]
+    gradient = estimate_gradient(error, before)
+    learn(experiment, [agent], agent)
     after = np.array([*naive.weights(agent.action_module), *agent.arrays["predictor"][:used]])
-    np.testing.assert_allclose(after - [*acting, *predicting[:used]], -RATE * gradient, atol=1e-9)
-    silent, to_actions = 4, 4 * 3  # the weights of the input that was 0
-    assert (gradient[: len(acting)] != 0).sum() == len(acting) - silent - to_actions
-    assert agent.arrays["predictor"][used:] == predicting[used:]
+    np.testing.assert_allclose(after - before, -RATE * gradient, atol=1e-9)
+    changed = (gradient[: len(module)] != 0).sum()
+    assert changed == len(module) - weights_of_silent_input - weights_to_actions
+    assert agent.arrays["predictor"][used:] == predictor[used:]
 
 
-def test_towards_a_frozen_teacher_the_error_falls_geometrically() -> None:
-    """Without hidden units and in front of one thing, e' = (1 - rate |x|^2 (t (1 - t))^2) e, once e is small."""
-    experiment = of("self-taught", hidden=())
-    naive, agent = make_naive(experiment), an_agent(experiment, 1, inputs=list(THEN))
+def test_the_error_to_a_fixed_teacher_decreases_geometrically() -> None:
+    """Compare with theory for a network without hidden units and with constant inputs.
+
+    For small errors, e' = (1 - rate |x|^2 (t (1 - t))^2) e.
+    """
+    experiment = make_experiment("self-taught", hidden=())
+    naive = make_naive(experiment)
+    agent = make_agent(experiment, 1, inputs=list(LAST_INPUTS))
     teacher: Module | None = agent.reinforcement_module
     assert teacher is not None
-    target = np.array(naive.think(teacher, THEN))
-    ratio = 1 - RATE * 3 * (target * (1 - target)) ** 2  # two inputs and the bias are 1
-    for output in range(3):  # each from beside the teacher's own weights
-        for own, taught in zip(agent.action_module[0], teacher[0], strict=True):
-            own[output] = taught[output]
+    target = np.array(naive.think(teacher, LAST_INPUTS))
+    # Two inputs and the bias are 1.
+    ratio = 1 - RATE * 3 * (target * (1 - target)) ** 2
+    # The weights start near those of the teacher.
+    for output in range(3):
+        for row, teacher_row in zip(agent.action_module[0], teacher[0], strict=True):
+            row[output] = teacher_row[output]
         agent.action_module[0][0][output] += 1e-4
     errors = []
     for _ in range(50):
-        errors.append(np.array(naive.think(agent.action_module, THEN)) - target)
-        told(experiment, [agent], agent)
-    np.testing.assert_allclose(
-        np.array(errors[1:]) / errors[:-1], np.tile(ratio, (49, 1)), atol=1e-5
-    )
+        errors.append(np.array(naive.think(agent.action_module, LAST_INPUTS)) - target)
+        learn(experiment, [agent], agent)
+    ratios = np.array(errors[1:]) / errors[:-1]
+    np.testing.assert_allclose(ratios, np.tile(ratio, (49, 1)), atol=1e-5)
     np.testing.assert_allclose(errors[-1], errors[0] * ratio**49, rtol=1e-3)
 
 
-def test_at_its_teacher_an_agent_rests() -> None:
-    experiment = of("self-taught")
-    naive, agent = make_naive(experiment), an_agent(experiment, 1)
+def test_the_weights_of_the_teacher_do_not_change() -> None:
+    experiment = make_experiment("self-taught")
+    naive = make_naive(experiment)
+    agent = make_agent(experiment, 1)
     assert agent.reinforcement_module is not None
     agent.action_module = naive.module(naive.weights(agent.reinforcement_module))
-    told(experiment, [agent], agent)
+    learn(experiment, [agent], agent)
     assert agent.action_module == agent.reinforcement_module

@@ -1,4 +1,4 @@
-"""Who learns from others learns from whom the rule says, and the scripted forager's pupils forage."""
+"""Test that agents imitate the right teachers, and that pupils of a scripted forager find food."""
 
 from __future__ import annotations
 
@@ -8,58 +8,49 @@ import pytest
 from baldwinlab.experiment import assign
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate_batch
-from tests.models.miniworld.learning.test_reward import grown
+from tests.models.miniworld.learning.test_reward import simulate_weights
 from tests.worlds import make_small_experiment
 
 
-@pytest.mark.parametrize("whom", ["best", "nearest"])
-def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(
-    whom: str, in_plain_python: None
-) -> None:
+@pytest.mark.parametrize("teacher", ["best", "nearest"])
+def test_agents_without_a_teacher_do_not_learn(teacher: str, in_plain_python: None) -> None:
+    """A teacher is another agent that has eaten."""
     imitation = [
         "learning.rule=imitation",
         "learning.rate=0.5",
-        f"learning.imitation.teacher={whom}",
+        f"learning.imitation.teacher={teacher}",
     ]
-    without_food = assign(
-        make_small_experiment("evo", lifetime={"steps": 30}, world={"food": []}), imitation
+    small = make_small_experiment("evo", lifetime={"steps": 30})
+    without_food = assign(small.replace(world={"food": []}), imitation)
+    single_agent = assign(
+        small.replace(population={"size": 1}), [*imitation, "learning.imitation.min_items=0"]
     )
-    alone = assign(
-        make_small_experiment("evo", lifetime={"steps": 30}, population={"size": 1}),
-        [*imitation, "learning.imitation.min_items=0"],
-    )
-    for experiment in (without_food, alone):
-        born, now, _ = grown(experiment, 30)
-        assert born.tolist() == now.tolist()
+    for experiment in (without_food, single_agent):
+        at_birth, at_death, _ = simulate_weights(experiment, 30)
+        assert at_birth.tolist() == at_death.tolist()
 
 
-def test_who_sees_nothing_comes_to_answer_as_the_others_do_who_see_nothing(
-    in_plain_python: None,
-) -> None:
+def test_outputs_of_agents_with_equal_inputs_become_similar(in_plain_python: None) -> None:
     near_sighted = make_small_experiment(
         "evo", lifetime={"steps": 400}, senses={"visual_radius": 0.5}
     )
     experiment = assign(near_sighted, ["learning.rule=imitation", "learning.rate=5"])
-    strangers = assign(experiment, ["learning.imitation.min_items=1000000"])
-    apart = []
-    for each in (experiment, strangers):
-        born, _, state = grown(each, 400)
-        blind = (state.activations[:3, : len(born)] == 0).all(axis=0)
-        assert blind.sum() > 1
-        apart.append(np.ptp(state.activations[-3:, : len(born)][:, blind], axis=1).max())
-    assert apart[0] < apart[1] / 2
+    without_teachers = assign(experiment, ["learning.imitation.min_items=1000000"])
+    differences = []
+    for condition in (experiment, without_teachers):
+        at_birth, _, state = simulate_weights(condition, 400)
+        activations = state.activations[:, : len(at_birth)]
+        senses_no_food = (activations[:3] == 0).all(axis=0)
+        assert senses_no_food.sum() > 1
+        differences.append(np.ptp(activations[-3:, senses_no_food], axis=1).max())
+    assert differences[0] < differences[1] / 2
 
 
-def test_pupils_of_the_scripted_forager_eat_more_than_who_learns_nothing() -> None:
-    """Newborns on map A, whose way straight on leads to the food, over 8 worlds."""
-    born = load("evo/A").replace(evolution={"generations": 1}, learning={"rate": 0.1})
-    taught, nothing = (
-        np.mean(
-            [
-                run["food_eaten"].values.mean()
-                for run in simulate_batch(born.replace(learning={"rule": rule}), 1, range(8))
-            ]
-        )
-        for rule in ("supervised", "none")
-    )
-    assert taught > 3 * nothing
+def test_pupils_of_the_scripted_forager_eat_more_than_agents_without_learning() -> None:
+    """Agents that go forward on map A reach the food."""
+    experiment = load("evo/A").replace(evolution={"generations": 1}, learning={"rate": 0.1})
+    eaten = {}
+    for rule in ("supervised", "none"):
+        runs = simulate_batch(experiment.replace(learning={"rule": rule}), 1, range(8))
+        eaten[rule] = np.mean([run["food_eaten"].values.mean() for run in runs])
+    assert eaten["supervised"] > 3 * eaten["none"]

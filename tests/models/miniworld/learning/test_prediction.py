@@ -1,4 +1,4 @@
-"""Who learns to predict learns that alone: what leads to actions stays as it was inherited."""
+"""Test that agents learn to predict, and that the weights to actions do not change."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign
-from tests.models.miniworld.plain import founders, lived
+from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
-INPUTS, HIDDEN, ACTIONS = 3, 4, 3
-TO_HIDDEN, TO_PREDICTIONS = INPUTS * HIDDEN, HIDDEN * INPUTS  # weights, without biases
+INPUTS = 3
+HIDDEN = 4
+ACTIONS = 3
+# Numbers of weights, without biases.
+TO_ACTIONS = HIDDEN * ACTIONS
+TO_PREDICTIONS = HIDDEN * INPUTS
 
 
-def predicting(*changes: str) -> Experiment:
+def make_experiment(*changes: str) -> Experiment:
     experiment: Experiment = assign(
         make_small_experiment("evo", lifetime={"steps": 60}),
         ["learning.rule=prediction", "learning.rate=0.5", *changes],
@@ -24,84 +28,85 @@ def predicting(*changes: str) -> Experiment:
 
 
 @pytest.mark.parametrize("hidden", ["[4]", "[5,4]"])
-def test_hidden_units_learn_and_what_leads_from_them_to_actions_does_not(hidden: str) -> None:
-    experiment = predicting(f"network.hidden={hidden}")
-    genome = founders(experiment)
-    change = lived(experiment, genome, 60).weights()[0] - genome[:, 0]
-    to_actions = HIDDEN * ACTIONS
-    assert (change[:, :-to_actions] != 0).any(axis=1).all()
-    assert (change[:, -to_actions:] == 0).all()
+def test_weights_to_hidden_units_change_and_weights_to_actions_do_not(hidden: str) -> None:
+    experiment = make_experiment(f"network.hidden={hidden}")
+    genome = draw_founders(experiment)
+    change = simulate_steps(experiment, genome, 60).weights()[0] - genome[:, 0]
+    assert (change[:, :-TO_ACTIONS] != 0).any(axis=1).all()
+    assert (change[:, -TO_ACTIONS:] == 0).all()
 
 
-def test_nothing_can_be_predicted_before_the_second_step() -> None:
-    experiment = predicting()
-    genome = founders(experiment)
-    for steps, learned in ((1, False), (2, True)):
-        assert (
-            genome[:, 1]
-            != lived(experiment, genome, steps).state.rule.predictor[:, : len(genome)].T
-        ).any() == learned
+def test_agents_learn_from_the_second_step() -> None:
+    experiment = make_experiment()
+    genome = draw_founders(experiment)
+    for steps, learns in ((1, False), (2, True)):
+        batch = simulate_steps(experiment, genome, steps)
+        predictor = batch.state.rule.predictor[:, : len(genome)].T
+        assert (genome[:, 1] != predictor).any() == learns
 
 
-def test_who_never_sees_anything_learns_to_predict_just_that() -> None:
-    """Hidden units are at 1/2 then, and every prediction y follows a recursion of its own towards 0."""
-    experiment, rate, steps = predicting("world.food=[]"), 0.5, 60
-    genome = founders(experiment)
-    batch = lived(experiment, genome, steps)
+def test_agents_without_food_learn_to_predict_0() -> None:
+    """Hidden units are 1/2. Each prediction y follows a recursion toward 0."""
+    experiment = make_experiment("world.food=[]")
+    rate = 0.5
+    steps = 60
+    genome = draw_founders(experiment)
+    batch = simulate_steps(experiment, genome, steps)
     np.testing.assert_array_equal(batch.weights()[0], genome[:, 0])
     weights = genome[:, 1, :TO_PREDICTIONS].astype(float).reshape(-1, HIDDEN, INPUTS)
-    predicted = []
+    predictions = []
     for _ in range(steps - 1):
         y = 1 / (1 + np.exp(-weights.sum(axis=1) / 2))
         weights -= rate * (y * y * (1 - y))[:, None] / 2
-        predicted.append(y)
-    assert (np.diff(predicted, axis=0) < 0).all()
-    found = batch.state.rule.predictor[:, : len(genome)].T
-    np.testing.assert_allclose(
-        found[:, :TO_PREDICTIONS], weights.reshape(len(genome), -1), atol=1e-5
-    )
+        predictions.append(y)
+    assert (np.diff(predictions, axis=0) < 0).all()
+    predictor = batch.state.rule.predictor[:TO_PREDICTIONS, : len(genome)].T
+    np.testing.assert_allclose(predictor, weights.reshape(len(genome), -1), atol=1e-5)
 
 
-def test_the_coins_of_the_control_are_fair_and_what_it_predicts_stays_about_a_half() -> None:
-    """Without food again: what would go to 0 wanders instead."""
-    control, rule = (
-        predicting("world.food=[]", f"learning.rule={name}")
+def test_random_targets_of_the_control_are_fair_and_its_predictions_stay_near_one_half() -> None:
+    """Without food, predictions of the rule would decrease to 0."""
+    control, experiment = (
+        make_experiment("world.food=[]", f"learning.rule={name}")
         for name in ("random-prediction", "prediction")
     )
-    genome = founders(control)
-    genome[:, 1, :TO_PREDICTIONS] = 0  # every prediction begins with 1/2
-    batch, tosses = lived(control, genome, 0), []
+    genome = draw_founders(control)
+    # All predictions of newborns are 1/2.
+    genome[:, 1, :TO_PREDICTIONS] = 0
+    batch = simulate_steps(control, genome, 0)
+    targets = []
     for step in range(60):
         with np.errstate(all="ignore"):
             batch.simulate(step, step + 1)
-        tosses.append(batch.state.rule.coins[:, : len(genome)].copy())
-    assert set(np.unique(tosses)) == {0, 1}
-    assert abs(np.mean(tosses) - 0.5) < 4 * 0.5 / np.sqrt(np.size(tosses))
-    found = [
-        each.state.rule.predictor[:TO_PREDICTIONS, : len(genome)]
-        for each in (batch, lived(rule, genome, 60))
+        targets.append(batch.state.rule.coins[:, : len(genome)].copy())
+    assert set(np.unique(targets)) == {0, 1}
+    assert abs(np.mean(targets) - 0.5) < 4 * 0.5 / np.sqrt(np.size(targets))
+    predictors = [
+        result.state.rule.predictor[:TO_PREDICTIONS, : len(genome)]
+        for result in (batch, simulate_steps(experiment, genome, 60))
     ]
-    drifted, learned = (
-        abs(each.reshape(HIDDEN, INPUTS, -1).sum(axis=0) / 2).mean() for each in found
+    random_change, learned_change = (
+        abs(weights.reshape(HIDDEN, INPUTS, -1).sum(axis=0) / 2).mean() for weights in predictors
     )
-    assert drifted < learned / 2
+    assert random_change < learned_change / 2
 
 
-def test_the_genes_of_the_module_that_predict_nothing_are_not_used() -> None:
-    experiment = predicting()
-    genome = founders(experiment)
-    other = genome.copy()
-    other[:, 1, TO_PREDICTIONS:] += 1
-    one, another = (lived(experiment, each, 60).weights() for each in (genome, other))
-    np.testing.assert_array_equal(one, another)
+def test_unused_genes_of_the_predictor_have_no_effect() -> None:
+    experiment = make_experiment()
+    genome = draw_founders(experiment)
+    changed = genome.copy()
+    changed[:, 1, TO_PREDICTIONS:] += 1
+    expected = simulate_steps(experiment, genome, 60).weights()
+    np.testing.assert_array_equal(simulate_steps(experiment, changed, 60).weights(), expected)
 
 
-def test_the_same_genome_with_rate_0_lives_as_who_does_not_learn() -> None:
-    still, plain = predicting("learning.rate=0"), predicting("learning.rule=none")
-    genome = founders(still)
-    one, other = lived(still, genome, 60), lived(plain, genome[:, :1], 60)
-    np.testing.assert_array_equal(one.state.positions, other.state.positions)
-    np.testing.assert_array_equal(one.eaten_in_life(), other.eaten_in_life())
+def test_agents_with_rate_0_move_and_eat_as_agents_without_learning() -> None:
+    experiment = make_experiment("learning.rate=0")
+    genome = draw_founders(experiment)
+    actual = simulate_steps(experiment, genome, 60)
+    expected = simulate_steps(make_experiment("learning.rule=none"), genome[:, :1], 60)
+    np.testing.assert_array_equal(actual.state.positions, expected.state.positions)
+    np.testing.assert_array_equal(actual.eaten_in_life(), expected.eaten_in_life())
 
 
 @pytest.mark.parametrize(
@@ -118,11 +123,9 @@ def test_the_same_genome_with_rate_0_lives_as_who_does_not_learn() -> None:
         ),
     ],
 )
-def test_a_network_that_cannot_be_taught_so_is_refused_in_a_sentence(
-    changes: list[str], refusal: str
-) -> None:
+def test_an_unsupported_network_is_refused_in_a_sentence(changes: list[str], refusal: str) -> None:
     with pytest.raises(
         ExperimentError, match=f"learning.rule = 'prediction' .*{refusal}"
     ) as refused:
-        predicting(*changes)
+        make_experiment(*changes)
     assert len(str(refused.value).splitlines()) == 1

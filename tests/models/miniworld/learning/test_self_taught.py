@@ -1,4 +1,4 @@
-"""What changes weights in life: drift beside learning, learning that ends, rates that are inherited."""
+"""Test changes of weights in life: self-teaching, the drift control and evolved rates."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from tests import naive
 from tests.worlds import make_small_experiment
 
 
-def moved(trace: xr.Dataset) -> npt.NDArray[np.float32]:
-    """How far each weight of the action module went from birth to death: [agent, weight]."""
+def measure_change(trace: xr.Dataset) -> npt.NDArray[np.float32]:
+    """Return the change of the action module from birth to death: [agent, weight]."""
     change: npt.NDArray[np.float32] = (
         (trace["weight_death"] - trace["weight_birth"]).sel(module="action").values
     )
     return change
 
 
-def learned_from(trace: xr.Dataset, experiment: Experiment) -> npt.NDArray[np.float64]:
-    """How far the oracle's weights go when it teaches itself from what these agents sensed: [agent, weight]."""
+def predict_change(trace: xr.Dataset, experiment: Experiment) -> npt.NDArray[np.float64]:
+    """Return the change by naive self-teaching from the recorded inputs: [agent, weight]."""
     changes = []
     for number, genome in enumerate(trace["weight_birth"].values.tolist()):
-        agent = naive.born(genome, 0, 0, experiment)
-        before = np.array(naive.weights_of(agent.action_module))
+        agent = naive.make_agent(genome, 0, 0, experiment)
+        before = np.array(naive.list_weights(agent.action_module))
         for time, inputs in enumerate(trace["sensor"].values[:, number].tolist()):
             agent.inputs = inputs
             naive.self_teach(time, agent, experiment)
-        changes.append(np.array(naive.weights_of(agent.action_module)) - before)
+        changes.append(np.array(naive.list_weights(agent.action_module)) - before)
     return np.array(changes)
 
 
@@ -40,20 +40,21 @@ DRIFT = {"rule": "drift", "rate": 0.1}
 
 
 @pytest.mark.parametrize("network", [{"hidden": [4]}, {"hidden": [3, 2], "biases": True}])
-def test_drift_moves_every_weight_as_far_as_self_teaching_would(network: dict[str, object]) -> None:
+def test_drift_has_the_absolute_change_of_self_teaching(network: dict[str, object]) -> None:
     experiment = make_small_experiment(
         "evo+self-taught", learning=DRIFT, network=network, lifetime={"steps": 300}
     )
     trace = replay(experiment, seed=4)
     assert trace["eaten"].sum() > 0
-    drifted, learned = moved(trace), learned_from(trace, experiment)
-    np.testing.assert_allclose(abs(drifted), abs(learned), atol=1e-4)
-    distances = np.linalg.norm(drifted, axis=1), np.linalg.norm(learned, axis=1)
-    assert (distances[1] > 0.05).all()
-    np.testing.assert_allclose(*distances, rtol=0.01)
+    drift = measure_change(trace)
+    learning = predict_change(trace, experiment)
+    np.testing.assert_allclose(abs(drift), abs(learning), atol=1e-4)
+    learning_distance = np.linalg.norm(learning, axis=1)
+    assert (learning_distance > 0.05).all()
+    np.testing.assert_allclose(np.linalg.norm(drift, axis=1), learning_distance, rtol=0.01)
 
 
-def test_drift_goes_with_learning_in_half_of_the_weights_and_against_it_in_the_other_half() -> None:
+def test_drift_has_the_sign_of_learning_in_half_of_the_weights() -> None:
     experiment = make_small_experiment(
         "evo+self-taught",
         learning=DRIFT,
@@ -62,14 +63,15 @@ def test_drift_goes_with_learning_in_half_of_the_weights_and_against_it_in_the_o
         lifetime={"steps": 50},
     )
     trace = replay(experiment, seed=4)
-    drifted, learned = moved(trace), learned_from(trace, experiment)
-    told = abs(learned) > 1e-3
-    same = (np.sign(drifted) == np.sign(learned))[told]
-    assert told.sum() > 2000
-    assert abs(same.mean() - 0.5) < 4 * 0.5 / np.sqrt(same.size)
+    drift = measure_change(trace)
+    learning = predict_change(trace, experiment)
+    is_large = abs(learning) > 1e-3
+    is_equal = (np.sign(drift) == np.sign(learning))[is_large]
+    assert is_large.sum() > 2000
+    assert abs(is_equal.mean() - 0.5) < 4 * 0.5 / np.sqrt(is_equal.size)
 
 
-def test_what_drifting_agents_do_follows_from_their_drifted_weights() -> None:
+def test_outputs_of_agents_follow_from_their_drifted_weights() -> None:
     trace = replay(
         make_small_experiment("evo+self-taught", learning=DRIFT, lifetime={"steps": 1}), seed=4
     )
@@ -77,23 +79,24 @@ def test_what_drifting_agents_do_follows_from_their_drifted_weights() -> None:
         make_small_experiment("evo+self-taught", learning=DRIFT, lifetime={"steps": 2}), seed=4
     )
     for number, weights in enumerate(trace["weight_death"].values[:, 0].tolist()):
-        module = naive.layers_of(weights, (3, 4, 3), biases=False)
-        outputs = naive.think(module, longer["sensor"].values[1, number].tolist(), biases=False)[-1]
+        module = naive.make_layers(weights, (3, 4, 3), biases=False)
+        inputs = longer["sensor"].values[1, number].tolist()
+        outputs = naive.activate(module, inputs, biases=False)[-1]
         np.testing.assert_allclose(longer["output"].values[1, number], outputs, atol=1e-5)
 
 
-def test_learning_that_ends_leaves_the_weights_as_they_are_then() -> None:
+def test_weights_do_not_change_after_the_last_learning_step() -> None:
     short = replay(make_small_experiment("evo+self-taught", lifetime={"steps": 30}), seed=2)
     ended = replay(
         make_small_experiment("evo+self-taught", lifetime={"steps": 80}, learning={"steps": 30}),
         seed=2,
     )
-    assert (moved(short) != 0).any()
-    np.testing.assert_array_equal(moved(ended), moved(short))
+    assert (measure_change(short) != 0).any()
+    np.testing.assert_array_equal(measure_change(ended), measure_change(short))
 
 
 @pytest.mark.parametrize("rule", ["self-taught", "drift"])
-def test_who_learns_for_no_step_lives_as_one_who_cannot_learn(rule: str) -> None:
+def test_agents_with_0_learning_steps_eat_as_agents_without_learning(rule: str) -> None:
     without = simulate(make_small_experiment("evo", evolution={"generations": 1}), seed=2)
     unused = simulate(
         make_small_experiment(
@@ -105,13 +108,14 @@ def test_who_learns_for_no_step_lives_as_one_who_cannot_learn(rule: str) -> None
     np.testing.assert_array_equal(unused["food_eaten"], without["food_eaten"])
 
 
-def test_an_evolved_rate_is_the_standard_one_times_ten_to_the_gene() -> None:
+def test_an_evolved_rate_is_the_given_rate_times_ten_to_the_power_of_the_gene() -> None:
     experiment = make_small_experiment(
         "evo+self-taught", learning={"evolved_rate": True, "rate": 0.02}
     )
     genomes = np.zeros((4, 2, experiment.genome_length), np.float32)
     genomes[:, 0, -1] = [0, 1, -2, 5]
-    genomes[:, 1, -1] = 3  # of the reinforcement module, which does not learn
+    # The reinforcement module does not learn, so its gene has no effect.
+    genomes[:, 1, -1] = 3
     batch = CpuBatch(experiment.replace(population={"size": 4}), 0, [0])
     batch.begin(0, genomes[None])
     np.testing.assert_allclose(batch.state.rate[0, :4], [0.02, 0.2, 0.0002, 10], rtol=1e-6)
@@ -123,5 +127,7 @@ def test_every_agent_learns_at_its_own_evolved_rate() -> None:
     )
     trace = replay(experiment, seed=4, generation=1)
     assert trace["weight_birth"].sizes["weight"] == experiment.weight_count + 1
-    np.testing.assert_allclose(moved(trace)[:, :-1], learned_from(trace, experiment), atol=1e-4)
-    assert (moved(trace)[:, -1] == 0).all()
+    np.testing.assert_allclose(
+        measure_change(trace)[:, :-1], predict_change(trace, experiment), atol=1e-4
+    )
+    assert (measure_change(trace)[:, -1] == 0).all()

@@ -1,4 +1,4 @@
-"""Foragers whose networks grow: they answer as their graphs say, evolve, and are refused where they do not fit."""
+"""Test NEAT networks of make_experiment: outputs, evolution and refused combinations."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
 
-EVERY_CODE = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
+ALL_INPUTS = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
 
 
-def foragers(**changes: Any) -> Experiment:
+def make_experiment(**changes: Any) -> Experiment:
     experiment: Experiment = load("evo/A", "neat")
     return experiment.replace(
         **({"lifetime": {"steps": 1000}, "evolution": {"generations": 30}} | changes)
@@ -40,12 +40,12 @@ def foragers(**changes: Any) -> Experiment:
 @pytest.fixture(scope="module")
 def run() -> Any:
     fast = {"neat": {"add_node_rate": 0.2, "add_link_rate": 0.3}, "generations": 30}
-    return simulate_batch(foragers(evolution=fast), seed=3, runs=[0])[0]
+    return simulate_batch(make_experiment(evolution=fast), seed=3, runs=[0])[0]
 
 
-def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[np.float32]:
-    """What all units of a forager answer."""
-    experiment = foragers()
+def evaluate(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[np.float32]:
+    """Return the activations of all units of a forager."""
+    experiment = make_experiment()
     values = compiled_values(experiment.part("network.kind"), experiment, lambda array: None)
     units = np.zeros(sum(experiment.layer_sizes), np.float32)
     units[:3] = inputs
@@ -53,55 +53,53 @@ def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[
     return units
 
 
-def test_a_founder_links_each_sense_and_the_bias_with_each_action() -> None:
-    experiment = foragers()
+def test_founders_have_links_from_each_input_and_the_bias_to_each_action() -> None:
+    experiment = make_experiment()
     genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
     assert {(count_links(graph), count_nodes(graph)) for graph in genome[:, 0]} == {(12, 7)}
     weights = genome[:, 0, HEAD + 3 : count_entries(12) : 5]
-    assert abs(weights.mean()) < 0.3 and 0.8 < weights.std() < 1.2, "of N(0, 1)"
-    as_layers = draw_genomes(
-        load("evo/A").replace(network={"hidden": [40]}), GenerationKey(0, 0, 0)
+    assert abs(weights.mean()) < 0.3 and 0.8 < weights.std() < 1.2, (
+        "weights have the distribution N(0, 1)"
     )
-    assert weights.tolist() == as_layers[:, 0, :12].tolist(), "the first that are drawn"
+    layers = draw_genomes(load("evo/A").replace(network={"hidden": [40]}), GenerationKey(0, 0, 0))
+    assert weights.tolist() == layers[:, 0, :12].tolist(), "both use the first random numbers"
 
 
-def test_units_answer_as_the_graph_does_in_plain_python(run: Any) -> None:
-    grown = 0
+def test_outputs_agree_with_the_plain_python_oracle(run: Any) -> None:
+    graphs_with_new_nodes = 0
     for graph in run["genome"].values[-1][:, 0]:
-        grown += count_nodes(graph) > 7
-        for inputs in EVERY_CODE:
+        graphs_with_new_nodes += count_nodes(graph) > 7
+        for inputs in ALL_INPUTS:
             expected = oracle.activate(graph[: count_entries(40)].tolist(), 4.9, [*inputs, 1.0])
-            assert answers(graph, inputs)[-3:] == pytest.approx(expected, abs=2e-5)
-    assert grown > 10, "or the test says little"
+            assert evaluate(graph, inputs)[-3:] == pytest.approx(expected, abs=2e-5)
+    assert graphs_with_new_nodes > 10
 
 
-def test_the_row_of_a_hidden_node_is_that_of_the_link_it_is_named_by(run: Any) -> None:
+def test_the_row_of_a_hidden_node_is_the_row_of_the_link_that_defines_it(run: Any) -> None:
     graph = max(run["genome"].values[-1][:, 0], key=count_nodes)
-    units = answers(graph, [1.0, 0.0, 1.0])
+    units = evaluate(graph, [1.0, 0.0, 1.0])
     hidden = [link for link in range(count_links(graph)) if defines_node(graph, link)]
     assert np.flatnonzero(units[3:-3]).tolist() == hidden
     assert ((units[3:-3] == 0) | ((units[3:-3] > 0) & (units[3:-3] < 1))).all()
 
 
-def test_networks_grow_and_find_more_food_than_their_founders(run: Any) -> None:
-    genome, eaten = run["genome"].values[:, :, 0], run["food_eaten"].mean("agent").values
+def test_evolved_networks_are_larger_and_eat_more_than_founders(run: Any) -> None:
+    genome = run["genome"].values[:, :, 0]
+    eaten = run["food_eaten"].mean("agent").values
     assert max(count_nodes(graph) for graph in genome[-1]) > 8
     assert eaten[-10:].mean() > 2 * eaten[0]
 
 
-def test_it_keeps_the_contract_of_a_part() -> None:
-    assert [
-        str(found)
-        for found in check_part(
-            NeatNetwork, requirements=["compiles", "arithmetic", "block", "resumed", "oracle"]
-        )
-        if found.holds is False
-    ] == []
+def test_the_part_passes_the_main_checks() -> None:
+    requirements = ["compiles", "arithmetic", "block", "resumed", "oracle"]
+    findings = check_part(NeatNetwork, requirements=requirements)
+    assert [str(finding) for finding in findings if finding.holds is False] == []
 
 
 @pytest.mark.nightly
-def test_it_keeps_all_of_the_contract() -> None:
-    assert [str(found) for found in check_part(NeatNetwork) if found.holds is False] == []
+def test_the_part_passes_all_checks() -> None:
+    findings = check_part(NeatNetwork)
+    assert [str(finding) for finding in findings if finding.holds is False] == []
 
 
 @pytest.mark.parametrize(
@@ -120,12 +118,14 @@ def test_it_keeps_all_of_the_contract() -> None:
         ({"network": {"hidden": [40, 40]}}, "network.hidden must be one number"),
     ],
 )
-def test_where_it_does_not_fit_a_sentence_says_so(changes: dict[str, Any], sentence: str) -> None:
+def test_an_unsupported_combination_is_refused_in_a_sentence(
+    changes: dict[str, Any], sentence: str
+) -> None:
     with pytest.raises(ExperimentError, match=re.escape(sentence)):
-        foragers(**changes)
+        make_experiment(**changes)
 
 
-def test_what_breeds_graphs_needs_graphs() -> None:
+def test_the_variation_neat_needs_the_network_neat() -> None:
     with pytest.raises(
         ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'neat'"
     ):

@@ -1,4 +1,4 @@
-"""Real-valued senses, the sense of others and bodies of the library keep the contract of a part, compiled and together."""
+"""Test that compiled senses and bodies of the library pass all checks, in combination."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from baldwinlab.models.miniworld.senses.binary import Neighbours
 from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Rays, Smell
 from baldwinlab.parts import Part
 
-TOGETHER: list[type[Part]] = [Nearest, Smell, EnergySense, Rays, Neighbours, Stay]
+COMBINATION: list[type[Part]] = [Nearest, Smell, EnergySense, Rays, Neighbours, Stay]
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(
-    "parts", [TOGETHER, [Nearest, Grid], [Continuous]], ids=["together", "grid", "continuous"]
+    "parts", [COMBINATION, [Nearest, Grid], [Continuous]], ids=["combination", "grid", "continuous"]
 )
-def test_every_requirement_of_a_part_holds(parts: list[type[Part]]) -> None:
-    assert [str(found) for found in check_part(parts) if found.holds is False] == []
+def test_the_parts_pass_all_checks(parts: list[type[Part]]) -> None:
+    assert [str(finding) for finding in check_part(parts) if finding.holds is False] == []
