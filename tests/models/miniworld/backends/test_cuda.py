@@ -176,8 +176,8 @@ def compare_custom_parts(number: int) -> None:
     use_small_device()
     experiment = make_experiments_with_custom_parts()[number]
     actual, expected = (
-        simulate_lifetimes(backend.Batch(experiment, 5, range(WORLDS)), experiment)
-        for backend in (cuda, cpu)
+        simulate_lifetimes(backend(experiment, 5, range(WORLDS)), experiment)
+        for backend in (cuda.CudaBatch, cpu.CpuBatch)
     )
     assert expected["eaten"].any()
     for name, array in expected.items():

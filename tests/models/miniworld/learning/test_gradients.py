@@ -12,8 +12,8 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from baldwinlab.api.checks.oracle_steps import make_naive
 from baldwinlab.api.checks.oracle_data import Agent, Module
+from baldwinlab.api.checks.oracle_steps import make_naive
 from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
@@ -86,7 +86,10 @@ TARGETS: Final[dict[str, tuple[Sequence[float], Target]]] = {
         lambda naive, agent, neighbor: naive.think(neighbor.action_module, INPUTS),
     ),
     "supervised": (INPUTS, lambda naive, agent, neighbor: [1, 0, 0]),
-    "random-targets": (INPUTS, lambda naive, agent, neighbor: naive.random_numbers(agent, LIFE)[:3]),
+    "random-targets": (
+        INPUTS,
+        lambda naive, agent, neighbor: naive.random_numbers(agent, LIFE)[:3],
+    ),
     "crbp": (LAST_INPUTS, lambda naive, agent, neighbor: LAST_ACTION),
     "reward": (LAST_INPUTS, lambda naive, agent, neighbor: LAST_ACTION),
 }
