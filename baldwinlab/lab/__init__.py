@@ -1,7 +1,7 @@
 """The lab: a local server and a web page that show, run, replay and share studies.
 
-The lab needs the extra `lab`. Code that works without this extra imports only `pages`, `schema` and
-`export` from this package.
+The lab needs the extra `lab`. Code that works without this extra imports only `single_page`,
+`schema`, `export` and `notebook_player` from this package.
 """
 
 from __future__ import annotations

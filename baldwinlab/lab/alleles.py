@@ -13,7 +13,7 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError, binary_frames, studies
+from baldwinlab.lab import Lab, MissingError, binary_frames, model_displays, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import MAX_BYTES
 from baldwinlab.lab.query import Query, number, text
@@ -42,13 +42,13 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     Raise StudyError and ValueError as `find_life`, and MissingError if the model declares no
     alleles.
     """
-    study = studies.find_study(lab, text(query, "study"))
+    study = study_access.find_study(lab, text(query, "study"))
     name = text(query, "condition")
     run = number(query, "run")
-    experiment = studies.find_condition(study, name)
+    experiment = study_access.find_condition(study, name)
     study.require_parts(name)
     _require_alleles(experiment, experiment.evolution.generations)
-    studies.require_run(lab, study, name, run)
+    study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
         genomes = stored_genomes(experiment, study.record(name, run))
@@ -88,7 +88,7 @@ def allele_frequencies(
 
     The loci of several modules follow each other. A value that is not an allele is not counted.
     """
-    values = np.array(list(studies.alleles_of(experiment).values()), np.float32)
+    values = np.array(list(model_displays.alleles_of(experiment).values()), np.float32)
     by_locus = (genome.reshape(len(genome), -1, 1) for genome in genomes)
     return np.stack([(genome == values).mean(axis=0, dtype=np.float32) for genome in by_locus])
 
@@ -96,8 +96,8 @@ def allele_frequencies(
 def _header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]:
     return {
         "kind": "alleles",
-        "alleles": list(studies.alleles_of(experiment)),
-        "description": studies.describe_model(experiment),
+        "alleles": list(model_displays.alleles_of(experiment)),
+        "description": model_displays.describe_model(experiment),
         "first": first_generation,
     }
 
@@ -107,7 +107,7 @@ def _require_alleles(experiment: BaseExperiment, generations: int) -> None:
 
     Raise MissingError if the model declares no alleles, and ValueError for too many values.
     """
-    alleles = studies.alleles_of(experiment)
+    alleles = model_displays.alleles_of(experiment)
     if not alleles:
         raise MissingError(f"{experiment.name}: the model {experiment.model} declares no alleles")
     loci = len(experiment.modules) * experiment.genome_length

@@ -17,7 +17,7 @@ from baldwinlab._version import __version__
 from baldwinlab.analysis.movie import Scene, write_scenes
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.lab import Lab, MissingError, life_query, single_page, studies
+from baldwinlab.lab import Lab, MissingError, life_query, single_page, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.export import live_page
 from baldwinlab.lab.life_query import Life
@@ -217,8 +217,8 @@ def find_report(lab: Lab, name: str) -> Path:
     if match is None:
         raise MissingError(f"there is no {name} here")
     study = match["study"] or "."
-    path = studies.find_study(lab, study).directory / match["file"]
-    studies.require_inside(lab.root, path)
+    path = study_access.find_study(lab, study).directory / match["file"]
+    study_access.require_inside(lab.root, path)
     if not path.is_file():
         raise MissingError(f"the study {study} has no {match['file']} yet; run `baldwinlab report`")
     return path

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.lab import Lab, life_query, studies
+from baldwinlab.lab import Lab, life_query, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
 from baldwinlab.lab.query import Query, number, text
@@ -50,11 +50,11 @@ def run_curve(lab: Lab, query: Query) -> dict[str, Any]:
     # This import takes time.
     from baldwinlab.analysis.statistics.fitness import gain
 
-    study = studies.find_study(lab, text(query, "study"))
+    study = study_access.find_study(lab, text(query, "study"))
     name = text(query, "condition")
     run = number(query, "run")
-    studies.find_condition(study, name)
-    studies.require_run(lab, study, name, run)
+    study_access.find_condition(study, name)
+    study_access.require_run(lab, study, name, run)
     record = study.read(name, run, genomes=False)
     fitness = gain(record)
     return {
@@ -110,7 +110,7 @@ def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     experiment = life.experiment
     seed, run, generation = life.moment
     if "study" in query:
-        study = studies.find_study(lab, query["study"])
+        study = study_access.find_study(lab, query["study"])
         record = study.read(experiment.name, run, genomes=False)
         return record.parents.values, record.food_eaten.values
     if "live" in query:

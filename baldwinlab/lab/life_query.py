@@ -12,8 +12,9 @@ from starlette.responses import Response
 
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.lab import Lab, MissingError, studies
+from baldwinlab.lab import Lab, MissingError, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.simulation.reevaluation import stored_genome
 from baldwinlab.simulation.replay import recompute_genomes, simulate_energy_before
@@ -146,15 +147,15 @@ def _named_life(lab: Lab, query: Query) -> Life:
         return _recomputed_life(experiment, GenerationKey(seed, run, generation), lambda: energy)
     moment = GenerationKey(number(query, "seed", 0), number(query, "run", 0), generation)
     check_seed(moment.seed, moment.run)
-    experiment = studies.load_preset(text(query, "preset"))
+    experiment = load_preset(text(query, "preset"))
     return _recomputed_life(experiment, moment, lambda: simulate_energy_before(experiment, moment))
 
 
 def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
-    study = studies.find_study(lab, query["study"])
+    study = study_access.find_study(lab, query["study"])
     name = text(query, "condition")
     run = number(query, "run")
-    experiment = studies.find_condition(study, name)
+    experiment = study_access.find_condition(study, name)
     study.require_parts(name)
     require_generation(experiment, generation)
 
@@ -162,7 +163,7 @@ def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
         record = study.record(name, run)
         return ParentGeneration(stored_genome(experiment, record, generation), record.energy)
 
-    studies.require_run(lab, study, name, run)
+    study_access.require_run(lab, study, name, run)
     return Life(experiment, GenerationKey(study.seed, run, generation), load_parents)
 
 

@@ -28,9 +28,9 @@ from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.limits import check_size, memory_of
 from baldwinlab.lab.live_run import LiveRun, read_seconds
 from baldwinlab.lab.memory import release_memory
+from baldwinlab.lab.model_displays import alleles_of
 from baldwinlab.lab.query import body, whole_number
 from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
-from baldwinlab.lab.studies import alleles_of
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study

@@ -13,7 +13,7 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers
 from baldwinlab.core.suggestions import suggest
-from baldwinlab.lab import Lab, MissingError, studies
+from baldwinlab.lab import Lab, MissingError, model_displays, study_access
 from baldwinlab.lab.query import text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD
@@ -63,9 +63,9 @@ def _paper_studies(lab: Lab) -> Studies:
 
 def _readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
     """Yield all studies that can be read. The list of studies reports the errors of the others."""
-    for name in studies.study_names(lab.root):
+    for name in study_access.study_names(lab.root):
         try:
-            yield name, studies.find_study(lab, name)
+            yield name, study_access.find_study(lab, name)
         except StudyError:
             continue
 
@@ -88,7 +88,7 @@ def _stored_paper(lab: Lab, study: StudyStore) -> Paper:
     """
     paper = papers.of_study(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
-        studies.require_inside(lab.root, path)
+        study_access.require_inside(lab.root, path)
     # Reading the claims checks them.
     paper.claims  # noqa: B018
     return paper
@@ -114,7 +114,7 @@ def _card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
 def _summary(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
     """Return the verdicts of a study, and whether the World tab can show it."""
     is_viewable = any(
-        study.runs(experiment.name) and studies.is_viewable(experiment)
+        study.runs(experiment.name) and model_displays.is_viewable(experiment)
         for experiment in study.experiments.values()
     )
     verdicts, problem = _count_verdicts(lab, study)
@@ -148,7 +148,7 @@ def _live_preset(paper: Paper) -> str | None:
 def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
     """Return the number of claims with each verdict, or an error if the claims are not valid."""
     try:
-        studies.require_inside(lab.root, study.directory / CLAIMS)
+        study_access.require_inside(lab.root, study.directory / CLAIMS)
         counts = Counter(claim["verdict"] for claim in read_claims(study))
     except StudyError as error:
         return {}, str(error)

@@ -12,7 +12,7 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.lab import Lab
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import text
-from baldwinlab.lab.studies import find_condition, find_study, require_inside
+from baldwinlab.lab.study_access import find_condition, find_study, require_inside
 from baldwinlab.studies.records import StudyError
 
 

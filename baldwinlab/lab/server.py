@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
@@ -30,6 +30,7 @@ from baldwinlab.lab import (
     live,
     live_sweep,
     papers,
+    presets,
     recording,
     results,
     studies,
@@ -41,6 +42,20 @@ from baldwinlab.lab.rate_limit import ChunkedResponses
 from baldwinlab.studies.records import StudyError
 
 STATIC = Path(__file__).parent / "static"
+# The modules whose routes need the state of the lab only.
+MODULES = (
+    studies,
+    papers,
+    results,
+    experiment_form,
+    recording,
+    agent_inspector,
+    history,
+    alleles,
+    views,
+    live,
+    downloads,
+)
 
 
 def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: True) -> Starlette:
@@ -65,32 +80,9 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
         lab.live.close()
         sweeps.close()
 
-    def engine(request: Request) -> JSONResponse:
-        seconds = time.monotonic() - lab.start_time
-        return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds})
-
-    modules = (
-        studies,
-        papers,
-        results,
-        experiment_form,
-        recording,
-        agent_inspector,
-        history,
-        alleles,
-        views,
-        live,
-        downloads,
-    )
-    routes = [route for module in modules for route in module.routes(lab)]
-    routes += [
-        *live_sweep.routes(lab, sweeps),
-        Route("/api/engine", engine),
-        Route("/palette.css", _palette),
-    ]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
-        routes=[*routes, WebSocketRoute("/{path:path}", _reject_websocket), files],
+        routes=[*_routes(lab, sweeps), WebSocketRoute("/{path:path}", _reject_websocket), files],
         lifespan=lifespan,
         middleware=[Middleware(ChunkedResponses), Middleware(Guard, access=access)],
         exception_handlers={
@@ -103,6 +95,22 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
             Exception: _server_error,
         },
     )
+
+
+def _routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
+    """Return the routes of all modules, of the engine's state, and of the colors."""
+
+    def engine(request: Request) -> JSONResponse:
+        seconds = time.monotonic() - lab.start_time
+        return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds})
+
+    return [
+        *[route for module in MODULES for route in module.routes(lab)],
+        *presets.routes(),
+        *live_sweep.routes(lab, sweeps),
+        Route("/api/engine", engine),
+        Route("/palette.css", _palette),
+    ]
 
 
 def _palette(request: Request) -> Response:

@@ -15,8 +15,8 @@ import tomlkit
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment import validate as read_experiment
 from baldwinlab.lab.limits import check_sweep, check_sweep_runs
+from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import whole_number
-from baldwinlab.lab.studies import load_preset
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import available_cores, compile_experiments

@@ -11,7 +11,14 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.core.suggestions import did_you_mean
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError, binary_frames, life_query, studies
+from baldwinlab.lab import (
+    Lab,
+    MissingError,
+    binary_frames,
+    life_query,
+    model_displays,
+    study_access,
+)
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
@@ -38,17 +45,17 @@ def pack_view(lab: Lab, query: Query) -> bytes:
     Raise StudyError and ValueError as `find_life`, MissingError for an unknown view or agent, and
     ValueError for data that is inconsistent or too large for one response.
     """
-    study = studies.find_study(lab, text(query, "study"))
+    study = study_access.find_study(lab, text(query, "study"))
     name = text(query, "condition")
     run = number(query, "run")
-    experiment = studies.find_condition(study, name)
+    experiment = study_access.find_condition(study, name)
     study.require_parts(name)
     view = _find_view(experiment, text(query, "view"))
     generation = number(query, "generation")
     chosen = number(query, "agent", 0) if "agent" in query else None
     life_query.require_generation(experiment, generation)
     life_query.require_agent(experiment, chosen or 0)
-    studies.require_run(lab, study, name, run)
+    study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
         record = study.record(name, run)
@@ -60,7 +67,7 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         header = {
             "meaning": view.meaning,
             "agent": agent if view.of_an_agent else None,
-            "description": studies.describe_model(experiment),
+            "description": model_displays.describe_model(experiment),
         }
         return _pack(data, header)
 
@@ -70,7 +77,7 @@ def pack_view(lab: Lab, query: Query) -> bytes:
 
 def _find_view(experiment: BaseExperiment, name: str) -> View:
     """Return the view of this name. Raise MissingError if the model does not declare it."""
-    views = studies.views_of(experiment)
+    views = model_displays.views_of(experiment)
     if name not in views:
         available = (
             f"{did_you_mean(name, views)}; its views are {', '.join(views)}"

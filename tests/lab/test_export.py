@@ -210,41 +210,6 @@ def test_a_custom_part_without_a_linker_is_rejected_before_compilation(
     assert installation_command("wasm") in outcome.err
 
 
-def find_fields(tables: dict[str, Any], prefix: str) -> dict[str, Any]:
-    """Return the fields of the first table whose name starts with a prefix."""
-    fields: dict[str, Any] = next(
-        table["properties"] for name, table in tables.items() if name.startswith(prefix)
-    )
-    return fields
-
-
-def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("baldwinlab.lab.export.load_module", lambda experiment: b"")
-    for name in ("poison", "elman", "social"):
-        load_file(EXAMPLES / f"{name}.py")
-    settings = [
-        'world.features=["poison"]',
-        'senses.kinds=["food", "poison"]',
-        "evolution.fitness=above-the-worst",
-    ]
-    experiment = assign(load("evo/A"), [*settings, "network.kind=elman", "learning.rule=social"])
-    tables = laboratory([experiment])["schemas"][0]["$defs"]
-    assert "const" in tables["Network"]["properties"]["hidden"]
-    poison = find_fields(tables, "Poison")
-    assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))
-    assert "const" not in find_fields(tables, "Social")["least"]
-
-
-def test_the_maximum_size_of_an_evolved_topology_is_constant_on_the_page(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("baldwinlab.lab.export.load_module", lambda experiment: b"")
-    tables = laboratory([load("worlds-and-minds:evo/A", "neat")])["schemas"][0]["$defs"]
-    assert "const" in find_fields(tables, "Network")["hidden"]
-
-
 @pytest.mark.parametrize(
     ("rule", "array"), [("imitation", "state.rule.teacher_index"), ("hebb", "")]
 )

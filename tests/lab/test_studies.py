@@ -16,8 +16,6 @@ from baldwinlab.api.publish import lab_results
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.single_page import STATIC
-from baldwinlab.papers import built_in
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
@@ -52,19 +50,6 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
         "problem": None,
         "report": False,
     }
-
-
-def test_a_study_can_be_the_folder_itself_or_be_in_another_study(tmp_path: Path) -> None:
-    create_study(tmp_path, [shorten_preset()], 1)
-    create_study(tmp_path / "variants" / "deep", [shorten_preset()], 2)
-    assert list(studies.study_names(tmp_path)) == [".", "variants/deep"]
-    lab = Lab(tmp_path, Live())
-    assert studies.find_study(lab, ".").seed == 1
-    assert studies.find_study(lab, "variants/deep").seed == 2
-
-
-def test_a_missing_folder_has_no_studies(tmp_path: Path) -> None:
-    assert list(studies.study_names(tmp_path / "results")) == []
 
 
 def test_an_unreadable_study_is_listed_with_the_reason(tmp_path: Path) -> None:
@@ -128,15 +113,6 @@ def test_a_study_with_too_many_nested_levels_is_listed_with_the_reason(
     assert f"{file} cannot be read: " in summary["problem"]
 
 
-def test_a_replaced_study_is_read_again(tmp_path: Path) -> None:
-    lab = Lab(tmp_path, Live())
-    create_study(tmp_path / "it", [shorten_preset()], 1)
-    assert studies.find_study(lab, "it").seed == 1
-    shutil.rmtree(tmp_path / "it")
-    create_study(tmp_path / "it", [shorten_preset()], 2)
-    assert studies.find_study(lab, "it").seed == 2
-
-
 def test_the_complete_experiment_of_a_condition_is_served(lab_server: LabServer) -> None:
     settings = get_json(
         lab_server.address, "experiment", study="small", condition="evo+self-taught/A"
@@ -145,35 +121,6 @@ def test_the_complete_experiment_of_a_condition_is_served(lab_server: LabServer)
     assert "has no condition 'evo'" in get_error(
         lab_server.address, "experiment", 404, study="small", condition="evo"
     )
-
-
-def test_the_list_of_presets_contains_the_schema_of_their_fields(lab_server: LabServer) -> None:
-    response = get_json(lab_server.address, "presets")
-    names = [preset["name"] for preset in response["presets"]]
-    assert {"evo/A", "self-taught/B"} <= set(names)
-    assert all(preset["description"] for preset in response["presets"])
-    assert response["default"] == "evo+self-taught/A"
-    (shown,) = (preset for preset in response["presets"] if preset["shown"])
-    assert (shown["name"], shown["world"]) == (
-        "evo+self-taught/B",
-        {"generations": 100, "agents": 20, "steps": 5000},
-    )
-    assert response["schema"]["properties"].keys() == Experiment.model_fields.keys()
-    assert get_json(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
-    message = get_error(lab_server.address, "preset", 404, name="evo/Z")
-    assert message.startswith("there is no preset 'evo/Z' (did you mean 'evo/")
-    assert len(message) < 200
-
-
-def test_the_modules_of_the_page_contain_no_preset_name() -> None:
-    names = {
-        preset
-        for paper in built_in().values()
-        for preset in paper.experiment_names()
-        if len(preset) > 1
-    }
-    for path in STATIC.glob("*.js"):
-        assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name
 
 
 def test_factors_are_the_settings_that_differ_between_conditions(

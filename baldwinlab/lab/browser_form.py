@@ -1,0 +1,145 @@
+"""The form of an exported page: its JSON schema, and rules between two fields.
+
+The page can change only settings that its compiled modules read at run time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any, Final
+
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.registry import BUILT_IN, key_of
+from baldwinlab.lab.schema import node_at, schema_of
+from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
+from baldwinlab.parts.networks import Network
+from baldwinlab.parts.part import numeric_fields
+
+# Checks between two fields, as in the classes of experiments: one number is less than another.
+RULES: Final = (
+    {
+        "path": "world.start.x",
+        "than": "world.width",
+        "message": "agents are born on the map, so the value must be less than",
+    },
+    {
+        "path": "world.start.y",
+        "than": "world.height",
+        "message": "agents are born on the map, so the value must be less than",
+    },
+    *(
+        {
+            "path": path,
+            "than": f"world.{span}",
+            "share": 0.5,
+            "equal": True,
+            "message": "the value must be at most half of the map,",
+        }
+        for path in ("world.start.radius", "senses.visual_radius", "contact.reach")
+        for span in ("width", "height")
+    ),
+    *(
+        {
+            "path": f"world.food.*.{axis}.{0}",
+            "than": f"world.food.*.{axis}.{1}",
+            "message": "the first edge must be less than the second edge,",
+        }
+        for axis in "xy"
+    ),
+    *(
+        {
+            "path": f"world.food.*.{axis}.1",
+            "than": f"world.{span}",
+            "equal": True,
+            "message": "food is on the map, so the value must be at most",
+        }
+        for axis, span in (("x", "width"), ("y", "height"))
+    ),
+)
+
+
+def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
+    """Return the parts that the page lets a user choose, by the path of the field.
+
+    These parts are in the page's compiled modules.
+    """
+    selection = experiment.evolution.selection
+    selections = list(BUILT_IN["selection"])
+    if selection not in selections:
+        selections.append(selection)
+    choosable = {"evolution.selection": selections}
+    if experiment.evolution.inheritance in COMMON_INHERITANCES:
+        choosable["evolution.inheritance"] = list(COMMON_INHERITANCES)
+    if not any(added_choices(experiment)):
+        choosable["learning.rule"] = list(BUILT_IN["learning rule"])
+    return choosable
+
+
+def make_form_schema(experiment: Experiment) -> Any:
+    """Return the JSON schema of the form, with constants for fields that the page cannot change."""
+    schema = schema_of(type(experiment))
+    choosable = list_choosable_parts(experiment)
+    part_fields = choosing_fields(type(experiment))
+    fixed = ["model", "record.genome_every"]
+    fixed += [path for path, _, _ in part_fields if path not in choosable]
+    if any(added_choices(experiment)):
+        fixed += ["name", "lifetime.update", *_compiled_fields(experiment)]
+    for path, names in choosable.items():
+        fields, name = node_at(schema, path)
+        fields[name] |= {"enum": names}
+    tree = experiment.to_dict()
+    for path in dict.fromkeys(fixed):
+        fields, name = node_at(schema, path)
+        value: Any = tree
+        for step in path.split("."):
+            value = value[step]
+        fields[name] = {"const": value}
+    return schema
+
+
+def _compiled_fields(experiment: Experiment) -> Iterator[str]:
+    """Yield the fields whose values are constants in the module of a third-party part."""
+    network = type(experiment.part("network.kind"))
+    # Only the part itself can check the size of a network that is a graph.
+    if network.layers is not Network.layers or getattr(network, "graphs", False):
+        yield "network.hidden"
+    for path, kind, _ in choosing_fields(type(experiment)):
+        for part in experiment.parts(path):
+            if type(part).name not in BUILT_IN[kind]:
+                numeric = numeric_fields(type(part))
+                table = f"{path.rpartition('.')[0]}.{key_of(type(part).name)}"
+                fields = type(part).model_fields
+                yield from (f"{table}.{name}" for name in fields if name not in numeric)
+    constants = _layout_constants(experiment)
+    for path, value in _numbers(experiment.to_dict()):
+        changed = _with_other_value(experiment, path, value)
+        if changed is not None and _layout_constants(changed) != constants:
+            yield path
+
+
+def _layout_constants(experiment: Experiment) -> str:
+    """Return the memory layout, which contains constants and references to fields."""
+    return repr(ModuleLayout(experiment).plan())
+
+
+def _numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the path and the value of each number of an experiment."""
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            yield from _numbers(value, f"{prefix}{name}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield f"{prefix}{name}", value
+
+
+def _with_other_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
+    """Return the experiment with another valid number at a path, or None if there is none."""
+    for number in (value / 2, value * 2, value + 1, value - 1):
+        change: Any = int(number) if isinstance(value, int) else number
+        for step in reversed(path.split(".")):
+            change = {step: change}
+        with suppress(ExperimentError):
+            return experiment.replace(**change)
+    return None

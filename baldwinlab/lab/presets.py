@@ -1,0 +1,99 @@
+"""The presets of a lab: those of all papers, and the defaults of third-party models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import JSONResponse
+from starlette.routing import BaseRoute, Route
+
+from baldwinlab import papers
+from baldwinlab.core.suggestions import suggest
+from baldwinlab.experiment import BaseExperiment, Experiment, registry
+from baldwinlab.experiment.factors import Factors
+from baldwinlab.lab import MissingError
+from baldwinlab.lab.query import text
+from baldwinlab.lab.schema import schema_of
+from baldwinlab.papers import presets
+
+
+def routes() -> list[BaseRoute]:
+    """Return the routes of this module."""
+
+    def all_presets(request: Request) -> JSONResponse:
+        return JSONResponse(
+            {"presets": _presets(), "default": _default_preset(), "schema": schema_of(Experiment)}
+        )
+
+    def preset(request: Request) -> JSONResponse:
+        return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
+
+    return [Route("/api/presets", all_presets), Route("/api/preset", preset)]
+
+
+def _default_preset() -> str:
+    """Return the preset of the first live run: the main condition of the first paper, first map."""
+    paper = papers.load()
+    return f"{paper.factors()[paper.metadata.emergence].learner}/{paper.names('maps')[0]}"
+
+
+def _presets() -> list[dict[str, Any]]:
+    """Return the presets of all papers, and all third-party models with their defaults."""
+    built_in = [
+        {
+            "name": name,
+            "learner": factors.learner,
+            "map": factors.map,
+            "description": "; ".join(_descriptions(factors)),
+            "shown": name == papers.load().metadata.emergence,
+            "world": _world_size(presets.load(name)),
+        }
+        for name, factors in presets.factors().items()
+    ]
+    models = [
+        (name, part) for (kind, name), part in registry.custom_parts().items() if kind == "model"
+    ]
+    return built_in + [
+        {
+            "name": name,
+            "learner": name,
+            "map": "",
+            "description": (part.__doc__ or "").split("\n")[0],
+            "world": None,
+        }
+        for name, part in models
+    ]
+
+
+def _learner_kind(learner: str) -> str:
+    return "conditions" if learner in presets.names("conditions") else "controls"
+
+
+def _descriptions(factors: Factors) -> Iterator[str]:
+    yield presets.describe(_learner_kind(factors.learner), factors.learner)
+    if factors.map:
+        yield presets.describe("maps", factors.map)
+
+
+def _world_size(experiment: BaseExperiment) -> dict[str, int] | None:
+    """Return the size of the world's recordings, or None if the model has no world."""
+    if not isinstance(experiment, Experiment):
+        return None
+    return {
+        "generations": experiment.evolution.generations,
+        "agents": experiment.population.size,
+        "steps": experiment.lifetime.steps,
+    }
+
+
+def load_preset(name: str) -> Experiment:
+    """Return a listed preset. Raise MissingError for another name.
+
+    `presets.load` would also read a file of this name.
+    """
+    available = [preset["name"] for preset in _presets()]
+    if name not in available:
+        raise MissingError(f"there is no preset {name!r}{suggest(name, available)}")
+    return presets.load(name)
