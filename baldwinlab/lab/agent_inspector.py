@@ -97,7 +97,7 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     experiment = life.experiment
     require_agent(experiment, agent)
     parents = life.load_parents()
-    seed, run, generation = life.moment
+    seed, run, generation = life.key
     batch = make_batch(experiment, seed, [run], generation, parents.genome[None])
     arrays = _record_agent(experiment, batch, span, agent)
     has_few_inputs = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
@@ -212,24 +212,24 @@ def _relatives(
 ) -> dict[str, Any]:
     """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
 
-    `energy` [agent] determines who reproduces. With births during life, the relatives are unknown.
+    `energy` [agent] determines which agents reproduce. With births during life, the relatives are unknown.
     """
     experiment = life.experiment
-    moment = life.moment
+    key = life.key
     parents = None
     teachers = None
     children = list[int]()
     if experiment.births_in_life:
         return {"parents": parents, "teachers": teachers, "children": children}
-    if moment.generation > 0:
+    if key.generation > 0:
         assert past.energy is not None
-        parent_energy = past.energy.values[moment.generation - 1]
-        pairs = make_generation(experiment, moment, past.genome, parent_energy)[1]
+        parent_energy = past.energy.values[key.generation - 1]
+        pairs = make_generation(experiment, key, past.genome, parent_energy)[1]
         parents = _couple(pairs, agent)
-        teachers = _couple(find_teachers(experiment, moment, pairs), agent)
-    if moment.generation + 1 < experiment.evolution.generations:
-        next_moment = moment._replace(generation=moment.generation + 1)
-        pairs = make_generation(experiment, next_moment, past.genome, energy)[1]
+        teachers = _couple(find_teachers(experiment, key, pairs), agent)
+    if key.generation + 1 < experiment.evolution.generations:
+        next_key = key._replace(generation=key.generation + 1)
+        pairs = make_generation(experiment, next_key, past.genome, energy)[1]
         children = np.flatnonzero((pairs == agent).any(axis=1)).tolist()
     return {"parents": parents, "teachers": teachers, "children": children}
 

@@ -74,30 +74,30 @@ def routes(lab: Lab) -> list[BaseRoute]:
 def _respond_replay(lab: Lab, query: Query) -> Response:
     sources = _sources(query)
     page = replay_page(lab, sources, number(query, "step", 0))
-    lives = [life_query.find_life(lab, source) for source in sources]
-    return _attachment(page, "text/html", f"{_file_name(lives)}.html")
+    lifetimes = [life_query.find_life(lab, source) for source in sources]
+    return _attachment(page, "text/html", f"{_file_name(lifetimes)}.html")
 
 
 def _respond_laboratory(lab: Lab, query: Query) -> Response:
     """Return a page that simulates the conditions of the lifetimes, with their seed."""
-    lives = [life_query.find_life(lab, source) for source in _sources(query)]
-    experiments = list({life.experiment.name: life.experiment for life in lives}.values())
-    page = live_page(experiments, lives[0].moment.seed)
-    return _attachment(page, "text/html", f"{_file_name(lives[:1])}-live.html")
+    lifetimes = [life_query.find_life(lab, source) for source in _sources(query)]
+    experiments = list({life.experiment.name: life.experiment for life in lifetimes}.values())
+    page = live_page(experiments, lifetimes[0].key.seed)
+    return _attachment(page, "text/html", f"{_file_name(lifetimes[:1])}-live.html")
 
 
 def _respond_movie(lab: Lab, query: Query) -> Response:
     """Return a movie. With a `ticket`, the page can request the progress in the meantime."""
-    lives = [life_query.find_life(lab, source) for source in _sources(query)]
+    lifetimes = [life_query.find_life(lab, source) for source in _sources(query)]
     movie_format = text(query, "format")
     ticket = query.get("ticket", "")
     try:
         movie = make_movie(
-            lives, movie_format, lambda share: lab.movie_progress.update({ticket: share})
+            lifetimes, movie_format, lambda share: lab.movie_progress.update({ticket: share})
         )
     finally:
         lab.movie_progress.pop(ticket, None)
-    return _attachment(movie, MOVIE_TYPES[movie_format], f"{_file_name(lives)}.{movie_format}")
+    return _attachment(movie, MOVIE_TYPES[movie_format], f"{_file_name(lifetimes)}.{movie_format}")
 
 
 def _sources(query: Query) -> list[dict[str, str]]:
@@ -140,7 +140,7 @@ def _panel(life: Life, source: dict[str, str]) -> dict[str, Any]:
     experiment = life.experiment
     steps = experiment.lifetime.steps
     span = life_query.read_span(source, steps, bytes_per_step(experiment))
-    seed, run, generation = life.moment
+    seed, run, generation = life.key
     is_preset = _is_preset(life)
     name = experiment.name if is_preset else "experiment.toml"
     return {
@@ -163,13 +163,13 @@ def _is_preset(life: Life) -> bool:
 
 
 def make_movie(
-    lives: Sequence[Life], movie_format: str, report_progress: Callable[[float], object]
+    lifetimes: Sequence[Life], movie_format: str, report_progress: Callable[[float], object]
 ) -> bytes:
     """Return a movie of complete lifetimes, next to each other.
 
     Parameters
     ----------
-    lives
+    lifetimes
         The lifetimes.
     movie_format
         A key of `MOVIE_TYPES`.
@@ -186,7 +186,7 @@ def make_movie(
     """
     if movie_format not in MOVIE_TYPES:
         raise ValueError(f"format = {movie_format!r} must be one of {', '.join(MOVIE_TYPES)}")
-    for experiment in (life.experiment for life in lives):
+    for experiment in (life.experiment for life in lifetimes):
         agents = experiment.population.size
         steps = experiment.lifetime.steps
         if agents * steps > MAX_MOVIE_SIZE:
@@ -196,13 +196,13 @@ def make_movie(
             )
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"life.{movie_format}"
-        write_scenes([_scene(life) for life in lives], path, report_progress)
+        write_scenes([_scene(life) for life in lifetimes], path, report_progress)
         return path.read_bytes()
 
 
 def _scene(life: Life) -> Scene:
     experiment = life.experiment
-    seed, run, generation = life.moment
+    seed, run, generation = life.key
     energy = life.load_parents().energy
     trace = replay(experiment, seed=seed, run=run, generation=generation, energy=energy)
     return Scene(trace, experiment.world.width, experiment.world.height)
@@ -224,10 +224,10 @@ def find_report(lab: Lab, name: str) -> Path:
     return path
 
 
-def _file_name(lives: Sequence[Life]) -> str:
+def _file_name(lifetimes: Sequence[Life]) -> str:
     names = [
-        f"{life.experiment.name}-run{life.moment.run}-generation{life.moment.generation}"
-        for life in lives
+        f"{life.experiment.name}-run{life.key.run}-generation{life.key.generation}"
+        for life in lifetimes
     ]
     return re.sub(r"[^\w+.-]", "-", "-and-".join(names))
 

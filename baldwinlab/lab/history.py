@@ -35,7 +35,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
         def respond() -> Response:
             parents, eaten = _load_history(lab, query, life)
-            return JSONResponse(ancestor_line(life.moment.generation, agent, parents, eaten))
+            return JSONResponse(ancestor_line(life.key.generation, agent, parents, eaten))
 
         return QueuedResponse(lab, respond)
 
@@ -108,7 +108,7 @@ def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     The shapes are [generation, agent, 2] and [generation, agent].
     """
     experiment = life.experiment
-    seed, run, generation = life.moment
+    seed, run, generation = life.key
     if "study" in query:
         study = study_access.find_study(lab, query["study"])
         record = study.read(experiment.name, run, genomes=False)

@@ -41,13 +41,13 @@ class ParentGeneration(NamedTuple):
 
 
 class Life(NamedTuple):
-    """One lifetime. The experiment and the moment determine it completely.
+    """One lifetime. The experiment and the key determine it completely.
 
     Parameters
     ----------
     experiment
         The experiment of the condition.
-    moment
+    key
         Seed, run and generation.
     load_parents
         Reads or computes the data that the lifetime starts with.
@@ -55,7 +55,7 @@ class Life(NamedTuple):
     """
 
     experiment: Experiment
-    moment: GenerationKey
+    key: GenerationKey
     load_parents: Callable[[], ParentGeneration]
 
 
@@ -79,10 +79,10 @@ async def queue_container(
     query = request.query_params
     life = await run_in_threadpool(find_life, lab, query)
     span = read_span(query, life.experiment.lifetime.steps, bytes_per_step(life.experiment))
-    key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.moment)
+    cache_key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.key)
 
     def respond() -> Response:
-        container = lab.cache.get(key, lambda: make(life, span))
+        container = lab.cache.get(cache_key, lambda: make(life, span))
         return Response(container, media_type="application/octet-stream")
 
     return QueuedResponse(lab, respond)
@@ -145,10 +145,10 @@ def _named_life(lab: Lab, query: Query) -> Life:
         run = number(query, "run")
         experiment, seed, _, energy = lab.live.recording_source(query["live"], run, generation)
         return _recomputed_life(experiment, GenerationKey(seed, run, generation), lambda: energy)
-    moment = GenerationKey(number(query, "seed", 0), number(query, "run", 0), generation)
-    check_seed(moment.seed, moment.run)
+    key = GenerationKey(number(query, "seed", 0), number(query, "run", 0), generation)
+    check_seed(key.seed, key.run)
     experiment = load_preset(text(query, "preset"))
-    return _recomputed_life(experiment, moment, lambda: simulate_energy_before(experiment, moment))
+    return _recomputed_life(experiment, key, lambda: simulate_energy_before(experiment, key))
 
 
 def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
@@ -168,13 +168,13 @@ def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
 
 
 def _recomputed_life(
-    experiment: Experiment, moment: GenerationKey, load_energy: Callable[[], xr.DataArray | None]
+    experiment: Experiment, key: GenerationKey, load_energy: Callable[[], xr.DataArray | None]
 ) -> Life:
     """Return a lifetime whose genomes are computed from the fitness of earlier generations."""
-    require_generation(experiment, moment.generation)
+    require_generation(experiment, key.generation)
 
     def load_parents() -> ParentGeneration:
         energy = load_energy()
-        return ParentGeneration(recompute_genomes(experiment, moment, energy), energy)
+        return ParentGeneration(recompute_genomes(experiment, key, energy), energy)
 
-    return Life(experiment, moment, load_parents)
+    return Life(experiment, key, load_parents)

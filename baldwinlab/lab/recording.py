@@ -76,7 +76,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         "kind": "recording",
         "source": source,
         "condition": experiment.name,
-        **life.moment._asdict(),
+        **life.key._asdict(),
         **span._asdict(),
         "steps": experiment.lifetime.steps,
         "agents": experiment.population.size,
@@ -91,7 +91,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
 
 def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     experiment = life.experiment
-    seed, run, generation = life.moment
+    seed, run, generation = life.key
     batch = make_batch(experiment, seed, [run], generation, life.load_parents().genome[None])
     agents = slice(experiment.population.size)
     # Positions are recorded before a step, and actions and their results after it.
