@@ -31,7 +31,7 @@ from baldwinlab.analysis.statistics.sample_sizes import (
 )
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import FIRST, Claim, ClaimComparison
 
 STATISTICS_COLUMNS = ("claim", *COLUMNS)

@@ -19,7 +19,8 @@ from baldwinlab.analysis.palette import MOVIE, shade
 from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra
-from baldwinlab.core.files import name_file_in_errors, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import name_file_in_errors
 from baldwinlab.core.output_paths import REPLAY
 
 # Pixels of the longer side.

@@ -14,7 +14,8 @@ from baldwinlab.api.publish.study import Published, publish
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, show_contrasts, variants_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.core.files import is_local, require_writable_path
+from baldwinlab.core.file_writing import require_writable_path
+from baldwinlab.core.files import is_local
 from baldwinlab.core.output_paths import REPORT, require_writable
 from baldwinlab.core.resources import require
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from baldwinlab.core import console, variables
 from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, require_positive
-from baldwinlab.core.files import require_writable_path, write_atomically
+from baldwinlab.core.file_writing import require_writable_path, write_atomically
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NOTHING, Need, require
 from baldwinlab.experiment import Experiment

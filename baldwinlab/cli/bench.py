@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from baldwinlab.api.benchmark import machine, measure_cases
 from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, Backend, Parts
 from baldwinlab.core import console
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import require_writable
 
 

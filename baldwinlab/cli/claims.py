@@ -19,7 +19,7 @@ from baldwinlab.cli.options import (
     load_parts,
 )
 from baldwinlab.core import console
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.store import StudyStore
 

@@ -18,7 +18,8 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import parse_location, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import EXPORT, is_study, require_writable
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect

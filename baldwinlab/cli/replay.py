@@ -22,7 +22,7 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import REPLAY, require_writable
 from baldwinlab.core.resources import Need, require
 from baldwinlab.core.variables import TRACE

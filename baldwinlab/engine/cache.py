@@ -22,7 +22,7 @@ from typing import Final
 import numba
 import platformdirs
 
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.engine import simd
 from baldwinlab.engine.numba_internals.dispatchers import CodeStore
 

@@ -1,9 +1,10 @@
 """The experiment: everything that decides a result, apart from the seed."""
 
-from baldwinlab.experiment.base import NAME_PATTERN, BaseExperiment, Evolution, assign, validate
+from baldwinlab.experiment.base import BaseExperiment, assign, validate
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge
 from baldwinlab.experiment.miniworld import Experiment, FoodRegion, World
 from baldwinlab.experiment.paths import look_up
+from baldwinlab.experiment.tables import NAME_PATTERN, Evolution
 
 __all__ = [
     "NAME_PATTERN",

@@ -6,14 +6,15 @@ next to the setting that chooses the part (`class_builder`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache, reduce
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import Field, ValidationError, create_model, model_validator
 
 from baldwinlab.experiment import paths, registry
+from baldwinlab.experiment.added_parts import check_added_parts
 from baldwinlab.experiment.class_builder import (
     choosing_fields,
     chosen_parts,
@@ -31,97 +32,9 @@ from baldwinlab.experiment.fields import (
     sentences,
 )
 from baldwinlab.experiment.html import html
-from baldwinlab.experiment.registry import PartChoice, key_of
+from baldwinlab.experiment.registry import key_of
 from baldwinlab.experiment.renamed import upgrade
-
-NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
-Name = Annotated[
-    str,
-    Field(
-        pattern=NAME_PATTERN,
-        max_length=200,
-        description="Name of the condition, in results and figures.",
-    ),
-]
-ModelName = Annotated[str, PartChoice("model")]
-
-
-class Population(Fields):
-    size: int = Field(20, ge=1, le=1_000_000, description="Number of agents per generation (R6).")
-
-
-class Evolution(Fields):
-    generations: int = Field(100, ge=1, le=1_000_000, description="Number of generations per run.")
-    inheritance: Annotated[str, PartChoice("inheritance")] = Field(
-        "darwinian",
-        description=(
-            "Inheritance. darwinian: the genome at birth is inherited; none: all "
-            "weights are drawn again in each generation."
-        ),
-    )
-    lamarckian_share: float = Field(
-        0.0,
-        ge=0,
-        le=1,
-        description=(
-            "Share of the learned weight change that is inherited. 0: Darwinian; 1: Lamarckian."
-        ),
-    )
-    selection: Annotated[str, PartChoice("selection")] = Field(
-        "roulette",
-        description=(
-            "Selection of parents: roulette, tournament of 2, truncation to the "
-            "fitter half, linear rank (R4), or neutral (random)."
-        ),
-    )
-    elite: int = Field(
-        0,
-        ge=0,
-        le=1_000_000,
-        description=("Number of the fittest agents that survive and replace as many children."),
-    )
-    variation: Annotated[str, PartChoice("variation")] = Field(
-        "crossover",
-        description=(
-            "Variation operator. crossover: each weight from either parent, then mutation."
-        ),
-    )
-    fitness: Annotated[str, PartChoice("fitness")] = Field(
-        "energy",
-        description="Fitness. energy: energy of the eaten items, or payoff of the model, "
-        "minus the cost of learning, and at least 0.",
-    )
-    mutation_gate: Literal["weight", "child"] = Field(
-        "weight",
-        description=(
-            "Decision about mutation. weight: for each weight; child: once for all "
-            "weights of a child (R5)."
-        ),
-    )
-    mutation_rate: float = Field(
-        0.05,
-        ge=0,
-        le=1,
-        description="Probability of a mutation, per weight or per child.",
-    )
-    mutation_size: float = Field(
-        0.05,
-        ge=0,
-        le=1000,
-        description="Size of a mutation, which adds U(-size, size) to a weight.",
-    )
-
-
-class Record(Fields):
-    genome_every: int = Field(
-        1,
-        ge=1,
-        le=1_000_000,
-        description=(
-            "Interval in generations at which genomes are stored. The last generation"
-            " is always stored."
-        ),
-    )
+from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 
 class BaseExperiment(Fields):
@@ -266,22 +179,6 @@ class BaseExperiment(Fields):
         return registry.find(kind, name)()
 
 
-def custom_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
-    """Yield kind and name of each custom part of an experiment."""
-    for kind, name in added_choices(experiment):
-        if name not in registry.packaged(kind):
-            yield kind, name
-
-
-def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
-    """Yield kind and name of each part of an experiment that is not in `registry.BUILT_IN`."""
-    for path, kind, _ in choosing_fields(type(experiment)):
-        names = paths.look_up(experiment, path)[0]
-        for name in (names,) if isinstance(names, str) else names:
-            if name not in registry.BUILT_IN[kind]:
-                yield kind, name
-
-
 def _without_idle_tables(
     before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]
 ) -> dict[str, Any]:
@@ -354,7 +251,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
         raise ExperimentError("an experiment is a table of its fields")
     experiment = _made(upgrade(tree) if lenient else tree, lenient)
     if not lenient:
-        _let_added_parts_check(experiment)
+        check_added_parts(experiment)
     return experiment
 
 
@@ -376,30 +273,6 @@ def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
                 return plainer.model_validate(tree, context={"lenient": True})
         raise ExperimentError(sentences(error, made)) from None
     return experiment
-
-
-def _let_added_parts_check(experiment: BaseExperiment) -> None:
-    """Raise ExperimentError if a part does not accept the experiment."""
-    added = {kind for kind, _ in added_choices(experiment)}
-    for path, kind, _ in choosing_fields(type(experiment)):
-        if kind in added:
-            for part in experiment.parts(path):
-                try:
-                    part.check(experiment)
-                except ValueError as error:
-                    raise ExperimentError(str(error)) from None
-    if "selection" in added:
-        _require_separate_groups(experiment)
-
-
-def _require_separate_groups(experiment: BaseExperiment) -> None:
-    """Raise ExperimentError for settings that mix the groups of the selection."""
-    if mixing := experiment.part("evolution.selection").mixing_settings(experiment):
-        raise ExperimentError(
-            f"evolution.selection = {experiment.evolution.selection!r} breeds groups of agents "
-            "separately, and "
-            f"{' and '.join(mixing)} would mix them: leave it out, or choose another selection"
-        )
 
 
 def _class_of(tree: dict[str, Any], lenient: bool, with_custom_parts: bool = True) -> Any:

@@ -14,9 +14,10 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
+from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice
+from baldwinlab.experiment.tables import Evolution, Name, Population, Record
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 SenseName = Annotated[str, PartChoice("sense")]

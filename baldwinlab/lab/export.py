@@ -10,7 +10,7 @@ from baldwinlab._version import __version__
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import has_parent_teachers
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
-from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import single_page

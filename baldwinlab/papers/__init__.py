@@ -10,12 +10,8 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from baldwinlab.core.files import (
-    PAPER_FILE,
-    read_bytes,
-    require_inside_study,
-    write_atomically,
-)
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import PAPER_FILE, read_bytes, require_inside_study
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.papers.loading import PaperError
 from baldwinlab.papers.paper import CARD, KINDS, Paper, check, open_paper

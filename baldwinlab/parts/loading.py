@@ -211,7 +211,7 @@ def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
     PartError
         If a part is not loaded, or has no source file.
     """
-    from baldwinlab.experiment.base import custom_choices
+    from baldwinlab.experiment.added_parts import custom_choices
 
     chosen = {choice for experiment in experiments for choice in custom_choices(experiment)}
     return tuple(source_of(kind, name) for kind, name in sorted(chosen))

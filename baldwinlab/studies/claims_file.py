@@ -7,7 +7,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text
 from baldwinlab.core.netcdf import stored_checksum
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

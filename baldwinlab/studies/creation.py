@@ -7,13 +7,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from baldwinlab.core.files import (
-    PARTIAL,
-    STUDY,
-    is_local,
-    require_inside_study,
-    write_exclusively,
-)
+from baldwinlab.core.file_writing import write_exclusively
+from baldwinlab.core.files import PARTIAL, STUDY, is_local, require_inside_study
 from baldwinlab.core.output_paths import is_study, owner
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind

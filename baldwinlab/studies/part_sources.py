@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import require_inside_study, write_exclusively
+from baldwinlab.core.file_writing import write_exclusively
+from baldwinlab.core.files import require_inside_study
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.experiment.base import custom_choices
+from baldwinlab.experiment.added_parts import custom_choices
 from baldwinlab.experiment.file import require_files
 
 # Loading takes long, and a study without third-party parts does not need it.

@@ -17,7 +17,8 @@ from typing import Any, Final
 import xarray as xr
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.files import FileKind, is_local, read_bytes, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import FileKind, is_local, read_bytes
 from baldwinlab.core.netcdf import DamagedError, attributes, from_bytes, to_bytes, verify
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.variables import RECORD, to_storage

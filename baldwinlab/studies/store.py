@@ -25,19 +25,17 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.file_writing import append_line, require_writable_path, write_atomically
 from baldwinlab.core.files import (
     EXPERIMENT_FILE,
     PARTIAL,
     SESSIONS_FILE,
     STUDY,
     STUDY_FILE,
-    append_line,
     is_local,
     parse_toml,
     read_bytes,
     require_inside_study,
-    require_writable_path,
-    write_atomically,
 )
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.core.files import parse_location, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import parse_location
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_no_trace(

@@ -12,7 +12,7 @@ from playwright.sync_api import Error, Page, expect
 
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.lab.export import live_page
 from baldwinlab.lab.history import ancestor_line
 from baldwinlab.papers import presets

@@ -8,7 +8,7 @@ import pytest
 
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment, ExperimentError, merge
-from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.registry import LIBRARY
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import KINDS, describe, factors, load, names, paper

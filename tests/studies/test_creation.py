@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import parse_location, write_exclusively
+from baldwinlab.core.file_writing import write_exclusively
+from baldwinlab.core.files import parse_location
 from baldwinlab.parts import Source
 from baldwinlab.studies import part_sources
 from baldwinlab.studies.creation import create_study

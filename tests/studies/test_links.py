@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import SESSIONS_FILE, append_line, write_atomically
+from baldwinlab.core.file_writing import append_line, write_atomically
+from baldwinlab.core.files import SESSIONS_FILE
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore

@@ -18,7 +18,7 @@ from baldwinlab.analysis.report.phrases import format_signed
 from baldwinlab.analysis.report.sections import ReportSummary, render
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 
 
 def summary_section(comparison: LearnerComparison, directory: Path) -> ReportSummary:

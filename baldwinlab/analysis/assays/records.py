@@ -13,7 +13,7 @@ from baldwinlab.analysis.assays.criteria import (
     load_rules,
 )
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 
 COLUMNS: Final = (
     "condition",

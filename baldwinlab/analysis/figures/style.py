@@ -29,7 +29,7 @@ from baldwinlab.analysis.palette import (
     PALE,
     SERIES,
 )
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 
 __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PALE"]
 

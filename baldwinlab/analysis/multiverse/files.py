@@ -20,7 +20,8 @@ from baldwinlab.analysis.multiverse.analysis import (
 )
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
-from baldwinlab.core.files import RESULTS_FILE, read_bytes, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import RESULTS_FILE, read_bytes
 
 
 def summarize(multiverse: Multiverse) -> dict[str, Any]:

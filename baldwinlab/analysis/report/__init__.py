@@ -21,7 +21,7 @@ from baldwinlab.analysis.report.sections import (
     write_page,
 )
 from baldwinlab.analysis.statistics.summary import summarize_conditions
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 
 __all__ = [
     "ReportData",

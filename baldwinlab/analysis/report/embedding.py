@@ -11,7 +11,7 @@ from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 
 # Widths in inches below which a figure is shown narrower than the page.
 NARROW: Final = 4.0

@@ -13,7 +13,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis import palette
 from baldwinlab.analysis.report import content, phrases
-from baldwinlab.core.files import is_local, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import is_local
 
 FIGURE: Final = re.compile(r'<figure id="([^"]+)"')
 REFERENCE: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')

@@ -24,7 +24,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 
 MAX_GROUPS: Final = 8
 # Points in a group of several values.

@@ -14,7 +14,7 @@ from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.frames import frame_of
 from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import atomic_path, write_atomically
+from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.assays.descent import HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore

@@ -18,7 +18,8 @@ from urllib.parse import quote
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import KEY, Table
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import is_local, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import is_local
 from baldwinlab.core.output_paths import require_writable
 from baldwinlab.papers import of_study
 from baldwinlab.studies.store import StudyStore

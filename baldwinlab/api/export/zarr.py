@@ -15,7 +15,7 @@ from baldwinlab._version import __version__
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import MARK
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import atomic_path
+from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import owner
 from baldwinlab.core.variables import OF_AGENT
 from baldwinlab.experiment.factors import SWEEP

@@ -20,7 +20,8 @@ from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
-from baldwinlab.core.files import RESULTS_FILE, read_text, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import RESULTS_FILE, read_text
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.claims_file import digest_records

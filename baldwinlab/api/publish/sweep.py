@@ -12,7 +12,7 @@ from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.section import write_sweep_report
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import StudyStore

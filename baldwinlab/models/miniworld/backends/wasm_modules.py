@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.files import write_atomically
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.engine import cache, wasm
 from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.fingerprint import fingerprint
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
 from baldwinlab.experiment import Experiment, validate
-from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.parts.loading import load_text, sources_of
 

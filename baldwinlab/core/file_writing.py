@@ -1,0 +1,155 @@
+"""Write files completely or not at all, on local file systems and in remote storage."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from uuid import uuid4
+
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import (
+    PARTIAL,
+    FileKind,
+    is_local,
+    name_file_in_errors,
+    read_bytes,
+    require_inside_study,
+)
+
+
+def require_writable_path(path: Path) -> None:
+    """Raise RefusedError if a file cannot be written, before its content is computed.
+
+    Raises
+    ------
+    RefusedError
+        The file or its folder is read-only, or a link leads out of a study.
+    """
+    if not is_local(path):
+        return
+    require_inside_study(path)
+    parents = (path, *path.absolute().parents)
+    existing = next(parent for parent in parents if parent.exists())
+    folder = existing if existing.is_dir() else existing.parent
+    if not (os.access(folder, os.W_OK) and os.access(existing, os.W_OK)):
+        raise RefusedError(
+            f"{path} cannot be written: {existing} is read-only. Copy the study to a folder that "
+            "can be written, and use the copy."
+        )
+
+
+@contextmanager
+def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
+    """Yield a temporary path for a local file or folder, and rename it to `path` at the end.
+
+    Parameters
+    ----------
+    path
+        The final path. Its folder is created if it does not exist.
+    exclusive
+        Raise FileExistsError if `path` exists at the end.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written. Nothing remains of it.
+    RefusedError
+        A link leads out of a study.
+    """
+    require_inside_study(path)
+    with name_file_in_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
+        try:
+            yield partial
+            if partial.is_file():
+                with partial.open("rb+") as file:
+                    os.fsync(file.fileno())
+            if exclusive:
+                _link(partial, path)
+            else:
+                partial.replace(path)
+        finally:
+            _remove(partial)
+
+
+def _link(partial: Path, path: Path) -> None:
+    """Give a file the name `path`; raise FileExistsError if another process has created it."""
+    try:
+        os.link(partial, path)
+    except FileExistsError:
+        raise
+    except OSError:
+        # The file system has no hard links.
+        with path.open("xb") as file:
+            file.write(partial.read_bytes())
+
+
+def _remove(partial: Path) -> None:
+    if partial.is_dir():
+        # Imported late: it takes a while to load.
+        import shutil
+
+        shutil.rmtree(partial, ignore_errors=True)
+    else:
+        partial.unlink(missing_ok=True)
+
+
+def write_atomically(path: Path, content: bytes) -> Path:
+    """Write a file completely or not at all. Raise as `atomic_path` does."""
+    if is_local(path):
+        with atomic_path(path) as partial, partial.open("xb") as file:
+            file.write(content)
+    else:
+        with name_file_in_errors(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            # In remote storage a write is atomic, and a rename is not.
+            path.write_bytes(content)
+    return path
+
+
+def write_exclusively(path: Path, content: bytes) -> None:
+    """Write a file that must not exist yet. One of several processes succeeds.
+
+    The others raise FileExistsError. Other errors are those of `atomic_path`. In remote storage
+    without exclusive creation the file is compared after the write, so that two writers see one
+    content.
+    """
+    if is_local(path):
+        with atomic_path(path, exclusive=True) as partial, partial.open("xb") as file:
+            file.write(content)
+        return
+    conflict = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as file:
+            file.write(content)
+    except FileExistsError:
+        raise conflict from None
+    except (ValueError, NotImplementedError):
+        # The storage has no exclusive creation.
+        if path.exists():
+            raise conflict from None
+        write_atomically(path, content)
+        if path.read_bytes() != content:
+            raise conflict from None
+
+
+def append_line(path: Path, line: str, kind: FileKind) -> None:
+    """Add a line to a file. Raise as `atomic_path`, and RefusedError if the file is a link.
+
+    In remote storage a file cannot grow, so it is written again. So is a file with another hard
+    link, whose content must not change.
+    """
+    require_inside_study(path)
+    if is_local(path) and path.is_symlink():
+        raise RefusedError(f"{path} cannot be written: it is a link. Remove it.")
+    if is_local(path) and not (path.exists() and path.stat().st_nlink > 1):
+        with name_file_in_errors(path), path.open("a", encoding="utf-8") as file:
+            file.write(line + "\n")
+    else:
+        before = read_bytes(path, kind) if path.exists() else b""
+        write_atomically(path, before + f"{line}\n".encode())

@@ -1,0 +1,53 @@
+"""Parts of an experiment that are not built in: find them, and let them check the experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from baldwinlab.experiment import paths, registry
+from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.fields import ExperimentError
+
+if TYPE_CHECKING:
+    from baldwinlab.experiment.base import BaseExperiment
+
+
+def custom_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+    """Yield kind and name of each custom part of an experiment."""
+    for kind, name in added_choices(experiment):
+        if name not in registry.packaged(kind):
+            yield kind, name
+
+
+def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+    """Yield kind and name of each part of an experiment that is not in `registry.BUILT_IN`."""
+    for path, kind, _ in choosing_fields(type(experiment)):
+        names = paths.look_up(experiment, path)[0]
+        for name in (names,) if isinstance(names, str) else names:
+            if name not in registry.BUILT_IN[kind]:
+                yield kind, name
+
+
+def check_added_parts(experiment: BaseExperiment) -> None:
+    """Raise ExperimentError if a part does not accept the experiment."""
+    added = {kind for kind, _ in added_choices(experiment)}
+    for path, kind, _ in choosing_fields(type(experiment)):
+        if kind in added:
+            for part in experiment.parts(path):
+                try:
+                    part.check(experiment)
+                except ValueError as error:
+                    raise ExperimentError(str(error)) from None
+    if "selection" in added:
+        _require_separate_groups(experiment)
+
+
+def _require_separate_groups(experiment: BaseExperiment) -> None:
+    """Raise ExperimentError for settings that mix the groups of the selection."""
+    if mixing := experiment.part("evolution.selection").mixing_settings(experiment):
+        raise ExperimentError(
+            f"evolution.selection = {experiment.evolution.selection!r} breeds groups of agents "
+            "separately, and "
+            f"{' and '.join(mixing)} would mix them: leave it out, or choose another selection"
+        )

@@ -1,0 +1,101 @@
+"""Tables of settings that the experiments of all models have."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from baldwinlab.experiment.fields import Fields
+from baldwinlab.experiment.registry import PartChoice
+
+NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
+
+Name = Annotated[
+    str,
+    Field(
+        pattern=NAME_PATTERN,
+        max_length=200,
+        description="Name of the condition, in results and figures.",
+    ),
+]
+
+ModelName = Annotated[str, PartChoice("model")]
+
+
+class Population(Fields):
+    size: int = Field(20, ge=1, le=1_000_000, description="Number of agents per generation (R6).")
+
+
+class Evolution(Fields):
+    generations: int = Field(100, ge=1, le=1_000_000, description="Number of generations per run.")
+    inheritance: Annotated[str, PartChoice("inheritance")] = Field(
+        "darwinian",
+        description=(
+            "Inheritance. darwinian: the genome at birth is inherited; none: all "
+            "weights are drawn again in each generation."
+        ),
+    )
+    lamarckian_share: float = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description=(
+            "Share of the learned weight change that is inherited. 0: Darwinian; 1: Lamarckian."
+        ),
+    )
+    selection: Annotated[str, PartChoice("selection")] = Field(
+        "roulette",
+        description=(
+            "Selection of parents: roulette, tournament of 2, truncation to the "
+            "fitter half, linear rank (R4), or neutral (random)."
+        ),
+    )
+    elite: int = Field(
+        0,
+        ge=0,
+        le=1_000_000,
+        description=("Number of the fittest agents that survive and replace as many children."),
+    )
+    variation: Annotated[str, PartChoice("variation")] = Field(
+        "crossover",
+        description=(
+            "Variation operator. crossover: each weight from either parent, then mutation."
+        ),
+    )
+    fitness: Annotated[str, PartChoice("fitness")] = Field(
+        "energy",
+        description="Fitness. energy: energy of the eaten items, or payoff of the model, "
+        "minus the cost of learning, and at least 0.",
+    )
+    mutation_gate: Literal["weight", "child"] = Field(
+        "weight",
+        description=(
+            "Decision about mutation. weight: for each weight; child: once for all "
+            "weights of a child (R5)."
+        ),
+    )
+    mutation_rate: float = Field(
+        0.05,
+        ge=0,
+        le=1,
+        description="Probability of a mutation, per weight or per child.",
+    )
+    mutation_size: float = Field(
+        0.05,
+        ge=0,
+        le=1000,
+        description="Size of a mutation, which adds U(-size, size) to a weight.",
+    )
+
+
+class Record(Fields):
+    genome_every: int = Field(
+        1,
+        ge=1,
+        le=1_000_000,
+        description=(
+            "Interval in generations at which genomes are stored. The last generation"
+            " is always stored."
+        ),
+    )
