@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect
 from baldwinlab.api.publish import lab_results
 from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.studies.store import StudyStore
-from tests.analysis.assays.assayed import of_study, reaction
+from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.axe import find_violations
 from tests.lab.client import SMALL, WINDOWS, LabServer, get_json
 from tests.lab.conftest import run_server
@@ -158,7 +158,7 @@ def reaction_assay(lab_server: LabServer) -> Iterator[None]:
     """Store the results of a reaction assay in the study `small`."""
     folder = lab_server.root / "small" / "assays"
     (folder / "reaction" / "evo").mkdir(parents=True)
-    results = of_study(reaction("evo/A", 60), StudyStore(lab_server.root / "small"), "evo/A")
+    results = assign_to_study(reaction("evo/A", 60), StudyStore(lab_server.root / "small"), "evo/A")
     (folder / "reaction" / "evo" / "A.nc").write_bytes(to_bytes(results))
     yield
     shutil.rmtree(folder)

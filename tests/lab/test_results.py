@@ -14,7 +14,7 @@ from baldwinlab.api.publish import lab_results
 from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.core.variables import AS_EVOLVED
 from baldwinlab.studies.open import open_runs
-from tests.analysis.assays.assayed import of_study, reaction
+from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.lab.client import LabServer, get_error, get_json
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
@@ -64,7 +64,7 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
         }
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
-        assay = of_study(reaction("evo/A", 60), study, "evo/A")
+        assay = assign_to_study(reaction("evo/A", 60), study, "evo/A")
         (folder / "A.nc").write_bytes(to_bytes(assay))
         response = get_json(server.address, "results/reaction", study="it")
         assert response["unit"] == "fitness (energy)"

@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from baldwinlab.analysis.assays import figures, within_life_figure
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures import to_svg
-from tests.analysis.assays.assayed import constant, innate, whole
+from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
 
 A = "evo+self-taught/A"
 B = "evo+self-taught/B"
@@ -30,8 +30,8 @@ DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
 
 @pytest.mark.parametrize("name", DRAW)
 def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> None:
-    figure = DRAW[name](whole(), [A, B], "fitness")
-    assert to_svg(DRAW[name](whole(), [A, B], "fitness")) == to_svg(figure)
+    figure = DRAW[name](make_all_assays(), [A, B], "fitness")
+    assert to_svg(DRAW[name](make_all_assays(), [A, B], "fitness")) == to_svg(figure)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2
@@ -41,7 +41,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> N
 def test_a_single_run_is_drawn_without_a_warning(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert to_svg(DRAW[name](whole(runs=1), [A, B], "fitness"))
+        assert to_svg(DRAW[name](make_all_assays(runs=1), [A, B], "fitness"))
 
 
 def test_three_conditions_have_two_rows_and_missing_kinds_of_life_are_left_out() -> None:
@@ -72,7 +72,7 @@ def test_weight_changes_are_drawn_if_a_model_has_weights() -> None:
 
 
 def test_a_reaction_norm_marks_the_value_of_evolution() -> None:
-    figure = figures.draw_reaction_norms(whole(), [], "fitness")
+    figure = figures.draw_reaction_norms(make_all_assays(), [], "fitness")
     labels = [[tick.get_text() for tick in axes.get_xticklabels()] for axes in figure.axes]
     assert (
         ["10", "(50)", "100"] in labels
@@ -82,7 +82,7 @@ def test_a_reaction_norm_marks_the_value_of_evolution() -> None:
 
 
 def test_the_share_of_first_meals_ends_at_the_share_of_agents_that_ate() -> None:
-    stored = whole()
+    stored = make_all_assays()
     meals = stored["within-life"][A]["first_meal"]
     meals[{"newborns": 3, "agent": 0}] = np.nan
     figure = within_life_figure.draw_within_life(stored, [A], "fitness")

@@ -14,7 +14,7 @@ from baldwinlab.analysis.assays.learner_report import summary_section
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.experiment.factors import of_study
 from baldwinlab.papers.claims import Claim
-from tests.analysis.assays.assayed import constant, innate, neutral
+from tests.analysis.assays.artificial_assays import constant, innate, neutral
 from tests.analysis.statistics.studies import RUNS, Claims, study
 
 TAUGHT = "evo+self-taught"

@@ -18,13 +18,13 @@ from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.section import section, tabulate_numbers
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report import write_page
-from tests.analysis.assays.assayed import (
+from tests.analysis.assays.artificial_assays import (
     constant,
     innate,
+    make_all_assays,
     modules,
     neutral,
     rising,
-    whole,
     within_life,
 )
 
@@ -158,7 +158,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(
         "A study",
         "Its assays.",
-        [section(whole(), folder)],
+        [section(make_all_assays(), folder)],
         folder / "page.html",
         folder / "figures",
     )
@@ -190,7 +190,7 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
 
 
 def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
-    short = section(whole(), tmp_path).short
+    short = section(make_all_assays(), tmp_path).short
     assert (
         short.startswith("On map A (evo+self-taught): both phases of the Baldwin effect")
         and "On map B" in short
@@ -252,9 +252,11 @@ def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> Non
     assert any(row.startswith(f"{A},energy,0,off,2.") for row in rows)
 
 
-@pytest.mark.parametrize("assay", list(whole(runs=1)))
+@pytest.mark.parametrize("assay", list(make_all_assays(runs=1)))
 def test_a_single_assay_of_a_single_run_has_a_section_too(assay: str, tmp_path: Path) -> None:
-    text = re.sub(r'src="[^"]*"', "", section({assay: whole(runs=1)[assay]}, tmp_path).body)
+    text = re.sub(
+        r'src="[^"]*"', "", section({assay: make_all_assays(runs=1)[assay]}, tmp_path).body
+    )
     assert "not measured" in text and "nan" not in text.lower()
 
 

@@ -21,16 +21,16 @@ from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.assays.storage import assay_path, read_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.analysis.assays.assayed import (
+from tests.analysis.assays.artificial_assays import (
     RUNS,
     STEPS,
     Assayed,
     constant,
     innate,
+    make_all_assays,
     neutral,
     rising,
     spread,
-    whole,
     within_life,
 )
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
@@ -49,14 +49,14 @@ def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) 
 
 
 def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
-    for assay, conditions in whole(runs=2).items():
+    for assay, conditions in make_all_assays(runs=2).items():
         for condition, data in conditions.items():
             path = tmp_path / "assays" / assay / f"{condition}.nc"
             path.parent.mkdir(parents=True, exist_ok=True)
             data.to_netcdf(path, engine="scipy")
     found = read_assays(Assayed(tmp_path))
     assert {assay: set(conditions) for assay, conditions in found.items()} == {
-        assay: set(conditions) for assay, conditions in whole(runs=2).items()
+        assay: set(conditions) for assay, conditions in make_all_assays(runs=2).items()
     }
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
     assert read_factors(found["innate"][A]) == Factors(learner=A)
@@ -67,7 +67,8 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
         == "A"
     )
     assert (
-        compute_quantities(found, A, 10).keys() == compute_quantities(whole(runs=2), A, 10).keys()
+        compute_quantities(found, A, 10).keys()
+        == compute_quantities(make_all_assays(runs=2), A, 10).keys()
     )
 
 
@@ -164,7 +165,7 @@ def test_who_never_ate_counts_with_the_whole_life() -> None:
 
 
 def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
-    found = compute_quantities(whole(), A, 10)
+    found = compute_quantities(make_all_assays(), A, 10)
     assert ("setting", "as evolved") in found and ("setting, relative", "as evolved") not in found
     np.testing.assert_allclose(found["setting, relative", "map = A"].values, 7 / 8)
     assert found["setting", "learning.rate = 0.1"].shape == (RUNS,)
@@ -172,7 +173,7 @@ def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
 
 def test_a_window_has_at_least_one_generation() -> None:
     with pytest.raises(ValueError, match="at least 1"):
-        compute_quantities(whole(), A, 0)
+        compute_quantities(make_all_assays(), A, 0)
 
 
 def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Sizes and clocks of the gallery, of assays and runs whose answers are known."""
+"""Effect sizes and clocks of the gallery, evaluated on artificial assays and runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ import xarray as xr
 
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.papers.presets import load
-from tests.analysis.assays.assayed import AGENTS, GENERATIONS, RUNS, constant, innate, rising
+from tests.analysis.assays.artificial_assays import (
+    AGENTS,
+    GENERATIONS,
+    RUNS,
+    constant,
+    innate,
+    rising,
+)
 
 LEARNER = "evo+self-taught/A"
 CONTROL = "evo/A"
@@ -27,86 +34,87 @@ def runs(learner: np.ndarray, control: np.ndarray) -> xr.Dataset:
     return xr.Dataset({"energy": (("condition", "run", "generation", "agent"), energy)}, coords)
 
 
-def asked(
+def evaluate(
     *, off: Any, on: Any, without: Any, study: xr.Dataset | None = None, last: int = 10
 ) -> System:
     stored = {
         "innate": {LEARNER: innate(LEARNER, off=off, on=on), CONTROL: innate(CONTROL, off=without)}
     }
-    lived = runs(STEP * 1.0, STEP * 1.0) if study is None else study
-    (found,) = evaluate_systems(
-        lived, stored, {name: load(name) for name in (LEARNER, CONTROL)}, [LEARNER], last
+    dataset = runs(STEP * 1.0, STEP * 1.0) if study is None else study
+    (system,) = evaluate_systems(
+        dataset, stored, {name: load(name) for name in (LEARNER, CONTROL)}, [LEARNER], last
     )
-    return found
+    return system
 
 
-def size(found: System, criterion: str) -> float:
-    answer = found.answers[criterion]
+def size(system: System, criterion: str) -> float:
+    answer = system.answers[criterion]
     assert answer.size is not None
     return answer.size.median
 
 
-def test_sizes_are_shares_of_the_fitness_as_lived_at_last() -> None:
-    found = asked(off=constant(30), on=constant(100), without=constant(50))
-    assert size(found, "gain") == pytest.approx(0.7), "70 of 100 are owed to learning"
-    assert size(found, "innate") == pytest.approx(0)
-    assert size(found, "guidance") == pytest.approx(-0.2), (
-        "30 are innate where evolution alone makes 50"
+def test_sizes_are_shares_of_the_last_fitness_with_learning() -> None:
+    system = evaluate(off=constant(30), on=constant(100), without=constant(50))
+    assert size(system, "gain") == pytest.approx(0.7), "learning adds 70 of 100"
+    assert size(system, "innate") == pytest.approx(0)
+    assert size(system, "guidance") == pytest.approx(-0.2), (
+        "30 are innate, and evolution alone reaches 50"
     )
-    assert found.answers["guidance"].verdict == "no" and found.control == CONTROL
-    assert found.answers["cost"].size is None, "as no life was frozen"
+    assert system.answers["guidance"].verdict == "no" and system.control == CONTROL
+    assert system.answers["cost"].size is None, "no lifetime had frozen weights"
 
 
-def test_what_is_taken_over_rises_as_much_as_the_gain_falls() -> None:
-    found = asked(off=rising(0, 100), on=constant(100), without=constant(100))
+def test_innate_fitness_rises_as_much_as_the_gain_falls() -> None:
+    system = evaluate(off=rising(0, 100), on=constant(100), without=constant(100))
     assert (
-        size(found, "innate") == pytest.approx(-size(found, "need")) and size(found, "innate") > 0.7
+        size(system, "innate") == pytest.approx(-size(system, "need"))
+        and size(system, "innate") > 0.7
     )
-    assert found.phases[1] == "yes"
+    assert system.phases[1] == "yes"
 
 
-def test_selection_sees_what_is_innate_unless_learning_makes_all_alike_or_turns_it_round() -> None:
+def test_innate_and_learned_fitness_correlate_unless_learning_equalizes_or_reverses_ranks() -> None:
     stored = innate(LEARNER, off=constant(10), on=constant(10))
     order = np.arange(AGENTS, dtype=float)
     correlations = {}
-    for name, lived in (("as born", order), ("turned round", -order), ("alike", 0 * order)):
+    for name, learned in (("same order", order), ("reversed", -order), ("equal", 0 * order)):
         data = stored.copy(deep=True)
         data["energy"].loc[{"life": "off"}] = order
-        data["energy"].loc[{"life": "on"}] = lived
+        data["energy"].loc[{"life": "on"}] = learned
         assays = {"innate": {LEARNER: data}}
-        (found,) = evaluate_systems(
+        (system,) = evaluate_systems(
             runs(STEP * 1.0, STEP * 1.0), assays, {LEARNER: load(LEARNER)}, [], 10
         )
-        correlations[name] = found.correlation and found.correlation.median
+        correlations[name] = system.correlation and system.correlation.median
     assert correlations == {
-        "as born": pytest.approx(1),
-        "turned round": pytest.approx(-1),
-        "alike": None,
+        "same order": pytest.approx(1),
+        "reversed": pytest.approx(-1),
+        "equal": None,
     }
 
 
-def test_half_way_is_told_on_both_clocks() -> None:
+def test_the_half_way_point_has_generations_and_evaluations() -> None:
     study = runs(learner=np.minimum(STEP * 10.0, 100), control=STEP * 1.0)
-    clock = asked(off=constant(1), on=constant(2), without=constant(1), study=study).clock
+    clock = evaluate(off=constant(1), on=constant(2), without=constant(1), study=study).clock
     assert clock is not None and clock.level == pytest.approx(50), (
         "between the founders' 0 and the best, 100"
     )
     assert clock.generations == 5 and clock.evaluations == 6 * AGENTS, (
-        "the sixth generation, a life each"
+        "six generations with one lifetime per agent"
     )
-    assert math.isnan(clock.generations_without), "evolution alone comes to 39"
+    assert math.isnan(clock.generations_without), "evolution alone reaches 39"
 
 
-def test_a_condition_without_a_rival_has_no_clock_and_no_guidance() -> None:
+def test_a_condition_without_a_control_has_no_clock_and_no_guidance() -> None:
     data = innate(LEARNER, off=constant(1), on=constant(2))
     study = runs(STEP * 1.0, STEP * 1.0).sel(condition=[LEARNER])
-    (found,) = evaluate_systems(
+    (system,) = evaluate_systems(
         study, {"innate": {LEARNER: data}}, {LEARNER: load(LEARNER)}, [], 10
     )
-    assert found.clock is None and found.answers["guidance"] == ("not measured", None)
+    assert system.clock is None and system.answers["guidance"] == ("not measured", None)
 
 
-def test_only_the_conditions_that_are_wanted_are_asked() -> None:
+def test_only_requested_conditions_are_evaluated() -> None:
     data = innate(LEARNER, off=constant(1), on=constant(2))
     experiments = {LEARNER: load(LEARNER)}
     assert (

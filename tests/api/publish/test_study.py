@@ -8,7 +8,7 @@ import pytest
 
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish
-from tests.analysis.assays.assayed import constant, innate, of_study, rising
+from tests.analysis.assays.artificial_assays import assign_to_study, constant, innate, rising
 from tests.small_studies import ignore_message, make_small_study
 
 A = "evo+self-taught/A"
@@ -21,7 +21,9 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     assert "Baldwin effect?" not in page.read_text("utf-8")
     path = study.directory / "assays" / "innate" / f"{A}.nc"
     path.parent.mkdir(parents=True)
-    of_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(path, engine="scipy")
+    assign_to_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(
+        path, engine="scipy"
+    )
     publish(plan_report(study, page), ignore_message)
     assert '<h2 id="baldwin">Is there a Baldwin effect?</h2>' in page.read_text("utf-8")
     assert (study.directory / "baldwin.csv").exists() and (

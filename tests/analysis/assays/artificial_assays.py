@@ -1,4 +1,4 @@
-"""Assays made by hand, so that what must be said of them is known."""
+"""Artificial assays, for which the correct results are known."""
 
 from __future__ import annotations
 
@@ -31,11 +31,19 @@ MODULES = (
     "both random",
 )
 SETTINGS = (
-    ("as evolved", ""), ("map", "A"), ("map", "B"), ("world.food.0.count", "10"), ("world.food.0.count", "100"),
-    ("senses.visual_radius", "10"), ("senses.visual_radius", "80"), ("learning.rate", "0.001"), ("learning.rate", "0.1"),
-)  # fmt: skip
+    ("as evolved", ""),
+    ("map", "A"),
+    ("map", "B"),
+    ("world.food.0.count", "10"),
+    ("world.food.0.count", "100"),
+    ("senses.visual_radius", "10"),
+    ("senses.visual_radius", "80"),
+    ("learning.rate", "0.001"),
+    ("learning.rate", "0.1"),
+)
 
-Course = Callable[[float], float]  # from 0, the first generation, to 1, the last
+# A value by progress of evolution, from 0 (the first generation) to 1 (the last generation).
+Course = Callable[[float], float]
 
 
 def constant(value: float) -> Course:
@@ -47,7 +55,7 @@ def rising(first: float, last: float) -> Course:
 
 
 def experiment(condition: str) -> Experiment:
-    """The experiment of a condition that was assayed."""
+    """Return the experiment of a condition with assays."""
     return load(condition).replace(
         evolution={"generations": GENERATIONS},
         lifetime={"steps": STEPS},
@@ -56,7 +64,7 @@ def experiment(condition: str) -> Experiment:
 
 
 class Assayed(NamedTuple):
-    """The study whose assays these are."""
+    """The study of the assays."""
 
     directory: Path
     factors: Mapping[str, Factors] = MappingProxyType({})
@@ -72,7 +80,9 @@ class Assayed(NamedTuple):
         return list(range(RUNS))
 
 
-def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, Any]) -> xr.Dataset:
+def _make_dataset(
+    assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, Any]
+) -> xr.Dataset:
     runs = next(iter(arrays.values())).shape[0]
     provenance = {
         "experiment": to_toml(experiment(condition)),
@@ -85,7 +95,7 @@ def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, 
 
 
 def spread(runs: int, *shape: int) -> np.ndarray:
-    """Runs differ a little, each in its own way: around 1."""
+    """Return factors near 1 that differ between runs."""
     return np.broadcast_to(
         1 + 0.01 * np.arange(runs).reshape(-1, *(1 for _ in shape)), (runs, *shape)
     )
@@ -94,25 +104,28 @@ def spread(runs: int, *shape: int) -> np.ndarray:
 def innate(
     condition: str, distance: Course | None = None, runs: int = RUNS, **lives: Course
 ) -> xr.Dataset:
-    """Food of every agent in each kind of life, by how far evolution has come; kinds that are not given were not lived."""
+    """Make the innate assay. Kinds of life without an argument have no values."""
     progress = np.linspace(0, 1, GENERATIONS)
     distance = distance or constant(1)
     energy = np.full((runs, GENERATIONS, len(LIVES), AGENTS), np.nan)
     for life, course in lives.items():
-        values = np.array([course(place) for place in progress])
+        values = np.array([course(progress_value) for progress_value in progress])
         energy[:, :, LIVES.index(life), :] = values[:, None] * spread(runs, GENERATIONS, AGENTS)
-    moved = np.array([distance(place) for place in progress])[:, None, None] * spread(
-        runs, GENERATIONS, len(LAYERS), AGENTS
-    )
+    moved = np.array([distance(progress_value) for progress_value in progress])[
+        :, None, None
+    ] * spread(runs, GENERATIONS, len(LAYERS), AGENTS)
     coords = {"generation": np.arange(GENERATIONS), "life": list(LIVES), "layer": list(LAYERS)}
     arrays = {"energy": energy} | ({"distance": moved} if "on" in lives else {})
-    return _made("innate", condition, arrays, coords)
+    return _make_dataset("innate", condition, arrays, coords)
 
 
 def neutral(
     condition: str, evolved: Sequence[float], control: Sequence[float], runs: int = RUNS
 ) -> xr.Dataset:
-    """Food of the last ten generations' newborns and of their neutral control, with learning off and on."""
+    """Make the neutral assay from the energy of evolved newborns and of their neutral control.
+
+    The values are those with learning off and with learning on.
+    """
     energy = np.array([evolved, control], float)[:, :, None] * spread(
         runs, 10, len(NEWBORNS_COMPARED), 2, AGENTS
     )
@@ -121,13 +134,13 @@ def neutral(
         "newborns": list(NEWBORNS_COMPARED),
         "life": list(LIVES[:2]),
     }
-    return _made("neutral", condition, {"energy": energy}, coords)
+    return _make_dataset("neutral", condition, {"energy": energy}, coords)
 
 
 def within_life(
     condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS
 ) -> xr.Dataset:
-    """Items an agent eats in a window of its life, rising from random genomes to the last generation; 0 is never."""
+    """Make the assay within life; eaten items rise from random genomes to the last generation."""
     amounts = np.linspace(blank, evolved, len(NEWBORNS))
     eaten = np.round(
         amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)
@@ -135,12 +148,14 @@ def within_life(
     meals = np.where(amounts > 0, STEPS / (1 + amounts), np.nan)
     coords = {"newborns": list(NEWBORNS), "window": np.arange(windows) * (STEPS // windows)}
     first = meals[:, None] * spread(runs, len(NEWBORNS), AGENTS)
-    return _made("within-life", condition, {"eaten_in_window": eaten, "first_meal": first}, coords)
+    return _make_dataset(
+        "within-life", condition, {"eaten_in_window": eaten, "first_meal": first}, coords
+    )
 
 
 def modules(condition: str, food: Sequence[float], runs: int = RUNS) -> xr.Dataset:
     energy = np.array(food, float)[:, None] * spread(runs, len(MODULES), AGENTS)
-    return _made("modules", condition, {"energy": energy}, {"modules": list(MODULES)})
+    return _make_dataset("modules", condition, {"energy": energy}, {"modules": list(MODULES)})
 
 
 def reaction(condition: str, food: float, runs: int = RUNS) -> xr.Dataset:
@@ -149,7 +164,7 @@ def reaction(condition: str, food: float, runs: int = RUNS) -> xr.Dataset:
     )
     fields, values = zip(*SETTINGS, strict=True)
     coords = {"field": ("setting", list(fields)), "value": ("setting", list(values))}
-    return _made("reaction", condition, {"energy": energy}, coords)
+    return _make_dataset("reaction", condition, {"energy": energy}, coords)
 
 
 def descent(condition: str, runs: int = RUNS) -> xr.Dataset:
@@ -157,14 +172,17 @@ def descent(condition: str, runs: int = RUNS) -> xr.Dataset:
         runs, GENERATIONS
     )
     ancestors = AGENTS / (1 + 0.1 * np.arange(GENERATIONS)) * spread(runs, GENERATIONS)
-    return _made(
+    return _make_dataset(
         "descent", condition, {"common_ancestor_age": age, "effective_ancestors": ancestors},
         {"generation": np.arange(GENERATIONS)},
     )  # fmt: skip
 
 
-def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
-    """Every assay: on map A what is learned becomes innate, on map B nobody eats without learning."""
+def make_all_assays(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
+    """Make all assays.
+
+    On map A, learned behavior becomes innate. On map B, no agent eats without learning.
+    """
     a = "evo+self-taught/A"
     b = "evo+self-taught/B"
     evo = "evo/A"
@@ -202,11 +220,11 @@ def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
     }
 
 
-def of_study(made: xr.Dataset, study: StudyStore, condition: str) -> xr.Dataset:
-    """An assay made by hand as one of a condition of a study, with as many runs as that has."""
-    facts = {
+def assign_to_study(assay: xr.Dataset, study: StudyStore, condition: str) -> xr.Dataset:
+    """Return an artificial assay with the attributes and the runs of a stored condition."""
+    attributes = {
         "experiment": to_toml(study.experiments[condition]),
         "seed": study.seed,
         "condition": condition,
     }
-    return made.isel(run=slice(len(study.runs(condition)))).assign_attrs(facts)
+    return assay.isel(run=slice(len(study.runs(condition)))).assign_attrs(attributes)
