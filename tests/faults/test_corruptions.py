@@ -19,7 +19,7 @@ from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
 from tests.faults.amount import amount
 from tests.small_studies import shorten_preset
-from tests.studies.assays.studies import measured
+from tests.studies.assays.studies import make_small_study_with_assays
 
 CONDITIONS = [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")]
 ASSAYS = ["innate", "descent"]
@@ -29,7 +29,7 @@ Change = Callable[[Path, Path], None]
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return measured(
+    return make_small_study_with_assays(
         tmp_path_factory.mktemp("sound"), names=ASSAYS, runs=2, experiments=CONDITIONS
     ).directory
 

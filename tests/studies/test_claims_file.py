@@ -1,4 +1,4 @@
-"""Claims are read back while they are what the report wrote, of the runs that are stored."""
+"""Claims are read only if the report wrote them about the stored runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import make_small_study, shorten_preset
 
-WRITTEN: list[dict[str, Any]] = [
+VERDICTS: list[dict[str, Any]] = [
     {"id": "C1", "verdict": "undecided", "effect": 1.5},
     {"id": "C2", "verdict": "holds", "effect": None},
 ]
@@ -26,27 +26,27 @@ def study(tmp_path: Path) -> StudyStore:
     return make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2)
 
 
-def test_claims_come_back_as_they_were_written(study: StudyStore) -> None:
+def test_claims_are_read_as_they_were_written(study: StudyStore) -> None:
     assert read_claims(study) == []
-    write_claims(study, WRITTEN)
-    assert read_claims(study) == WRITTEN
+    write_claims(study, VERDICTS)
+    assert read_claims(study) == VERDICTS
 
 
 @pytest.mark.parametrize("change", ["verdict", "effect", "claim added", "records"])
-def test_a_change_by_hand_is_refused(study: StudyStore, change: str) -> None:
-    write_claims(study, WRITTEN)
+def test_a_manually_changed_file_is_refused(study: StudyStore, change: str) -> None:
+    write_claims(study, VERDICTS)
     path = study.directory / CLAIMS
-    found = json.loads(path.read_text())
+    stored = json.loads(path.read_text())
     match change:
         case "verdict":
-            found["claims"][0]["verdict"] = "holds"
+            stored["claims"][0]["verdict"] = "holds"
         case "effect":
-            found["claims"][0]["effect"] = 2.5
+            stored["claims"][0]["effect"] = 2.5
         case "claim added":
-            found["claims"].append(found["claims"][0])
+            stored["claims"].append(stored["claims"][0])
         case "records":
-            found["records"] = "0" * 64
-    path.write_text(json.dumps(found))
+            stored["records"] = "0" * 64
+    path.write_text(json.dumps(stored))
     with pytest.raises(
         StudyError,
         match=r"claims\.json is not what a report has written; `baldwinlab report .*` makes it",
@@ -54,26 +54,26 @@ def test_a_change_by_hand_is_refused(study: StudyStore, change: str) -> None:
         read_claims(study)
 
 
-def test_claims_of_other_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
-    write_claims(study, WRITTEN)
+def test_claims_about_different_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
+    write_claims(study, VERDICTS)
     grown = make_small_study(study.directory, [shorten_preset("evo/A")], runs=3)
     with pytest.raises(
         StudyError, match="was decided by other runs than those that are stored now"
     ):
         read_claims(grown)
-    other = make_small_study(tmp_path / "other", [shorten_preset("evo/A")], runs=3, seed=6)
-    write_claims(other, WRITTEN)
-    shutil.copy(other.directory / CLAIMS, grown.directory / CLAIMS)
+    second = make_small_study(tmp_path / "other", [shorten_preset("evo/A")], runs=3, seed=6)
+    write_claims(second, VERDICTS)
+    shutil.copy(second.directory / CLAIMS, grown.directory / CLAIMS)
     with pytest.raises(
         StudyError, match="was decided by other runs than those that are stored now"
     ):
         read_claims(grown)
 
 
-def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them_again(
+def test_claims_of_an_older_version_are_refused_with_the_command_that_writes_them(
     study: StudyStore,
 ) -> None:
-    (study.directory / CLAIMS).write_text(json.dumps(WRITTEN))
+    (study.directory / CLAIMS).write_text(json.dumps(VERDICTS))
     with pytest.raises(
         StudyError,
         match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again",
@@ -82,7 +82,7 @@ def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them
 
 
 @pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
-def test_json_of_another_kind_is_refused(study: StudyStore, content: Any) -> None:
+def test_json_with_unexpected_content_is_refused(study: StudyStore, content: Any) -> None:
     (study.directory / CLAIMS).write_text(json.dumps(content))
     with pytest.raises(StudyError, match="is not what a report has written"):
         read_claims(study)

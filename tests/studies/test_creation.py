@@ -1,4 +1,4 @@
-"""Of several processes that create different studies in one directory, one succeeds."""
+"""If processes create different studies in one directory, exactly one process succeeds."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ from tests.small_studies import shorten_preset
 ROUNDS = range(30)
 CONDITION = "evo+self-taught/A"
 PROCESSES = multiprocessing.get_context("spawn")
-STUDIES = {  # by name: the seed and the learning rate that each of two processes asks for
+# By name: the seed and the learning rate that each of the two processes requests.
+STUDIES = {
     "seeds": ((1, 0.1), (2, 0.1)),
     "experiments": ((1, 0.1), (1, 0.2)),
     "same": ((1, 0.1), (1, 0.1)),
 }
 
 
-def create_studies(process: int, folder: Path, start: Barrier) -> None:
-    """In a process of its own: create the studies at the same moments as the other process."""
-    for name, wanted in STUDIES.items():
-        seed, rate = wanted[process]
+def create_studies(process: int, folder: Path, barrier: Barrier) -> None:
+    """Create the studies at the same time as a second process."""
+    for name, requests in STUDIES.items():
+        seed, rate = requests[process]
         experiment = shorten_preset(CONDITION).replace(learning={"rate": rate})
         for number in ROUNDS:
-            start.wait()
+            barrier.wait()
             try:
                 create_study(folder / f"{name}{number}", [experiment], seed)
                 outcome = "created"
@@ -45,11 +46,13 @@ def create_studies(process: int, folder: Path, start: Barrier) -> None:
 
 
 @pytest.fixture(scope="module")
-def race(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder in which two processes have created studies, and noted what came of each."""
-    folder, start = tmp_path_factory.mktemp("race"), PROCESSES.Barrier(2)
+def race_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder in which two processes created studies and wrote the outcome of each."""
+    folder = tmp_path_factory.mktemp("race")
+    barrier = PROCESSES.Barrier(2)
     processes = [
-        PROCESSES.Process(target=create_studies, args=(number, folder, start)) for number in (0, 1)
+        PROCESSES.Process(target=create_studies, args=(number, folder, barrier))
+        for number in (0, 1)
     ]
     for process in processes:
         process.start()
@@ -63,38 +66,38 @@ def outcomes(folder: Path, name: str) -> tuple[str, str]:
     return (folder / f"{name}.0").read_text(), (folder / f"{name}.1").read_text()
 
 
-def test_of_two_processes_with_different_seeds_one_is_refused(race: Path) -> None:
+def test_if_two_processes_use_different_seeds_one_is_refused(race_folder: Path) -> None:
     for number in ROUNDS:
-        winner = StudyStore(race / f"seeds{number}").seed
-        ended = outcomes(race, f"seeds{number}")
-        assert ended[winner - 1] == "created"
-        assert f"holds another study: its seed is {winner}, not {3 - winner}" in ended[2 - winner]
+        winner = StudyStore(race_folder / f"seeds{number}").seed
+        results = outcomes(race_folder, f"seeds{number}")
+        assert results[winner - 1] == "created"
+        assert f"holds another study: its seed is {winner}, not {3 - winner}" in results[2 - winner]
 
 
-def test_of_two_processes_with_different_experiments_one_is_refused(race: Path) -> None:
+def test_if_two_processes_use_different_experiments_one_is_refused(race_folder: Path) -> None:
     for number in ROUNDS:
-        rate = StudyStore(race / f"experiments{number}").experiments[CONDITION].learning.rate
-        ended = outcomes(race, f"experiments{number}")
-        assert ended[rate == 0.2] == "created"
-        assert "another study" in ended[rate != 0.2]
+        rate = StudyStore(race_folder / f"experiments{number}").experiments[CONDITION].learning.rate
+        results = outcomes(race_folder, f"experiments{number}")
+        assert results[rate == 0.2] == "created"
+        assert "another study" in results[rate != 0.2]
 
 
-def test_two_processes_with_the_same_study_both_succeed(race: Path) -> None:
+def test_two_processes_can_create_the_same_study(race_folder: Path) -> None:
     for number in ROUNDS:
-        assert outcomes(race, f"same{number}") == ("created", "created")
+        assert outcomes(race_folder, f"same{number}") == ("created", "created")
 
 
-def test_a_file_that_exists_is_never_written_exclusively(tmp_path: Path) -> None:
+def test_an_exclusive_write_does_not_replace_an_existing_file(tmp_path: Path) -> None:
     pytest.importorskip("upath")
-    for place in (tmp_path / "study.toml", parse_location("memory://exclusive/study.toml")):
-        write_exclusively(place, b"first")
+    for path in (tmp_path / "study.toml", parse_location("memory://exclusive/study.toml")):
+        write_exclusively(path, b"first")
         with pytest.raises(FileExistsError):
-            write_exclusively(place, b"second")
-        assert place.read_bytes() == b"first"
-        assert [path.name for path in place.parent.iterdir()] == ["study.toml"]
+            write_exclusively(path, b"second")
+        assert path.read_bytes() == b"first"
+        assert [file.name for file in path.parent.iterdir()] == ["study.toml"]
 
 
-def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
+def test_the_stored_source_of_a_part_is_not_replaced(
     tmp_path: Path,
 ) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
@@ -105,9 +108,9 @@ def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
     assert (tmp_path / "parts" / "model-mine.py").read_text() == "a = 1"
 
 
-def test_a_name_that_stands_twice_in_a_study_is_refused(tmp_path: Path) -> None:
+def test_a_duplicate_condition_name_in_a_study_file_is_refused(tmp_path: Path) -> None:
     path = create_study(tmp_path, [shorten_preset("evo/A")], seed=1).directory / "study.toml"
-    above = path.read_text().split("# SHA-256")[0]
-    path.write_text(add_checksum(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
+    content = path.read_text().split("# SHA-256")[0]
+    path.write_text(add_checksum(content.replace('["evo/A"]', '["evo/A", "evo/A"]')))
     with pytest.raises(StudyError, match="conditions: a name is listed twice"):
         StudyStore(tmp_path)

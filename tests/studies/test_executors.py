@@ -1,4 +1,4 @@
-"""A study is the same, bit for bit, wherever its tasks are done."""
+"""All executors produce bit-identical studies."""
 
 from __future__ import annotations
 
@@ -36,31 +36,31 @@ from tests.small_studies import (
     read_records,
     shorten_preset,
 )
-from tests.studies.assays.studies import conditions, measured
+from tests.studies.assays.studies import conditions, make_small_study_with_assays
 
 distributed = pytest.importorskip("distributed")
 
 
 @pytest.fixture(scope="module")
-def local() -> Iterator[Any]:
-    """A Dask cluster of two worker processes on this machine."""
+def cluster() -> Iterator[Any]:
+    """Return a Dask cluster of two worker processes on this machine."""
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-    ) as found:
-        yield found
+    ) as two_workers:
+        yield two_workers
 
 
 @pytest.fixture
-def on_dask(local: Any) -> Executor:
-    return choose(f"dask:{local.scheduler_address}")
+def on_dask(cluster: Any) -> Executor:
+    return choose(f"dask:{cluster.scheduler_address}")
 
 
-def longer(name: str) -> Experiment:
-    """Of which a batch takes a fraction of a second."""
+def longer_experiment(name: str) -> Experiment:
+    """Return an experiment whose batches take a fraction of a second."""
     return shorten_preset(name).replace(lifetime={"steps": 6000})
 
 
-def amounts(
+def simulated_steps(
     executor: Executor, study: StudyStore, runs: int, workers: int = 2
 ) -> Generator[int, None, None]:
     return executor.run(
@@ -71,31 +71,32 @@ def amounts(
     )
 
 
-def pids(local: Any) -> list[int]:
-    with distributed.Client(local) as client:
+def worker_pids(cluster: Any) -> list[int]:
+    with distributed.Client(cluster) as client:
         return list(client.run(os.getpid).values())
 
 
-def test_a_study_done_by_worker_processes_holds_the_bits_of_one_done_by_threads(
+def test_worker_processes_and_threads_store_identical_studies(
     tmp_path: Path, on_dask: Executor
 ) -> None:
     study = create_study(
         tmp_path / "dask", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
     assert on_dask.workers == 2
-    assert sum(amounts(on_dask, study, runs=6)) == 2 * 6 * 3 * 300 * 20
+    assert sum(simulated_steps(on_dask, study, runs=6)) == 2 * 6 * 3 * 300 * 20
     assert read_records(study.directory) == read_records(
         make_small_study(tmp_path / "threads", runs=6).directory
     )
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing(
-    tmp_path: Path, local: Any, on_dask: Executor
+def test_a_killed_worker_does_not_change_the_study(
+    tmp_path: Path, cluster: Any, on_dask: Executor
 ) -> None:
-    conditions = [longer("evo/A"), longer("evo+self-taught/A")]
+    conditions = [longer_experiment("evo/A"), longer_experiment("evo+self-taught/A")]
     study = create_study(tmp_path / "killed", conditions, seed=5)
-    done, victims = 0, pids(local)
-    for amount in amounts(on_dask, study, runs=16):
+    done = 0
+    victims = worker_pids(cluster)
+    for amount in simulated_steps(on_dask, study, runs=16):
         if not done:
             os.kill(victims[0], signal.SIGKILL)
         done += amount
@@ -105,97 +106,105 @@ def test_a_worker_killed_in_the_middle_loses_nothing(
     )
 
 
-def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
-    tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
+def test_a_task_whose_workers_die_repeatedly_raises_an_error_of_one_sentence(
+    tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(local.scheduler, "allowed_failures", 0)
+    monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
     study = create_study(
         tmp_path, [shorten_preset("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5
     )
     with (
-        closing(amounts(on_dask, study, runs=2)) as steps,
+        closing(simulated_steps(on_dask, study, runs=2)) as steps,
         pytest.raises(ExecutorError, match="ended 1 workers"),
     ):
         next(steps)
-        for pid in pids(local):
+        for pid in worker_pids(cluster):
             os.kill(pid, signal.SIGKILL)
         next(steps)
         next(steps)
 
 
-def test_workers_tell_how_far_they_are_within_a_task(
+def test_workers_report_progress_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
-    study = create_study(tmp_path, [longer("evo/A").replace(evolution={"generations": 12})], seed=5)
-    heard = list(amounts(on_dask, study, runs=2))
-    assert len(heard) > 4  # though there are but two tasks
-    assert sum(heard) == 2 * 12 * 6000 * 20
+    study = create_study(
+        tmp_path, [longer_experiment("evo/A").replace(evolution={"generations": 12})], seed=5
+    )
+    reports = list(simulated_steps(on_dask, study, runs=2))
+    # The study has only two tasks.
+    assert len(reports) > 4
+    assert sum(reports) == 2 * 12 * 6000 * 20
 
 
 @pytest.mark.parametrize("first_on_threads", [True, False])
-def test_what_is_stopped_in_one_place_is_carried_on_in_another(
+def test_an_interrupted_study_resumes_with_a_different_executor(
     tmp_path: Path, on_dask: Executor, first_on_threads: bool
 ) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
-    study = create_study(tmp_path / "moved", [longer("evo/A")], seed=5)
-    with closing(amounts(first, study, runs=12)) as steps:
+    study = create_study(tmp_path / "moved", [longer_experiment("evo/A")], seed=5)
+    with closing(simulated_steps(first, study, runs=12)) as steps:
         while not read_records(study.directory):
             next(steps)
-    kept = read_records(study.directory)
-    list(amounts(second, study, runs=12))
-    whole = read_records(make_small_study(tmp_path / "whole", [longer("evo/A")], runs=12).directory)
-    assert 0 < len(kept) < 12
-    assert read_records(study.directory) == whole
-    assert kept.items() <= whole.items()
+    before = read_records(study.directory)
+    list(simulated_steps(second, study, runs=12))
+    expected = read_records(
+        make_small_study(tmp_path / "whole", [longer_experiment("evo/A")], runs=12).directory
+    )
+    assert 0 < len(before) < 12
+    assert read_records(study.directory) == expected
+    assert before.items() <= expected.items()
 
 
-def test_workers_end_tasks_that_nobody_waits_for(
-    tmp_path: Path, local: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
+def test_workers_end_tasks_of_a_closed_client(
+    tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
     study = create_study(
         tmp_path, [shorten_preset("evo/A").replace(evolution={"generations": 10_000})], seed=5
     )
-    with closing(amounts(on_dask, study, runs=2)) as steps:
+    with closing(simulated_steps(on_dask, study, runs=2)) as steps:
         next(steps)
     deadline = time.monotonic() + 20
-    with distributed.Client(local) as client:
+    with distributed.Client(cluster) as client:
         while any(client.run(lambda dask_worker: len(dask_worker.state.tasks)).values()):
             assert time.monotonic() < deadline
             time.sleep(0.05)
     assert read_records(tmp_path) == {}
 
 
-def test_workers_refuse_a_study_that_they_do_not_see(on_dask: Executor) -> None:
+def test_workers_refuse_a_study_that_they_cannot_access(on_dask: Executor) -> None:
     study = create_study(parse_location("memory://unseen"), [shorten_preset("evo/A")], seed=5)
     with pytest.raises(
         StudyError,
         match=r"cannot access memory://unseen: put the study where all workers can access it",
     ):
-        list(amounts(on_dask, study, runs=2))
+        list(simulated_steps(on_dask, study, runs=2))
 
 
-def test_assays_done_by_worker_processes_hold_the_bits_of_those_done_by_threads(
+def test_worker_processes_and_threads_store_identical_assays(
     tmp_path: Path, on_dask: Executor
 ) -> None:
-    there, here = measured(tmp_path / "dask", executor=on_dask), measured(tmp_path / "threads")
-    assert read_records(there.directory) == read_records(here.directory)
-    assert {path.parts[0] for path in map(Path, read_records(here.directory / "assays"))} == set(
-        ASSAYS
-    )
+    on_cluster = make_small_study_with_assays(tmp_path / "dask", executor=on_dask)
+    on_threads = make_small_study_with_assays(tmp_path / "threads")
+    assert read_records(on_cluster.directory) == read_records(on_threads.directory)
+    assert {
+        path.parts[0] for path in map(Path, read_records(on_threads.directory / "assays"))
+    } == set(ASSAYS)
 
 
 @pytest.mark.parametrize("first_on_threads", [True, False])
-def test_assays_stopped_in_one_place_are_carried_on_in_another(
+def test_interrupted_assays_resume_with_a_different_executor(
     tmp_path: Path, on_dask: Executor, first_on_threads: bool
 ) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
     study = make_small_study(tmp_path / "moved", conditions())
 
     @contextmanager
-    def until_some_are_stored(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    def interrupt_after_first_assay(
+        description: str, total: int
+    ) -> Iterator[Callable[[int], None]]:
         def stop(amount: int) -> None:
             if (study.directory / "assays").exists():
                 raise KeyboardInterrupt
@@ -207,11 +216,11 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(
             study,
             find_missing_assays(study, ["innate"]),
             1,
-            until_some_are_stored,
+            interrupt_after_first_assay,
             ignore_message,
             executor=first,
         )
-    kept = read_records(study.directory / "assays")
+    before = read_records(study.directory / "assays")
     run_assays(
         study,
         find_missing_assays(study, ["innate"]),
@@ -220,13 +229,15 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(
         ignore_message,
         executor=second,
     )
-    whole = read_records(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
-    assert 0 < len(kept) < len(whole) == len(conditions())
-    assert read_records(study.directory / "assays") == whole
-    assert kept.items() <= whole.items()
+    expected = read_records(
+        make_small_study_with_assays(tmp_path / "whole", names=["innate"]).directory / "assays"
+    )
+    assert 0 < len(before) < len(expected) == len(conditions())
+    assert read_records(study.directory / "assays") == expected
+    assert before.items() <= expected.items()
 
 
-def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: Executor) -> None:
+def test_all_executors_name_a_damaged_record(tmp_path: Path, on_dask: Executor) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-1])
@@ -244,13 +255,13 @@ def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: 
             )
 
 
-def test_workers_refuse_to_mix_engines(
+def test_workers_with_a_different_engine_refuse_tasks(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask, "ENGINE", "engine-of-yesterday")
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
-        list(amounts(on_dask, study, runs=2))
+        list(simulated_steps(on_dask, study, runs=2))
 
 
 def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None:
@@ -258,30 +269,29 @@ def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None
         parse_location(f"local://{tmp_path}/far"), [shorten_preset("evo/A")], seed=5
     )
     assert not isinstance(study.directory, Path)
-    list(amounts(on_dask, study, runs=3))
+    list(simulated_steps(on_dask, study, runs=3))
     assert read_records(tmp_path / "far") == read_records(
         make_small_study(tmp_path / "near", [shorten_preset("evo/A")], runs=3).directory
     )
 
 
-def test_a_scheduler_that_is_gone_is_a_sentence(
+def test_a_lost_scheduler_raises_an_error_of_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
     with distributed.LocalCluster(
         n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as empty:
-        steps = amounts(choose(f"dask:{empty.scheduler_address}"), study, runs=2)
+        steps = simulated_steps(choose(f"dask:{empty.scheduler_address}"), study, runs=2)
         empty.loop.call_later(0.5, empty.close)
-        monkeypatch.setattr(
-            dask, "CONNECTION_TIMEOUT", 1
-        )  # also seconds for which it is sought again
+        # The client also tries to connect again for this number of seconds.
+        monkeypatch.setattr(dask, "CONNECTION_TIMEOUT", 1)
         with pytest.raises(ExecutorError, match="the connection to the Dask scheduler is lost"):
             next(steps)
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (
             ["--executor", "treads"],
@@ -301,22 +311,22 @@ def test_a_scheduler_that_is_gone_is_a_sentence(
         (["--out", "nowhere://study"], "nowhere://study cannot be reached"),
     ],
 )
-def test_what_cannot_be_used_is_refused_in_a_sentence(
-    words: list[str],
+def test_invalid_executors_and_locations_are_refused_in_one_sentence(
+    arguments: list[str],
     sentence: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(dask, "CONNECTION_TIMEOUT", 0.5)
-    code, _, err = command(monkeypatch, capsys, tmp_path, "run", "evo/A", "--runs", "1", *words)
+    code, _, err = command(monkeypatch, capsys, tmp_path, "run", "evo/A", "--runs", "1", *arguments)
     assert code != 0
     assert sentence in err
     assert len(err.strip().splitlines()) == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_slurm_needs_to_know_what_a_job_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slurm_requires_the_resources_of_a_job(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: f"/usr/bin/{name}")
     with pytest.raises(
         ValueError,
@@ -326,24 +336,27 @@ def test_slurm_needs_to_know_what_a_job_is(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize("module", ["distributed", "dask_jobqueue", "upath"])
-def test_without_the_extra_threads_work_and_the_rest_names_it(
+def test_without_the_cluster_extra_only_threads_work_and_the_error_names_the_extra(
     module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     assert choose("threads", 3) == THREADS._replace(workers=3)
-    for ask in (
+    for request in (
         lambda: choose("dask:tcp://127.0.0.1:9"),
         lambda: choose("slurm", 2),
         lambda: parse_location("s3://bucket/study"),
     ):
         with pytest.raises(ValueError, match=re.escape(installation_command("cluster"))):
-            ask()
+            request()
 
 
 def test_the_same_command_runs_on_a_cluster(
-    tmp_path: Path, local: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    cluster: Any,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    words = [
+    arguments = [
         "run",
         "evo/A",
         "--runs",
@@ -353,31 +366,29 @@ def test_the_same_command_runs_on_a_cluster(
         "--set",
         "lifetime.steps=60",
     ]
-    far = ["--executor", f"dask:{local.scheduler_address}", "--out", "dask"]
-    assert command(monkeypatch, capsys, tmp_path, *words, *far)[0] == 0
-    assert command(monkeypatch, capsys, tmp_path, *words, "--out", "threads")[0] == 0
+    cluster_options = ["--executor", f"dask:{cluster.scheduler_address}"]
+    assert (
+        command(monkeypatch, capsys, tmp_path, *arguments, *cluster_options, "--out", "dask")[0]
+        == 0
+    )
+    assert command(monkeypatch, capsys, tmp_path, *arguments, "--out", "threads")[0] == 0
     assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads") != {}
     (session,) = StudyStore(tmp_path / "dask").sessions()
     assert (session["executor"], session["workers"]) == ("dask", 2)
+    assays = ["--assays", "innate,descent"]
     assert (
-        command(
-            monkeypatch, capsys, tmp_path, "assay", "dask", "--assays", "innate,descent", *far[:2]
-        )[0]
-        == 0
+        command(monkeypatch, capsys, tmp_path, "assay", "dask", *assays, *cluster_options)[0] == 0
     )
-    assert (
-        command(monkeypatch, capsys, tmp_path, "assay", "threads", "--assays", "innate,descent")[0]
-        == 0
-    )
+    assert command(monkeypatch, capsys, tmp_path, "assay", "threads", *assays)[0] == 0
     assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads")
 
 
-def test_a_study_and_its_report_may_lie_in_an_object_store(
+def test_a_study_and_its_report_can_be_in_an_object_store(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     short = ["evolution.generations=2", "lifetime.steps=40"]
-    words = ["run", "evo/A", "--runs", "2", "--set", *short, "--out", "memory://tests/paper"]
-    assert command(monkeypatch, capsys, tmp_path, *words)[0] == 0
+    arguments = ["run", "evo/A", "--runs", "2", "--set", *short, "--out", "memory://tests/paper"]
+    assert command(monkeypatch, capsys, tmp_path, *arguments)[0] == 0
     code, out, _ = command(monkeypatch, capsys, tmp_path, "report", "memory://tests/paper")
     assert code == 0
     assert "report: memory://tests/paper/report.html" in out
@@ -386,18 +397,20 @@ def test_a_study_and_its_report_may_lie_in_an_object_store(
     assert not list(tmp_path.iterdir())
 
 
-def no_slurm() -> bool:
+def slurm_is_unavailable() -> bool:
     return (
         not shutil.which("sinfo")
         or subprocess.run(["sinfo", "--noheader"], capture_output=True, timeout=20).returncode != 0
     )
 
 
-@pytest.mark.skipif(no_slurm(), reason="no Slurm answers here; `make slurm` sets one up")
-def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(
+@pytest.mark.skipif(
+    slurm_is_unavailable(), reason="no Slurm is available: `make slurm` installs it"
+)
+def test_slurm_jobs_and_threads_store_identical_studies_even_if_a_job_is_canceled(
     tmp_path: Path,
 ) -> None:
-    words = [
+    arguments = [
         sys.executable,
         "-m",
         "baldwinlab",
@@ -413,7 +426,7 @@ def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(
         "PYTHONPATH": str(Path(__file__).parent.parent),
         "DASK_JOBQUEUE__SLURM__INTERFACE": "lo",
     }
-    slurm = [*words, "--out", "slurm", "--executor", "slurm", "--workers", "2"]
+    slurm = [*arguments, "--out", "slurm", "--executor", "slurm", "--workers", "2"]
     process = subprocess.Popen(
         slurm, cwd=tmp_path, env=os.environ | job, stdout=subprocess.PIPE, text=True
     )
@@ -425,15 +438,18 @@ def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(
     subprocess.run(["scancel", jobs[0]], check=True)
     out, _ = process.communicate()
     assert process.returncode == 0, out
-    subprocess.run([*words, "--out", "threads"], cwd=tmp_path, env=os.environ | job, check=True)
+    subprocess.run([*arguments, "--out", "threads"], cwd=tmp_path, env=os.environ | job, check=True)
     assert read_records(tmp_path / "slurm") == read_records(tmp_path / "threads")
 
 
 def command(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, *words: str
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    folder: Path,
+    *arguments: str,
 ) -> tuple[int, str, str]:
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(sys, "argv", ["baldwinlab", *words])
+    monkeypatch.setattr(sys, "argv", ["baldwinlab", *arguments])
     try:
         cli.main()
         code = 0

@@ -1,8 +1,9 @@
-"""A multiverse is a study of the paper's conditions under every variant."""
+"""A multiverse is a study of the conditions of a paper under all variants."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import reduce
 from pathlib import Path
 
@@ -22,38 +23,42 @@ from baldwinlab.studies.open import open_conditions
 from tests.small_studies import SHORT_SETTINGS, make_small_study
 
 
-def without_name_and_record(experiment: Experiment) -> dict[str, object]:
+def compared_settings(experiment: Experiment) -> dict[str, object]:
     return {
         key: value for key, value in experiment.to_dict().items() if key not in ("name", "record")
     }
 
 
-def test_the_paper_leaves_eight_choices_open_with_fourteen_alternatives() -> None:
-    found = {choice: len(names) for choice, names in alternatives().items()}
-    assert found == {"R1": 3, "R2": 3, "R3": 1, "R4": 3, "R5": 1, "R6": 1, "R7": 1, "R8": 1}
+def test_the_paper_has_eight_open_choices_with_fourteen_alternatives() -> None:
+    counts = {choice: len(names) for choice, names in alternatives().items()}
+    assert counts == {"R1": 3, "R2": 3, "R3": 1, "R4": 3, "R5": 1, "R6": 1, "R7": 1, "R8": 1}
     assert alternatives()["R1"] == ("literal", "visual-radius-10", "visual-radius-20")
 
 
-def test_one_at_a_time_each_variant_departs_from_the_standard_in_its_own_fields_alone() -> None:
+def test_a_variant_with_one_choice_differs_from_the_standard_only_in_its_fields() -> None:
     variants = vary_one_at_a_time()
-    assert [variant.name for variant in variants][:2] == ["standard", "literal"] and len(
-        variants
-    ) == 15
+    assert [variant.name for variant in variants][:2] == ["standard", "literal"]
+    assert len(variants) == 15
     standard = load("evo+self-taught/B")
     for variant in variants:
-        (found,) = (
-            one for one in experiments([variant]) if one.name.endswith("/evo+self-taught/B")
+        (experiment,) = (
+            candidate
+            for candidate in experiments([variant])
+            if candidate.name.endswith("/evo+self-taught/B")
         )
-        assert without_name_and_record(found) == without_name_and_record(
-            load("evo+self-taught/B", variant.name)
+        preset = load("evo+self-taught/B", variant.name)
+        assert compared_settings(experiment) == compared_settings(preset)
+        differences = changed_paths(settings_by_path(experiment), settings_by_path(standard))
+        assert differences - {"name", "record.genome_every"} == changed_paths(
+            variant.fields, settings_by_path(standard)
         )
-        changed = {path for path, value in leaves(found).items() if leaves(standard)[path] != value}
-        assert changed - {"name", "record.genome_every"} == {
-            path for path, value in variant.fields.items() if leaves(standard)[path] != value
-        }
 
 
-def leaves(experiment: Experiment) -> dict[str, object]:
+def changed_paths(settings: Mapping[str, object], standard: Mapping[str, object]) -> set[str]:
+    return {path for path, value in settings.items() if standard[path] != value}
+
+
+def settings_by_path(experiment: Experiment) -> dict[str, object]:
     tree = experiment.to_dict()
     parts = {part: fields for part, fields in tree.items() if isinstance(fields, dict)}
     return {
@@ -63,16 +68,17 @@ def leaves(experiment: Experiment) -> dict[str, object]:
     }
 
 
-def test_a_variant_says_which_choices_it_makes_and_what_they_set() -> None:
+def test_a_variant_has_a_name_choices_fields_and_a_description() -> None:
     variant = Variant(("contact-5", "rank"))
     assert variant.name == "contact-5+rank"
     assert variant.choices == {"R2": "contact-5", "R4": "rank"}
     assert variant.fields == {"contact.reach": 5, "evolution.selection": "rank"}
     assert variant.description.startswith("R2: ") and "; R4: " in variant.description
-    assert Variant(()).choices == {} and Variant(()).fields == {}
+    assert Variant(()).choices == {}
+    assert Variant(()).fields == {}
 
 
-def test_all_combinations_have_different_names_that_are_valid() -> None:
+def test_all_combinations_have_unique_valid_names() -> None:
     variants = combine_all_choices()
     assert len(variants) == 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2
     assert len({variant.name for variant in variants}) == len(variants)
@@ -83,39 +89,43 @@ def test_all_combinations_have_different_names_that_are_valid() -> None:
     assert all(re.match(NAME_PATTERN, name) and len(name) <= 200 for name in names)
 
 
-def test_a_combination_is_its_parts_laid_over_each_other() -> None:
-    farthest = combine_all_choices()[-1]
-    assert len(farthest.parts) == 8
+def test_a_combination_merges_the_changes_of_its_parts() -> None:
+    last_variant = combine_all_choices()[-1]
+    assert len(last_variant.parts) == 8
     expected = reduce(
-        merge, (Variant((part,)).changes for part in farthest.parts), load("evo/A").to_dict()
+        merge, (Variant((part,)).changes for part in last_variant.parts), load("evo/A").to_dict()
     )
-    (found,) = (one for one in experiments([farthest]) if one.name.endswith("/evo/A"))
-    assert without_name_and_record(found) == {
+    (combination,) = (
+        experiment
+        for experiment in experiments([last_variant])
+        if experiment.name.endswith("/evo/A")
+    )
+    assert compared_settings(combination) == {
         key: value for key, value in expected.items() if key not in ("name", "record")
     }
 
 
-def test_conditions_are_sorted_back_into_variants() -> None:
+def test_conditions_are_grouped_by_variant() -> None:
     variants = [Variant(()), Variant(("contact-5", "rank"))]
-    found = group_by_variant(factors(variants))
-    assert list(found) == variants
-    assert found[variants[1]]["contact-5+rank/evo/A"] == "evo/A"
-    names = [name for conditions in found.values() for name in conditions]
+    groups = group_by_variant(factors(variants))
+    assert list(groups) == variants
+    assert groups[variants[1]]["contact-5+rank/evo/A"] == "evo/A"
+    names = [name for conditions in groups.values() for name in conditions]
     assert names == [experiment.name for experiment in experiments(variants)]
 
 
-def test_genomes_are_kept_of_the_first_generation_and_the_last_alone(tmp_path: Path) -> None:
-    tiny = [
-        one.replace(**SHORT_SETTINGS, record={"genome_every": 3})
-        for one in experiments([Variant(("rank",))])[:1]
-    ]
-    study = make_small_study(tmp_path, tiny, runs=1)
-    kept = study.read("rank/evo/A", 0).genome.notnull().any(("agent", "module", "weight")).values
-    assert kept.tolist() == [True, False, True]
+def test_only_the_genomes_of_the_first_and_last_generation_are_stored(tmp_path: Path) -> None:
+    experiment = experiments([Variant(("rank",))])[0]
+    tiny = experiment.replace(**SHORT_SETTINGS, record={"genome_every": 3})
+    study = make_small_study(tmp_path, [tiny], runs=1)
+    is_stored = (
+        study.read("rank/evo/A", 0).genome.notnull().any(("agent", "module", "weight")).values
+    )
+    assert is_stored.tolist() == [True, False, True]
     assert experiments([Variant(())])[0].record.genome_every == 100
     assert open_conditions(study, ["rank/evo/A"]).sizes["run"] == 1
 
 
-def test_a_study_of_the_paper_can_be_made_where_its_multiverse_lies_already(tmp_path: Path) -> None:
+def test_a_study_of_the_paper_can_be_created_around_its_multiverse(tmp_path: Path) -> None:
     create_study(tmp_path / "multiverse", experiments([Variant(())])[:1], seed=0)
     assert list(create_study(tmp_path, paper()[:1], seed=0).experiments) == ["evo/A"]

@@ -1,4 +1,4 @@
-"""A study of version 0.1, whose experiments have old names of settings and parts, opens under today's names."""
+"""A study of version 0.1 with old names of settings and parts opens with the current names."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ set = { "network.growing.steepness" = 3.0 }
 """
 
 
-def small(changes: dict[str, Any], steps: int) -> Experiment:
-    """Return one of the conditions of the stored study, with today's names."""
+def condition_with(changes: dict[str, Any], steps: int) -> Experiment:
+    """Return a condition of the stored study, with the current names."""
     population = {"population": {"size": 6}, "lifetime": {"steps": steps}}
     return bl.load("evo/A").replace(**population, **changes)
 
 
-TODAY = {
-    "births": small(
+CURRENT_EXPERIMENTS = {
+    "births": condition_with(
         {
             "name": "births",
             "evolution": {"generations": 3, "selection": "neutral"},
@@ -48,7 +48,7 @@ TODAY = {
         },
         steps=400,
     ),
-    "graphs": small(
+    "graphs": condition_with(
         {
             "name": "graphs",
             "evolution": {
@@ -65,24 +65,27 @@ TODAY = {
 }
 
 
-@pytest.mark.parametrize("condition", TODAY)
-def test_a_stored_experiment_has_todays_names(condition: str) -> None:
+@pytest.mark.parametrize("condition", CURRENT_EXPERIMENTS)
+def test_a_stored_experiment_is_read_with_current_names(condition: str) -> None:
     assert "reserve" in (STORED / "runs/births/experiment.toml").read_text("utf-8")
-    assert StudyStore(STORED).experiment(condition).to_dict() == TODAY[condition].to_dict()
+    assert (
+        StudyStore(STORED).experiment(condition).to_dict()
+        == CURRENT_EXPERIMENTS[condition].to_dict()
+    )
 
 
-def test_a_stored_study_is_read_reported_and_resumed(tmp_path: Path, command: Command) -> None:
+def test_a_stored_study_can_be_read_reported_and_resumed(tmp_path: Path, command: Command) -> None:
     study = tmp_path / "stored"
     shutil.copytree(STORED, study)
     runs = bl.open_runs(study)
     assert list(runs.condition.values) == ["births", "graphs"]
     assert int(runs.food_eaten.sel(condition="births").sum()) > 0
-    again = bl.run([*TODAY.values()], runs=1, seed=4, out=study)
-    assert again.directory == study
+    resumed = bl.run([*CURRENT_EXPERIMENTS.values()], runs=1, seed=4, out=study)
+    assert resumed.directory == study
     assert command("report", str(study)).code == 0
 
 
-def test_a_stored_sweep_has_todays_names(tmp_path: Path) -> None:
+def test_a_stored_sweep_is_read_with_current_names(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(SWEEP, "utf-8")
     assert "world.births_and_deaths.oldest" in read(path).fields
@@ -96,7 +99,7 @@ RENAMED = [(table, old, new) for table, names in SETTINGS.items() for old, new i
 
 
 @pytest.mark.parametrize(("table", "old", "new"), RENAMED)
-def test_an_old_setting_has_one_new_name(table: str, old: str, new: str) -> None:
+def test_an_old_setting_has_exactly_one_new_name(table: str, old: str, new: str) -> None:
     assert new_path(f"{table}.{old}") == f"{table}.{new}"
     assert new_path(f"{table}.{new}") is None
     tree: dict[str, Any] = {old: 1}

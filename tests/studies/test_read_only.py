@@ -1,4 +1,4 @@
-"""A command that cannot write into a study says so, naming the file, before it computes anything."""
+"""A command that cannot write into a study fails before the simulation and names the file."""
 
 from __future__ import annotations
 
@@ -30,70 +30,70 @@ SETTINGS = (
     "world.start.x=400",
     "world.start.y=160",
 )
-MORE = ("run", "evo/A", "--set", *SETTINGS, "--seed", "5", "--runs", "2", "--out", "study")
-
-
-READ = (Path(baldwinlab.__file__).parent, Path(sys.prefix), Path(sys.base_prefix))  # by the command
+RUN_ONE_MORE = ("run", "evo/A", "--set", *SETTINGS, "--seed", "5", "--runs", "2", "--out", "study")
+# Folders that the command reads.
+FOLDERS_TO_READ = (Path(baldwinlab.__file__).parent, Path(sys.prefix), Path(sys.base_prefix))
 
 
 def is_open_to_all(path: Path) -> bool:
-    """Whether another user reaches a folder, as the command does that is started by root."""
-    return all(each.stat().st_mode & stat.S_IXOTH for each in (path, *path.parents))
+    """Return whether all users can access a folder. A command of the root user changes its user."""
+    return all(folder.stat().st_mode & stat.S_IXOTH for folder in (path, *path.parents))
 
 
 pytestmark = pytest.mark.skipif(
-    not hasattr(os, "getuid") or (os.getuid() == 0 and not all(map(is_open_to_all, READ))),
-    reason="there is no user here for whom a folder is read-only",
+    not hasattr(os, "getuid")
+    or (os.getuid() == 0 and not all(map(is_open_to_all, FOLDERS_TO_READ))),
+    reason="no user without write permission is available",
 )
 
 
 @pytest.fixture
 def folder() -> Iterator[Path]:
-    """A folder with a read-only study, which another user can read."""
+    """Return a folder with a read-only study that all users can read."""
     with tempfile.TemporaryDirectory() as name:
-        place = Path(name)
-        make_small_study(place / "study", [shorten_preset("evo/A")], runs=1)
-        for path in [place, *place.rglob("*")]:
+        path_of_folder = Path(name)
+        make_small_study(path_of_folder / "study", [shorten_preset("evo/A")], runs=1)
+        for path in [path_of_folder, *path_of_folder.rglob("*")]:
             path.chmod(0o555 if path.is_dir() else 0o444)
-        yield place
-        for path in [place, *place.rglob("*")]:
+        yield path_of_folder
+        for path in [path_of_folder, *path_of_folder.rglob("*")]:
             path.chmod(0o755 if path.is_dir() else 0o644)
 
 
 @pytest.mark.parametrize(
     ("words", "file"),
     [
-        (MORE, "study/runs/evo/A/0001.nc"),
+        (RUN_ONE_MORE, "study/runs/evo/A/0001.nc"),
         (("assay", "study", "--assays", "innate"), "study/assays/innate/evo/A.nc"),
         (("report", "study"), "study/claims.json"),
     ],
     ids=["run", "assay", "report"],
 )
-def test_a_read_only_study_is_told_before_anything_is_computed(
+def test_a_read_only_study_is_refused_before_the_simulation(
     folder: Path, words: tuple[str, ...], file: str
 ) -> None:
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", AS_USER, *words],
         cwd=folder,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 2
-    assert f"{file} cannot be written: " in " ".join(done.stderr.split())
-    assert "is read-only. Copy the study to a folder that can be written" in " ".join(
-        done.stderr.split()
-    )
-    assert "the engine" not in done.stdout and ".partial" not in done.stderr
+    assert result.returncode == 2
+    error = " ".join(result.stderr.split())
+    assert f"{file} cannot be written: " in error
+    assert "is read-only. Copy the study to a folder that can be written" in error
+    assert "the engine" not in result.stdout
+    assert ".partial" not in result.stderr
 
 
-def test_what_is_stored_is_read_from_a_read_only_study(folder: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", AS_USER, *MORE[:-4], "--runs", "1", "--out", "study"],
+def test_stored_runs_of_a_read_only_study_are_read(folder: Path) -> None:
+    result = subprocess.run(
+        [sys.executable, "-c", AS_USER, *RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"],
         cwd=folder,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "runs are already stored" in done.stdout
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "runs are already stored" in result.stdout

@@ -1,4 +1,4 @@
-"""A record is believed only where it is whole, and only in the place that it says it belongs to."""
+"""A record is read only if it is complete and belongs to its condition, run and seed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 from baldwinlab.core.netcdf import from_bytes, to_bytes
-from baldwinlab.core.variables import from_storage as all_of
+from baldwinlab.core.variables import from_storage
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.creation import create_study
@@ -33,13 +33,13 @@ from tests.small_studies import (
 )
 
 
-def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
+def test_a_run_is_read_from_its_record_unchanged() -> None:
     for stride in (1, 2, 100):
         run = simulate(shorten_preset().replace(record={"genome_every": stride}), seed=2**31 - 1)
-        xr.testing.assert_identical(all_of(from_bytes(encode(run))), run)
+        xr.testing.assert_identical(from_storage(from_bytes(encode(run))), run)
 
 
-def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
+def test_a_record_can_be_read_with_scipy(tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
     run = simulate(shorten_preset(), seed=1)
     path.write_bytes(encode(run))
@@ -48,7 +48,7 @@ def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
         assert getattr(file, "condition") == b"evo+self-taught/A"  # noqa: B009
 
 
-def test_what_a_record_says_of_itself_is_read_without_its_arrays(tmp_path: Path) -> None:
+def test_the_attributes_of_a_record_are_read_without_its_arrays(tmp_path: Path) -> None:
     study = make_small_study(tmp_path)
     assert study.attributes("evo/A", 1) == study.read("evo/A", 1).attrs
     study.path("evo/A", 1).write_bytes(study.path("evo/A", 1).read_bytes()[:-1])
@@ -60,23 +60,24 @@ def test_what_a_record_says_of_itself_is_read_without_its_arrays(tmp_path: Path)
         study.attributes("evo/A", 9)
 
 
-Replace = Callable[[StudyStore], Path]
+Replacement = Callable[[StudyStore], Path]
 
 
-def _swapped(study: StudyStore) -> Path:
-    one, other = study.path("evo/A", 1), study.path("evo+self-taught/A", 1)
-    aside = one.with_suffix(".aside")
-    one.rename(aside)
-    other.rename(one)
-    aside.rename(other)
-    return one
+def swap_records(study: StudyStore) -> Path:
+    first = study.path("evo/A", 1)
+    second = study.path("evo+self-taught/A", 1)
+    temporary = first.with_suffix(".temporary")
+    first.rename(temporary)
+    second.rename(first)
+    temporary.rename(second)
+    return first
 
 
-def _of_another_run(study: StudyStore) -> Path:
+def copy_of_run_0(study: StudyStore) -> Path:
     return Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 1)))
 
 
-def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replace:
+def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replacement:
     def put(study: StudyStore) -> Path:
         experiment = shorten_preset("evo/A").replace(
             evolution={"generations": generations, "mutation_rate": rate}
@@ -89,44 +90,47 @@ def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Repl
 
 
 @pytest.mark.parametrize(
-    ("replace", "why"),
+    ("replace", "reason"),
     [
         (
-            _swapped,
-            r"it is run 1 of evo\+self-taught/A with seed 5, and run 1 of evo/A with seed 5 belongs there",
+            swap_records,
+            r"it is run 1 of evo\+self-taught/A with seed 5, and run 1 of evo/A with seed 5 "
+            "belongs there",
         ),
-        (_of_another_run, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
-        (_of_another(seed=6), "it is run 1 of evo/A with seed 6"),
+        (copy_of_run_0, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
+        (write_different_record(seed=6), "it is run 1 of evo/A with seed 6"),
         (
-            _of_another(generations=2),
+            write_different_record(generations=2),
             "the experiment that it was made with is not that of evo/A in this study",
         ),
         (
-            _of_another(rate=0.5),
+            write_different_record(rate=0.5),
             "the experiment that it was made with is not that of evo/A in this study",
         ),
     ],
     ids=["swapped", "another run", "another seed", "another length", "another rate"],
 )
-def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(
-    tmp_path: Path, replace: Replace, why: str
+def test_a_record_of_a_different_run_is_reported_moved_and_computed_again(
+    tmp_path: Path, replace: Replacement, reason: str
 ) -> None:
     study = make_small_study(tmp_path)
     sound = read_records(tmp_path)
     path = replace(study)
-    with pytest.raises(DamagedRecordError, match=f"{path} is damaged: {why}"):
+    with pytest.raises(DamagedRecordError, match=f"{path} is damaged: {reason}"):
         open_runs(tmp_path)
-    with pytest.raises(DamagedRecordError, match=why):
+    with pytest.raises(DamagedRecordError, match=reason):
         study.read("evo/A", 1)
-    with pytest.raises(DamagedRecordError, match=why):
+    with pytest.raises(DamagedRecordError, match=reason):
         study.attributes("evo/A", 1)
-    told: list[str] = []
-    run_study(study, find_missing_runs(study, 3, told.append), 1, ignore_progress, ignore_message)
-    assert any(str(path) in sentence for sentence in told)
+    messages: list[str] = []
+    run_study(
+        study, find_missing_runs(study, 3, messages.append), 1, ignore_progress, ignore_message
+    )
+    assert any(str(path) in sentence for sentence in messages)
     assert read_records(tmp_path) == sound
 
 
-def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path) -> None:
+def test_a_third_party_netcdf_file_with_a_checksum_is_reported(tmp_path: Path) -> None:
     study = make_small_study(tmp_path)
     path = study.path("evo/A", 1)
     path.write_bytes(
@@ -137,15 +141,15 @@ def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path)
 
 
 @pytest.mark.parametrize("name", ["1.nc", "00001.nc", "99999999999.nc", "mine.nc", "2147483648.nc"])
-def test_a_file_that_could_be_taken_for_a_record_is_named(tmp_path: Path, name: str) -> None:
+def test_a_file_with_an_invalid_record_name_is_reported(tmp_path: Path, name: str) -> None:
     study = make_small_study(tmp_path)
-    stranger = Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 0).with_name(name)))
-    with pytest.raises(StudyError, match=f"{stranger} has no name of a record"):
+    invalid = Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 0).with_name(name)))
+    with pytest.raises(StudyError, match=f"{invalid} has no name of a record"):
         open_runs(tmp_path)
 
 
 @pytest.mark.parametrize("kind", ["a folder", "a dangling link"])
-def test_what_is_no_file_is_named(tmp_path: Path, kind: str) -> None:
+def test_a_record_that_is_not_a_file_is_reported(tmp_path: Path, kind: str) -> None:
     study = make_small_study(tmp_path)
     path = study.path("evo/A", 7)
     if kind == "a folder":
@@ -156,7 +160,7 @@ def test_what_is_no_file_is_named(tmp_path: Path, kind: str) -> None:
         find_missing_runs(study, 3, ignore_message)
 
 
-def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> None:
+def test_an_edited_experiment_is_reported_when_the_study_is_opened(tmp_path: Path) -> None:
     study = make_small_study(tmp_path)
     path = tmp_path / "runs/evo/A/experiment.toml"
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
@@ -167,7 +171,9 @@ def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> 
         StudyStore(study.directory)
 
 
-def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path: Path) -> None:
+def test_an_edited_experiment_of_an_older_study_is_reported_when_records_are_read(
+    tmp_path: Path,
+) -> None:
     study = make_small_study(tmp_path)
     path = rewrite_in_format_1(tmp_path, list(study.experiments)) / "runs/evo/A/experiment.toml"
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
@@ -178,13 +184,13 @@ def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path:
         open_runs(study.directory)
 
 
-@pytest.mark.parametrize("way", ["study.toml deleted", "folder moved", "folder removed"])
-def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) -> None:
+@pytest.mark.parametrize("removal", ["study.toml deleted", "folder moved", "folder removed"])
+def test_no_record_is_written_if_the_study_was_removed(tmp_path: Path, removal: str) -> None:
     directory = tmp_path / "study"
     study = create_study(directory, [shorten_preset("evo/A")], seed=5)
-    if way == "study.toml deleted":
+    if removal == "study.toml deleted":
         (directory / "study.toml").unlink()
-    elif way == "folder moved":
+    elif removal == "folder moved":
         directory.rename(tmp_path / "elsewhere")
     else:
         shutil.rmtree(directory)
@@ -196,26 +202,26 @@ def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) 
         write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
-def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentence(
+def test_a_study_that_is_moved_while_a_record_is_written_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     directory = tmp_path / "study"
     create_study(directory, [shorten_preset("evo/A")], seed=5)
 
-    def moved_meanwhile(path: Path, content: bytes) -> None:
+    def move_study_and_write(path: Path, content: bytes) -> None:
         directory.rename(tmp_path / "elsewhere")
         path.write_bytes(content)
 
-    monkeypatch.setattr(records, "write_atomically", moved_meanwhile)
+    monkeypatch.setattr(records, "write_atomically", move_study_and_write)
     with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
         write_record(directory, "evo/A", 0, simulate(shorten_preset("evo/A"), seed=5))
 
 
 @pytest.mark.parametrize(
-    "foreign", ["other variables", "other sizes", "no coordinates", "text for numbers"]
+    "content_kind", ["other variables", "other sizes", "no coordinates", "text for numbers"]
 )
-def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
-    tmp_path: Path, foreign: str
+def test_netcdf_that_is_not_a_run_is_reported_even_if_its_checksum_matches(
+    tmp_path: Path, content_kind: str
 ) -> None:
     study = make_small_study(tmp_path / "study", runs=1)
     path = study.path("evo/A", 0)
@@ -227,7 +233,7 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
                 "other sizes": run.isel(generation=slice(2)),
                 "no coordinates": run.drop_vars(list(run.coords)),
                 "text for numbers": run.assign(energy=run.energy.astype("S1")),
-            }[foreign]
+            }[content_kind]
         )
     )
     with pytest.raises(
@@ -237,44 +243,47 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
     assert find_missing_runs(study, 1, ignore_message)["evo/A"] == [0]
 
 
-def resealed(raw: bytes) -> bytes:
-    """A record with a checksum that fits, whatever its content is."""
-    found = re.search(rb"checksum.{8}([0-9a-f]{64})", raw, re.DOTALL)
-    assert found is not None
-    blank = raw[: found.start(1)] + b"0" * 64 + raw[found.end(1) :]
+def with_valid_checksum(raw: bytes) -> bytes:
+    """Return a record with a checksum that matches its content."""
+    match = re.search(rb"checksum.{8}([0-9a-f]{64})", raw, re.DOTALL)
+    assert match is not None
+    blank = raw[: match.start(1)] + b"0" * 64 + raw[match.end(1) :]
     return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)
 
 
 @pytest.mark.parametrize("field", ["kept_generation", "numrecs"])
-def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(
+def test_a_changed_number_in_the_header_is_reported_even_if_the_checksum_matches(
     tmp_path: Path, field: str
 ) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     path = study.path("evo/A", 0)
     raw = path.read_bytes()
-    place = 4 if field == "numrecs" else raw.index(b"kept_generation") + 16
+    offset = 4 if field == "numrecs" else raw.index(b"kept_generation") + 16
     number = struct.pack(">i", 2**31 - 1 if field == "numrecs" else 0)
-    changed = raw[:place] + number + raw[place + 4 :]
-    for content, why in (
+    changed = raw[:offset] + number + raw[offset + 4 :]
+    for content, reason in (
         (changed, "its checksum does not fit its content"),
-        (resealed(changed), "its header counts rows|the generations of its genomes are not those"),
+        (
+            with_valid_checksum(changed),
+            "its header counts rows|the generations of its genomes are not those",
+        ),
     ):
         path.write_bytes(content)
-        with pytest.raises(DamagedRecordError, match=rf"0000\.nc is damaged: .*({why})"):
+        with pytest.raises(DamagedRecordError, match=rf"0000\.nc is damaged: .*({reason})"):
             study.read("evo/A", 0)
-    path.write_bytes(resealed(raw))
+    path.write_bytes(with_valid_checksum(raw))
     study.read("evo/A", 0)
 
 
-def test_a_run_is_read_without_its_genomes_where_only_a_few_of_many_are_kept(
+def test_a_run_can_be_read_without_its_genomes(
     tmp_path: Path,
 ) -> None:
     study = make_small_study(
         tmp_path / "study", [shorten_preset().replace(record={"genome_every": 3})], runs=1
     )
-    whole = study.read("evo+self-taught/A", 0)
-    assert whole.genome.shape[0] == 3
+    complete = study.read("evo+self-taught/A", 0)
+    assert complete.genome.shape[0] == 3
     xr.testing.assert_identical(
         study.read("evo+self-taught/A", 0, genomes=False),
-        whole.drop_vars(["genome", "module", "weight"]),
+        complete.drop_vars(["genome", "module", "weight"]),
     )

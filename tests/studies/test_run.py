@@ -1,4 +1,4 @@
-"""A study is the same, bit for bit, however it came about."""
+"""A study has identical records after interruptions and for any number of workers."""
 
 from __future__ import annotations
 
@@ -32,18 +32,19 @@ from tests.small_studies import (
 )
 
 
-def test_a_study_holds_the_bits_of_its_runs_whatever_the_number_of_workers(tmp_path: Path) -> None:
-    one = make_small_study(tmp_path / "one", workers=1)
+def test_a_study_is_identical_for_any_number_of_workers(tmp_path: Path) -> None:
+    single = make_small_study(tmp_path / "one", workers=1)
     many = make_small_study(tmp_path / "many", workers=5)
-    assert read_records(one.directory) == read_records(many.directory)
-    for condition in one.experiments:
+    assert read_records(single.directory) == read_records(many.directory)
+    for condition in single.experiments:
         for run in range(3):
             xr.testing.assert_identical(
-                one.read(condition, run), simulate(one.experiments[condition], seed=5, run=run)
+                single.read(condition, run),
+                simulate(single.experiments[condition], seed=5, run=run),
             )
 
 
-def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path: Path) -> None:
+def test_stored_runs_are_not_repeated_when_a_study_grows(tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "grown", runs=1)
     before = study.path("evo/A", 0).stat().st_mtime_ns
     assert find_missing_runs(study, 1, ignore_message) == {"evo/A": [], "evo+self-taught/A": []}
@@ -58,7 +59,7 @@ def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path:
     )
 
 
-def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(
+def test_an_interrupted_study_resumes_and_gives_identical_records(
     tmp_path: Path,
 ) -> None:
     study = create_study(
@@ -69,13 +70,14 @@ def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_s
     )
     while not read_records(study.directory):
         next(steps)
-    steps.close()  # what ctrl-C comes to
-    kept = read_records(study.directory)
-    assert 0 < len(kept) < 12
+    # Ctrl-C has the same effect.
+    steps.close()
+    before = read_records(study.directory)
+    assert 0 < len(before) < 12
     make_small_study(tmp_path / "stopped", runs=6)
-    whole = read_records(make_small_study(tmp_path / "whole", runs=6).directory)
-    assert read_records(study.directory) == whole
-    assert kept.items() <= whole.items()
+    expected = read_records(make_small_study(tmp_path / "whole", runs=6).directory)
+    assert read_records(study.directory) == expected
+    assert before.items() <= expected.items()
 
 
 LONG_STUDY = """
@@ -87,8 +89,9 @@ make_small_study(Path(sys.argv[1]), conditions, runs=40)
 """
 
 
-@pytest.mark.nightly  # as the fault suite does, of which a sample is quick
-def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Path) -> None:
+# The fault suite has a quick sample of this test.
+@pytest.mark.nightly
+def test_a_killed_study_loses_only_its_unfinished_runs(tmp_path: Path) -> None:
     directory = tmp_path / "killed"
     for _ in range(3):
         process = subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)])
@@ -102,7 +105,8 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
     killed = create_study(
         directory, [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
-    missing = find_missing_runs(killed, 40, pytest.fail)  # no record is damaged
+    # The test fails if a record is damaged.
+    missing = find_missing_runs(killed, 40, pytest.fail)
     assert 0 < sum(map(len, missing.values())) < 80
     make_small_study(directory, runs=40)
     assert read_records(directory) == read_records(
@@ -110,8 +114,9 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
     )
 
 
-@pytest.mark.nightly  # two studies of 80 runs
-def test_two_processes_may_work_on_one_study(tmp_path: Path) -> None:
+# Two studies of 80 runs take too long for every day.
+@pytest.mark.nightly
+def test_two_processes_can_run_the_same_study(tmp_path: Path) -> None:
     directory = tmp_path / "shared"
     processes = [
         subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)
@@ -122,78 +127,76 @@ def test_two_processes_may_work_on_one_study(tmp_path: Path) -> None:
     )
 
 
-def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) -> None:
+def test_a_damaged_record_is_reported_moved_and_computed_again(tmp_path: Path) -> None:
     study = make_small_study(tmp_path)
     sound = read_records(tmp_path)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
         open_runs(tmp_path)
-    told: list[str] = []
-    missing = find_missing_runs(study, 3, told.append)
+    messages: list[str] = []
+    missing = find_missing_runs(study, 3, messages.append)
     assert missing == {"evo/A": [1], "evo+self-taught/A": []}
-    assert len(told) == 1
-    assert "0001.nc is damaged" in told[0]
+    assert len(messages) == 1
+    assert "0001.nc is damaged" in messages[0]
     assert path.with_name("0001.nc.damaged").exists()
     run_study(study, missing, 1, ignore_progress, ignore_message)
     assert read_records(tmp_path) == sound
 
 
-def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_aside(
+def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(
     tmp_path: Path,
 ) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=2)
-    foreign = study.path("evo/A", 7)
-    shutil.copy(study.path("evo/A", 1), foreign)
-    told: list[str] = []
-    assert find_missing_runs(study, 2, told.append) == {"evo/A": []}
-    (sentence,) = told
-    assert sentence.startswith(f"{foreign} is damaged: it is run 1 of evo/A")
+    misplaced = study.path("evo/A", 7)
+    shutil.copy(study.path("evo/A", 1), misplaced)
+    messages: list[str] = []
+    assert find_missing_runs(study, 2, messages.append) == {"evo/A": []}
+    (sentence,) = messages
+    assert sentence.startswith(f"{misplaced} is damaged: it is run 1 of evo/A")
     assert sentence.endswith(
         "it is renamed to 0007.nc.damaged, and run 7 is not done again, as --runs is 2"
     )
-    assert not foreign.exists()
-    assert foreign.with_name("0007.nc.damaged").exists()
+    assert not misplaced.exists()
+    assert misplaced.with_name("0007.nc.damaged").exists()
     open_runs(tmp_path)
 
 
-def test_an_error_in_one_run_ends_the_study_and_is_raised(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_in_a_run_ends_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
 
-    def no_space(handle: int) -> None:
+    def fail_without_space(handle: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", no_space)
+    monkeypatch.setattr(os, "fsync", fail_without_space)
     with pytest.raises(OSError, match="no space is left"):
         run_study(study, {"evo/A": [0, 1, 2]}, 2, ignore_progress, ignore_message)
     assert read_records(tmp_path) == {}
     assert not list(tmp_path.rglob("*.partial"))
 
 
-def test_a_study_opens_as_one_labelled_dataset(tmp_path: Path) -> None:
+def test_a_study_opens_as_a_labeled_dataset(tmp_path: Path) -> None:
     study = make_small_study(tmp_path)
-    found = open_runs(tmp_path)
-    assert dict(found.food_eaten.sizes) == {"condition": 2, "run": 3, "generation": 3, "agent": 20}
-    assert found.food_eaten.dtype == np.int32
+    runs = open_runs(tmp_path)
+    assert dict(runs.food_eaten.sizes) == {"condition": 2, "run": 3, "generation": 3, "agent": 20}
+    assert runs.food_eaten.dtype == np.int32
     for condition in study.experiments:
         record = study.read(condition, 2)
         for name in ("food_eaten", "energy", "parents"):
-            assert np.array_equal(found[name].sel(condition=condition, run=2), record[name])
-    assert found.attrs["seed"] == 5
-    assert "[world]" in str(found.experiment.sel(condition="evo/A").item())
+            assert np.array_equal(runs[name].sel(condition=condition, run=2), record[name])
+    assert runs.attrs["seed"] == 5
+    assert "[world]" in str(runs.experiment.sel(condition="evo/A").item())
 
 
-def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
+def test_missing_runs_are_null(tmp_path: Path) -> None:
     study = make_small_study(tmp_path)
     study.path("evo/A", 1).unlink()
-    found = open_runs(tmp_path)
-    assert found.food_eaten.sel(condition="evo/A", run=1).isnull().all()
-    assert found.food_eaten.sel(condition="evo/A", run=2).notnull().all()
+    runs = open_runs(tmp_path)
+    assert runs.food_eaten.sel(condition="evo/A", run=1).isnull().all()
+    assert runs.food_eaten.sel(condition="evo/A", run=2).notnull().all()
 
 
-def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
+def test_a_study_without_runs_opens_as_an_empty_dataset(tmp_path: Path) -> None:
     create_study(tmp_path, [shorten_preset("evo/A"), shorten_preset("evo/B")], seed=1)
     assert dict(open_runs(tmp_path).food_eaten.sizes) == {
         "condition": 2,
@@ -203,27 +206,30 @@ def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
     }
 
 
-def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) -> None:
+def test_a_study_in_an_object_store_equals_a_study_in_a_folder(tmp_path: Path) -> None:
     pytest.importorskip("upath")
-    far = make_small_study(parse_location("memory://tests/study"), runs=2)
-    near = make_small_study(tmp_path, runs=2)
+    in_store = make_small_study(parse_location("memory://tests/study"), runs=2)
+    in_folder = make_small_study(tmp_path, runs=2)
     xr.testing.assert_identical(open_runs("memory://tests/study"), open_runs(tmp_path))
-    for condition in near.experiments:
-        assert far.path(condition, 1).read_bytes() == near.path(condition, 1).read_bytes()
-    path = far.path("evo/A", 1)
+    for condition in in_folder.experiments:
+        assert in_store.path(condition, 1).read_bytes() == in_folder.path(condition, 1).read_bytes()
+    path = in_store.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-100])
-    told: list[str] = []
-    assert find_missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
-    assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
+    messages: list[str] = []
+    assert find_missing_runs(in_store, 2, messages.append) == {
+        "evo/A": [1],
+        "evo+self-taught/A": [],
+    }
+    assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in messages[0]
     assert path.with_name("0001.nc.damaged").exists()
     make_small_study(parse_location("memory://tests/study"), runs=2)
-    xr.testing.assert_identical(open_runs(far.directory), open_runs(tmp_path))
-    assert len(list(far.sessions())) == 2
+    xr.testing.assert_identical(open_runs(in_store.directory), open_runs(tmp_path))
+    assert len(list(in_store.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
         create_study(parse_location("memory://tests/study"), [shorten_preset("evo/A")], seed=5)
 
 
-def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
+def test_a_session_is_recorded_with_its_work_and_duration(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, runs=2, workers=2)
     (session,) = study.sessions()
     assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
@@ -231,7 +237,7 @@ def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
     assert session["seconds"] > 0
 
 
-def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(
+def test_opened_variables_and_dimensions_have_units_and_long_names(
     tmp_path: Path,
 ) -> None:
     data = open_runs(make_small_study(tmp_path / "study", runs=1).directory)
@@ -242,4 +248,4 @@ def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(
     }
     assert data.food_eaten.attrs["long_name"] == "items eaten in life"
     assert all(data[name].attrs["long_name"] for name in data.dims)
-    assert "units" not in fitness.share(data).attrs, "a share is no items"
+    assert "units" not in fitness.share(data).attrs, "a share has no unit"

@@ -1,4 +1,4 @@
-"""The size of a file is checked before the file is read: a sparse file of 20 GB ends in one sentence."""
+"""The size of a file is checked before it is read: a sparse file of 20 GB raises a clear error."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ KINDS = [value for value in vars(files).values() if isinstance(value, FileKind)]
 
 
 def test_a_file_is_read_up_to_the_size_of_its_kind(tmp_path: Path) -> None:
-    kind, path = FileKind("a note", 5), tmp_path / "note"
+    kind = FileKind("a note", 5)
+    path = tmp_path / "note"
     path.write_bytes(b"12345")
     assert read_bytes(path, kind) == b"12345"
     assert read_text(path, kind) == "12345"
@@ -37,7 +38,7 @@ def test_a_file_is_read_up_to_the_size_of_its_kind(tmp_path: Path) -> None:
         read_bytes(path, kind)
 
 
-def test_no_kind_of_file_is_larger_than_memory() -> None:
+def test_the_size_limit_of_every_kind_of_file_fits_in_memory() -> None:
     assert len(KINDS) > 5
     assert all(0 < kind.limit <= 4 * 2**30 for kind in KINDS)
 
@@ -49,37 +50,42 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.open import open_runs
 resource.setrlimit(resource.RLIMIT_DATA, (2 * 10**9, 2 * 10**9))
-place = Path(sys.argv[1])
+folder = Path(sys.argv[1])
 for name in sys.argv[2:]:
-    size = (place / name).stat().st_size
-    os.truncate(place / name, 20 * 10**9)
+    size = (folder / name).stat().st_size
+    os.truncate(folder / name, 20 * 10**9)
     try:
-        list(StudyStore(place).sessions()), open_runs(place)
+        list(StudyStore(folder).sessions())
+        open_runs(folder)
     except BaldwinLabError as error:
         print(error)
-    os.truncate(place / name, size)
+    os.truncate(folder / name, size)
 """
 
 
-@pytest.mark.skipif(not hasattr(resource, "RLIMIT_DATA"), reason="memory is not limited so there")
-def test_a_huge_file_of_a_study_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
-    """In a process with 2 GB of memory, in which the file cannot be read."""
+@pytest.mark.skipif(
+    not hasattr(resource, "RLIMIT_DATA"), reason="the system has no limit for the data of a process"
+)
+def test_an_oversized_file_of_a_study_is_reported_with_its_size_and_the_limit(
+    tmp_path: Path,
+) -> None:
+    """The process has 2 GB of memory, so it cannot read the file."""
     make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     names = ["study.toml", "runs/evo/A/experiment.toml", "runs/evo/A/0000.nc", "sessions.jsonl"]
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", READ, str(tmp_path), *names],
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.stderr == ""
-    for name, sentence in zip(names, done.stdout.splitlines(), strict=True):
+    assert result.stderr == ""
+    for name, sentence in zip(names, result.stdout.splitlines(), strict=True):
         assert sentence.startswith(f"{tmp_path / name} ")
         assert "it has 20,000,000,000 bytes, and " in sentence
         assert " may have at most " in sentence
 
 
-def test_a_huge_record_is_set_aside_without_being_read(tmp_path: Path) -> None:
+def test_an_oversized_record_is_moved_and_not_read(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     os.truncate(study.path("evo/A", 0), HUGE)
     with pytest.raises(DamagedRecordError, match="a record of evo/A may have at most"):
@@ -89,10 +95,12 @@ def test_a_huge_record_is_set_aside_without_being_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["huge", "pipe", "device"])
-def test_an_input_that_is_huge_or_no_file_is_refused_before_it_is_read(
+def test_an_input_that_is_oversized_or_not_a_file_is_refused_before_it_is_read(
     tmp_path: Path, kind: str
 ) -> None:
-    experiment, sweep, part = tmp_path / "mine.toml", tmp_path / "sweep.toml", tmp_path / "part.py"
+    experiment = tmp_path / "mine.toml"
+    sweep = tmp_path / "sweep.toml"
+    part = tmp_path / "part.py"
     (tmp_path / "paper").mkdir()
     paper = tmp_path / "paper" / "paper.toml"
     for path in (experiment, sweep, part, paper):
@@ -114,7 +122,7 @@ def test_an_input_that_is_huge_or_no_file_is_refused_before_it_is_read(
         load_paper(tmp_path / "paper")
 
 
-def test_of_many_unknown_keys_ten_are_listed(tmp_path: Path) -> None:
+def test_an_error_lists_at_most_ten_unknown_keys(tmp_path: Path) -> None:
     path = tmp_path / "keys.toml"
     path.write_text("".join(f"key{number} = 1\n" for number in range(100_000)))
     with pytest.raises(ExperimentError) as raised:
@@ -125,9 +133,7 @@ def test_of_many_unknown_keys_ten_are_listed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("line", [b"\xff\xfe", b'{"seconds": "\xe1"}', b"\0" * 100])
-def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(
-    tmp_path: Path, line: bytes
-) -> None:
+def test_a_line_of_sessions_that_is_not_text_is_skipped(tmp_path: Path, line: bytes) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     (session,) = study.sessions()
     path = tmp_path / "sessions.jsonl"
@@ -135,7 +141,7 @@ def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(
     assert list(StudyStore(tmp_path).sessions()) == [session]
 
 
-def test_sessions_that_are_no_file_are_named(tmp_path: Path) -> None:
+def test_a_sessions_path_that_is_not_a_file_is_reported(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
     (tmp_path / "sessions.jsonl").unlink()
     (tmp_path / "sessions.jsonl").mkdir()

@@ -1,4 +1,4 @@
-"""A study on disk is written atomically, refuses to be mixed, and knows a damaged record when it sees one."""
+"""A study on disk is written atomically, accepts no other study, and detects damaged records."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from baldwinlab.studies.store import StudyStore
 from tests.small_studies import rewrite_in_format_1, shorten_preset
 
 
-def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None:
+def test_the_same_study_is_opened_and_a_different_study_is_refused(tmp_path: Path) -> None:
     experiments = [shorten_preset("evo/A"), shorten_preset("evo/B")]
     create_study(tmp_path, experiments, seed=1)
     assert create_study(tmp_path, experiments, seed=1).seed == 1
@@ -29,14 +29,14 @@ def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None
         )
 
 
-def test_a_directory_with_anything_else_in_it_is_refused_and_left_alone(tmp_path: Path) -> None:
+def test_a_directory_with_unknown_files_is_refused_and_not_changed(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work")
     with pytest.raises(StudyError, match="is not empty and holds no study"):
         create_study(tmp_path, [load("evo/A")], seed=0)
     assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.txt"]
 
 
-def test_a_study_whose_making_was_cut_off_can_be_made_again(tmp_path: Path) -> None:
+def test_a_partially_created_study_can_be_created_again(tmp_path: Path) -> None:
     experiments = [shorten_preset("evo/A"), shorten_preset("evo/B")]
     create_study(tmp_path, experiments, seed=1)
     (tmp_path / "study.toml").unlink()
@@ -45,7 +45,7 @@ def test_a_study_whose_making_was_cut_off_can_be_made_again(tmp_path: Path) -> N
     assert list(create_study(tmp_path, experiments, seed=1).experiments) == ["evo/A", "evo/B"]
 
 
-def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
+def test_two_conditions_with_the_same_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="two conditions have the same name"):
         create_study(tmp_path / "study", [load("evo/A"), load("evo/A", "literal")], seed=0)
 
@@ -67,7 +67,7 @@ def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
         (f"seed = {'[' * 5000}{']' * 5000}", "cannot be read"),
     ],
 )
-def test_a_directory_that_is_no_study_is_refused_with_the_reason(
+def test_a_directory_that_is_not_a_study_is_refused_with_the_reason(
     tmp_path: Path, content: str | None, message: str
 ) -> None:
     if content is not None:
@@ -76,7 +76,7 @@ def test_a_directory_that_is_no_study_is_refused_with_the_reason(
         StudyStore(tmp_path)
 
 
-def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
+def test_an_invalid_experiment_of_a_study_is_named(tmp_path: Path) -> None:
     create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     (rewrite_in_format_1(tmp_path, ["evo/A"]) / "runs/evo/A/experiment.toml").write_text(
         "nonsense = 1"
@@ -87,7 +87,7 @@ def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
         StudyStore(tmp_path)
 
 
-def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
+def test_a_missing_or_damaged_record_is_named(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     with pytest.raises(
         StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"
@@ -102,7 +102,7 @@ def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
         study.experiment("evo/C")
 
 
-def test_what_a_killed_writer_left_is_swept_but_not_what_one_at_work_holds(tmp_path: Path) -> None:
+def test_only_old_partial_files_are_removed(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     old, new = (tmp_path / "runs" / f".{name}.partial" for name in ("old", "new"))
     for file in (old, new):
@@ -113,7 +113,7 @@ def test_what_a_killed_writer_left_is_swept_but_not_what_one_at_work_holds(tmp_p
     assert new.exists()
 
 
-def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
+def test_an_incomplete_line_of_sessions_is_skipped(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     assert list(study.sessions()) == []
     session = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
@@ -125,14 +125,14 @@ def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["study.toml", "runs/evo/A/experiment.toml"])
 @pytest.mark.parametrize("kind", ["a link", "a pipe", "a folder"])
-def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(
+def test_a_study_file_that_is_not_a_regular_file_is_refused(
     tmp_path: Path, name: str, kind: str
 ) -> None:
     create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
     path = tmp_path / "study" / name
-    path.rename(tmp_path / "elsewhere.toml")
+    path.rename(tmp_path / "moved.toml")
     if kind == "a link":
-        path.symlink_to(tmp_path / "elsewhere.toml")
+        path.symlink_to(tmp_path / "moved.toml")
     elif kind == "a pipe":
         os.mkfifo(path)
     else:
@@ -141,7 +141,7 @@ def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(
         StudyStore(tmp_path / "study")
 
 
-def test_sessions_of_another_kind_are_passed_over(tmp_path: Path) -> None:
+def test_invalid_lines_of_sessions_are_skipped(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
     session = {"seconds": 1.5, "compile_seconds": 0, "workers": 2, "agent_steps": 7}
     study.add_session(session)
@@ -150,7 +150,7 @@ def test_sessions_of_another_kind_are_passed_over(tmp_path: Path) -> None:
     assert list(study.sessions()) == [session]
 
 
-def test_no_condition_is_called_like_a_file_of_a_study(tmp_path: Path) -> None:
+def test_a_condition_cannot_have_the_name_of_a_study_file(tmp_path: Path) -> None:
     for name in ("a/0000.nc", "a/experiment.toml"):
         with pytest.raises(StudyError, match="no condition can be called"):
             create_study(
@@ -161,9 +161,9 @@ def test_no_condition_is_called_like_a_file_of_a_study(tmp_path: Path) -> None:
     assert not (tmp_path / "study").exists()
 
 
-def test_no_study_is_made_in_the_midst_of_another(tmp_path: Path) -> None:
+def test_a_study_cannot_be_created_inside_a_study(tmp_path: Path) -> None:
     create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
-    for place in ("assays/innate/evil", "runs/evo/B", "paper/mine"):
+    for folder in ("assays/innate/evil", "runs/evo/B", "paper/mine"):
         with pytest.raises(StudyError, match="is inside the study"):
-            create_study(tmp_path / place, [shorten_preset("evo/A")], seed=1)
+            create_study(tmp_path / folder, [shorten_preset("evo/A")], seed=1)
     create_study(tmp_path / "multiverse", [shorten_preset("evo/A")], seed=1)

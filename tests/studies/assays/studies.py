@@ -1,4 +1,4 @@
-"""Small studies and what assays measure of them."""
+"""Small studies with assays."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study
 from tests.worlds import make_small_experiment
 
-ELSEWHERE = {
+MAP_B = {
     "food": [
         {"x": [10, 50], "y": [50, 80], "count": 5, "energy": 2.5},
         {"x": [60, 90], "y": [20, 40], "count": 4},
@@ -23,19 +23,20 @@ ELSEWHERE = {
 
 
 def conditions() -> list[Experiment]:
-    """Those of the paper on a small map A, and one of them on a map B, whose food has two kinds of energy."""
-    fast = {
-        "lifetime": {"steps": 120},
-        "learning": {"rate": 0.5},
-    }  # so that they learn in a short life
-    kinds = [
+    """Return the conditions of the paper on a small map A, and a learner on a map B.
+
+    The food of map B has two different energies.
+    """
+    # A high learning rate, because the lifetime is short.
+    fast = {"lifetime": {"steps": 120}, "learning": {"rate": 0.5}}
+    on_map_a = [
         make_small_experiment(condition).replace(**fast)
         for condition in ("evo", "evo+self-taught", "self-taught")
     ]
-    return [*kinds, kinds[1].replace(name="evo+self-taught/B", world=ELSEWHERE)]
+    return [*on_map_a, on_map_a[1].replace(name="evo+self-taught/B", world=MAP_B)]
 
 
-def measured(
+def make_small_study_with_assays(
     directory: Path,
     experiments: list[Experiment] | None = None,
     names: Sequence[str] = tuple(ASSAYS),
@@ -43,7 +44,7 @@ def measured(
     workers: int = 2,
     executor: Executor = THREADS,
 ) -> StudyStore:
-    """A study with its assays, which an executor does."""
+    """Create a study and run assays with an executor."""
     study = make_small_study(directory, experiments or conditions(), runs)
     run_assays(
         study,

@@ -1,4 +1,4 @@
-"""Descent, against pedigrees made by hand."""
+"""The assay `descent`, compared with small pedigrees."""
 
 from __future__ import annotations
 
@@ -25,93 +25,95 @@ from tests.api.export.validators import validate
 NONE = float("nan")
 
 
-def pedigree(*generations: list[list[int]]) -> Any:
+def make_pedigree(*generations: list[list[int]]) -> Any:
     return np.array([[[-1, -1]] * len(generations[0]), *generations], np.int32)
 
 
-def test_a_pedigree_of_three_that_is_reckoned_by_hand() -> None:
-    parents = pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
+def test_ancestor_statistics_of_a_small_pedigree_equal_a_manual_calculation() -> None:
+    parents = make_pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
     assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 2], equal_nan=True)
-    # shares of the founders: (1, 4, 1) / 6, then (1, 3, 0) / 4
+    # The shares of the founders are (1, 4, 1) / 6, then (1, 3, 0) / 4.
     assert effective_ancestors(parents) == pytest.approx([3, 2, 1.6])
 
 
-def test_the_ancestors_of_one_agent_that_are_reckoned_by_hand() -> None:
-    parents = pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
-    assert [found.tolist() for found in list_ancestors(parents, 2, 2)] == [[2], [0, 2], [0, 1]]
+def test_the_ancestors_of_an_agent_equal_a_manual_calculation() -> None:
+    parents = make_pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
+    ancestors = [agents.tolist() for agents in list_ancestors(parents, 2, 2)]
+    assert ancestors == [[2], [0, 2], [0, 1]]
     assert trace_fitter_parents(parents, 2, 2) == [(0, 2), (0, 1)]
-    assert [found.tolist() for found in list_ancestors(parents, 0, 1)] == [[1]]
+    assert [agents.tolist() for agents in list_ancestors(parents, 0, 1)] == [[1]]
     assert trace_fitter_parents(parents, 0, 1) == []
 
 
-def test_all_from_one_couple() -> None:
-    parents = pedigree(*[[[2, 4]] * 5] * 4)
+def test_children_of_a_single_couple_have_a_recent_common_ancestor() -> None:
+    parents = make_pedigree(*[[[2, 4]] * 5] * 4)
     assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 1, 1, 1], equal_nan=True)
     assert effective_ancestors(parents) == pytest.approx([5, 2, 2, 2, 2])
 
 
-def test_families_that_never_meet_have_no_common_ancestor() -> None:
-    parents = pedigree(*[[[0, 1], [1, 0], [2, 3], [3, 2]]] * 6)
+def test_separate_families_have_no_common_ancestor() -> None:
+    parents = make_pedigree(*[[[0, 1], [1, 0], [2, 3], [3, 2]]] * 6)
     assert np.isnan(common_ancestor_ages(parents)).all()
     assert effective_ancestors(parents) == pytest.approx([4] * 7)
 
 
-def test_a_single_line_descends_from_its_last_member() -> None:
-    parents = pedigree(*[[[0, 0]]] * 3)
+def test_the_common_ancestor_of_a_single_lineage_is_the_previous_agent() -> None:
+    parents = make_pedigree(*[[[0, 0]]] * 3)
     assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 1, 1], equal_nan=True)
     assert effective_ancestors(parents) == pytest.approx([1, 1, 1, 1])
 
 
-def test_many_founders_are_reckoned_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_batches_of_founders_do_not_change_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
     parents = np.random.default_rng(1).integers(0, 9, (5, 9, 2), np.int32)
-    whole = effective_ancestors(parents)
+    expected = effective_ancestors(parents)
     monkeypatch.setattr("baldwinlab.studies.assays.descent.FOUNDERS_PER_BATCH", 2)
-    assert effective_ancestors(parents) == pytest.approx(whole)
+    assert effective_ancestors(parents) == pytest.approx(expected)
 
 
-def test_the_descent_of_a_study_is_that_of_its_runs(study: StudyStore) -> None:
-    found = open_assay(study.directory, "descent", "evo+self-taught/A")
+def test_the_assay_equals_the_statistics_of_the_parents(study: StudyStore) -> None:
+    descent = open_assay(study.directory, "descent", "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 1).parents.values
     assert np.array_equal(
-        found.common_ancestor_age.sel(run=1), common_ancestor_ages(parents), equal_nan=True
+        descent.common_ancestor_age.sel(run=1), common_ancestor_ages(parents), equal_nan=True
     )
-    assert found.effective_ancestors.sel(run=1, generation=0) == 6
+    assert descent.effective_ancestors.sel(run=1, generation=0) == 6
 
 
-def test_where_nothing_is_inherited_there_is_no_descent(study: StudyStore) -> None:
-    found = open_assay(study.directory, "descent", "self-taught/A")
-    assert found.common_ancestor_age.isnull().all()
-    assert found.effective_ancestors.isnull().all()
+def test_the_assay_is_null_without_inheritance(study: StudyStore) -> None:
+    descent = open_assay(study.directory, "descent", "self-taught/A")
+    assert descent.common_ancestor_age.isnull().all()
+    assert descent.effective_ancestors.isnull().all()
 
 
-def table(study: StudyStore, condition: str) -> pd.DataFrame:
+def phylogeny_table(study: StudyStore, condition: str) -> pd.DataFrame:
     return pd.read_csv(
         StringIO("\n".join([HEADER, *format_phylogeny(study.read(condition, 0).parents.values)]))
     )
 
 
-def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: StudyStore) -> None:
-    found = table(study, "evo+self-taught/A")
+def test_a_phylogeny_lists_every_agent_with_its_parents_and_times(study: StudyStore) -> None:
+    phylogeny = phylogeny_table(study, "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 0).parents.values
-    assert found.columns.tolist() == ["id", "ancestor_list", "origin_time", "destruction_time"]
-    assert found.id.tolist() == list(range(18))
-    assert found.origin_time.tolist() == [generation for generation in range(3) for _ in range(6)]
-    assert (found.destruction_time == found.origin_time + 1).all()
-    assert (found.ancestor_list[:6] == "[none]").all()
+    assert phylogeny.columns.tolist() == ["id", "ancestor_list", "origin_time", "destruction_time"]
+    assert phylogeny.id.tolist() == list(range(18))
+    assert phylogeny.origin_time.tolist() == np.repeat(range(3), 6).tolist()
+    assert (phylogeny.destruction_time == phylogeny.origin_time + 1).all()
+    assert (phylogeny.ancestor_list[:6] == "[none]").all()
     for generation in (1, 2):
         for agent in range(6):
-            listed = found.ancestor_list[generation * 6 + agent].strip("[]").split(",")
+            listed = phylogeny.ancestor_list[generation * 6 + agent].strip("[]").split(",")
             assert {int(ancestor) - (generation - 1) * 6 for ancestor in listed} == set(
                 parents[generation, agent]
             )
 
 
 @pytest.mark.nightly
-def test_a_phylogeny_fits_the_alife_standard(study: StudyStore, tmp_path: Path) -> None:
+def test_a_phylogeny_is_valid_in_the_alife_standard(study: StudyStore, tmp_path: Path) -> None:
     for condition in ("evo+self-taught/A", "self-taught/A"):
         path = tmp_path / "phylogeny.csv"
-        table(study, condition).to_csv(path, index=False)
-        found = validate("phylogeny", path)
-        assert all(found[key] for key in ("is_valid", "is_sorted", "is_chronological")), condition
+        phylogeny_table(study, condition).to_csv(path, index=False)
+        report = validate("phylogeny", path)
+        assert all(report[key] for key in ("is_valid", "is_sorted", "is_chronological")), condition
         if condition == "evo+self-taught/A":
-            assert found["is_sexual"] and found["roots"] == list(range(6))
+            assert report["is_sexual"]
+            assert report["roots"] == list(range(6))

@@ -1,4 +1,4 @@
-"""What assays are estimated to take is what they take; what is too large is refused before a file is made."""
+"""The memory and disk estimates of assays are accurate, and excessive requests are refused."""
 
 from __future__ import annotations
 
@@ -17,58 +17,52 @@ from baldwinlab.studies.assays.storage import read_assays as open_assays
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import conditions
 
-FITTING = {
+APPLICABLE = {
     experiment.name: [name for name in ASSAYS if not why_not_applicable(name, experiment)]
     for experiment in conditions()
 }
 
 
-def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: StudyStore) -> None:
+def test_the_disk_space_of_assays_is_estimated_within_a_tenth(study: StudyStore) -> None:
     stored = sum(path.stat().st_size for path in (study.directory / "assays").rglob("*.nc"))
-    estimated = estimate_assays(study, FITTING, dict.fromkeys(FITTING, 3), workers=2)
+    estimated = estimate_assays(study, APPLICABLE, dict.fromkeys(APPLICABLE, 3), workers=2)
     assert estimated.disk == pytest.approx(stored, rel=0.1)
     assert PlannedStudy(study.experiments, study.factors).need(3, workers=2) == estimated
 
 
-def test_the_tests_of_the_questions_are_counted_before_the_runs(study: StudyStore) -> None:
-    """At most: a question whose quantities are undefined in every run is not tested."""
-    fitting = PlannedStudy(study.experiments, study.factors).select_applicable(tuple(ASSAYS))
-    planned = planned_designs(study.experiments, fitting, 3)
-    found = evaluate_assays(open_assays(study))
+def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: StudyStore) -> None:
+    """The plan is an upper bound: questions without defined values have no test."""
+    applicable = PlannedStudy(study.experiments, study.factors).select_applicable(tuple(ASSAYS))
+    planned = planned_designs(study.experiments, applicable, 3)
+    answers = evaluate_assays(open_assays(study))
     tested = sum(
-        answer.numbers is not None for result in found.results for answer in result.answers
+        answer.numbers is not None for result in answers.results for answer in result.answers
     )
-    assert tested <= len(planned) <= tested + len(found.results)
+    assert tested <= len(planned) <= tested + len(answers.results)
     assert set(planned) == {Design(3, 3, "Wilcoxon")}
 
 
-def test_nothing_is_needed_where_nothing_is_missing(study: StudyStore) -> None:
-    assert (
-        estimate_assays(study, dict.fromkeys(FITTING, ()), dict.fromkeys(FITTING, 3), workers=2)
-        == NOTHING
-    )
+def test_stored_assays_need_no_memory_or_disk(study: StudyStore) -> None:
+    missing = dict.fromkeys(APPLICABLE, ())
+    assert estimate_assays(study, missing, dict.fromkeys(APPLICABLE, 3), workers=2) == NOTHING
 
 
-def test_memory_grows_with_the_agents_and_with_the_workers(study: StudyStore) -> None:
+def test_memory_grows_with_the_number_of_agents_and_workers(study: StudyStore) -> None:
     def memory(agents: int, workers: int) -> int:
         large = load("evo+self-taught/A").replace(population={"size": agents})
-        return (
-            PlannedStudy({large.name: large}, {large.name: study.factors["evo+self-taught/A"]})
-            .need(40, workers)
-            .memory
-            - ENGINE
-        )
+        factors = {large.name: study.factors["evo+self-taught/A"]}
+        return PlannedStudy({large.name: large}, factors).need(40, workers).memory - ENGINE
 
     assert memory(10_000, 1) > 5 * memory(1000, 1)
     assert memory(1000, 4) > 2 * memory(1000, 1)
 
 
-def test_too_little_memory_is_told_before_anything_is_lived_again(
+def test_insufficient_memory_is_reported_before_the_simulation(
     study: StudyStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.core.resources.available_memory", lambda: 1000)
     monkeypatch.setattr(
-        "baldwinlab.api.run_study.find_missing_assays", lambda study, names: FITTING
+        "baldwinlab.api.run_study.find_missing_assays", lambda study, names: APPLICABLE
     )
     with pytest.raises(
         RefusedError,

@@ -1,4 +1,4 @@
-"""Reaction norms: settings that are known, and settings that cannot be."""
+"""The assay `reaction` measures reaction norms: the energy under changed settings."""
 
 from __future__ import annotations
 
@@ -15,76 +15,73 @@ from baldwinlab.studies.store import StudyStore
 from tests.worlds import make_small_experiment
 
 
-def energy_in(study: StudyStore, condition: str, field: str, value: str) -> Any:
-    found = open_assay(study.directory, "reaction", condition)
-    return found.energy.isel(
-        setting=((found.field == field) & (found.value == value)).values
+def assayed_energy(study: StudyStore, condition: str, field: str, value: str) -> Any:
+    assay = open_assay(study.directory, "reaction", condition)
+    return assay.energy.isel(
+        setting=((assay.field == field) & (assay.value == value)).values
     ).squeeze("setting", drop=True)
 
 
-def last_lives(study: StudyStore, condition: str, experiment: Experiment) -> Any:
+def simulated_energy(study: StudyStore, condition: str, experiment: Experiment) -> Any:
     genomes = np.stack([study.read(condition, run).genome.values[-1] for run in range(3)])
     return reevaluate(experiment, study.seed, range(3), 2, genomes).energy
 
 
-def test_in_the_setting_in_which_they_evolved_they_live_as_they_did(study: StudyStore) -> None:
+def test_the_unchanged_setting_gives_the_stored_energy(study: StudyStore) -> None:
     for condition in study.experiments:
         stored = [study.read(condition, run).energy[-1] for run in range(3)]
-        assert np.array_equal(energy_in(study, condition, "as evolved", ""), stored)
+        assert np.array_equal(assayed_energy(study, condition, "as evolved", ""), stored)
 
 
-def test_on_the_other_map_they_find_its_food(study: StudyStore) -> None:
+def test_agents_are_assayed_on_the_second_map_of_the_study(study: StudyStore) -> None:
     condition = "evo+self-taught/A"
-    moved = study.experiments[condition].replace(world=study.experiments["evo+self-taught/B"].world)
-    assert np.array_equal(
-        energy_in(study, condition, "map", "B"), last_lives(study, condition, moved)
+    on_map_b = study.experiments[condition].replace(
+        world=study.experiments["evo+self-taught/B"].world
     )
-    found = open_assay(study.directory, "reaction", "evo/A")
-    assert "map" not in found.field.values  # of evo, the study has one map
+    assert np.array_equal(
+        assayed_energy(study, condition, "map", "B"), simulated_energy(study, condition, on_map_b)
+    )
+    assay = open_assay(study.directory, "reaction", "evo/A")
+    # The study has a single map for the condition `evo`.
+    assert "map" not in assay.field.values
 
 
-def test_without_learning_only_what_is_innate_is_left(study: StudyStore) -> None:
+def test_a_learning_rate_of_0_gives_the_innate_energy(study: StudyStore) -> None:
     condition = "evo+self-taught/B"
-    innate = (
-        open_assay(study.directory, "innate", condition).energy.sel(life="off").isel(generation=-1)
-    )
-    assert np.array_equal(energy_in(study, condition, "learning.rate", "0"), innate)
+    innate = open_assay(study.directory, "innate", condition).energy.sel(life="off")
+    last = innate.isel(generation=-1)
+    assert np.array_equal(assayed_energy(study, condition, "learning.rate", "0"), last)
 
 
-def test_fields_are_changed_one_at_a_time(study: StudyStore) -> None:
+def test_each_setting_changes_a_single_field(study: StudyStore) -> None:
     condition = "evo/A"
-    near = study.experiments[condition].replace(senses={"visual_radius": 10})
+    short_sighted = study.experiments[condition].replace(senses={"visual_radius": 10})
     assert np.array_equal(
-        energy_in(study, condition, "senses.visual_radius", "10"),
-        last_lives(study, condition, near),
+        assayed_energy(study, condition, "senses.visual_radius", "10"),
+        simulated_energy(study, condition, short_sighted),
     )
-    assert (
-        energy_in(study, condition, "world.food.0.count", "48").sum()
-        > energy_in(study, condition, "as evolved", "").sum()
-    )
+    more_food = assayed_energy(study, condition, "world.food.0.count", "48")
+    assert more_food.sum() > assayed_energy(study, condition, "as evolved", "").sum()
 
 
-def values(experiment: Experiment) -> list[tuple[str, str]]:
+def setting_values(experiment: Experiment) -> list[tuple[str, str]]:
     return [(setting.field, setting.value) for setting in list_settings(experiment, maps=())]
 
 
-def test_what_the_experiment_refuses_is_left_out() -> None:
-    assert values(make_small_experiment("evo")) == [
+def test_invalid_settings_are_not_assayed() -> None:
+    assert setting_values(make_small_experiment("evo")) == [
         ("as evolved", ""),
         *(("world.food.0.count", count) for count in ("3", "6", "24", "48")),
-        *(
-            ("senses.visual_radius", radius) for radius in ("10", "20")
-        ),  # 80 would be more than half the map
+        # A radius of 80 is invalid because it is more than half the map.
+        *(("senses.visual_radius", radius) for radius in ("10", "20")),
     ]
 
 
-@pytest.mark.parametrize(("count", "others"), [(0, []), (1, ["0", "2", "4"])])
-def test_what_makes_no_difference_is_left_out(count: int, others: list[str]) -> None:
+@pytest.mark.parametrize(("count", "counts"), [(0, []), (1, ["0", "2", "4"])])
+def test_settings_without_effect_are_not_assayed(count: int, counts: list[str]) -> None:
     food = [{"x": [20, 100], "y": [10, 90], "count": count}]
     learner = make_small_experiment("evo+self-taught", world={"food": food}, learning={"rate": 5})
-    found = values(learner)
-    assert [value for field, value in found if field == "world.food.0.count"] == others
-    assert [value for field, value in found if field == "learning.rate"] == [
-        "0",
-        "0.5",
-    ]  # 50 would be too fast
+    settings = setting_values(learner)
+    assert [value for field, value in settings if field == "world.food.0.count"] == counts
+    # A learning rate of 50 is invalid.
+    assert [value for field, value in settings if field == "learning.rate"] == ["0", "0.5"]

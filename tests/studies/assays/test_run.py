@@ -1,4 +1,4 @@
-"""Assays of a study are the same however they came about, and stay true to what is stored."""
+"""Assays are reproducible and agree with the stored runs."""
 
 from __future__ import annotations
 
@@ -21,78 +21,82 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
-from tests.studies.assays.studies import conditions, measured
+from tests.studies.assays.studies import conditions, make_small_study_with_assays
 from tests.worlds import make_small_experiment
 
-NOTHING: dict[str, list[str]] = {experiment.name: [] for experiment in conditions()}
+NO_ASSAYS: dict[str, list[str]] = {experiment.name: [] for experiment in conditions()}
 
 
 def stored(study: StudyStore) -> dict[str, bytes]:
     return read_records(study.directory / "assays")
 
 
-def test_assays_hold_what_is_declared(study: StudyStore) -> None:
+def test_assays_have_the_declared_variables_and_attributes(study: StudyStore) -> None:
     for name, declared in DECLARED.items():
-        found = open_assay(study.directory, name, "evo+self-taught/A")
-        assert set(found.data_vars) == set(declared)
+        assay = open_assay(study.directory, name, "evo+self-taught/A")
+        assert set(assay.data_vars) == set(declared)
         for variable, meaning in declared.items():
-            assert found[variable].dims == meaning.dims
-            assert found[variable].dtype == meaning.dtype
-        assert all(dim in found.coords for dim in found.dims)
-        assert found.run.values.tolist() == [0, 1, 2]
-        assert {"condition", "seed", "experiment", "baldwinlab"} == set(found.attrs)
+            assert assay[variable].dims == meaning.dims
+            assert assay[variable].dtype == meaning.dtype
+        assert all(dim in assay.coords for dim in assay.dims)
+        assert assay.run.values.tolist() == [0, 1, 2]
+        assert {"condition", "seed", "experiment", "baldwinlab"} == set(assay.attrs)
 
 
-def test_the_number_of_workers_makes_no_difference(study: StudyStore, tmp_path: Path) -> None:
-    assert stored(measured(tmp_path / "one", workers=1)) == stored(study)
-    assert stored(measured(tmp_path / "many", workers=7)) == stored(study)
+def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_path: Path) -> None:
+    assert stored(make_small_study_with_assays(tmp_path / "one", workers=1)) == stored(study)
+    assert stored(make_small_study_with_assays(tmp_path / "many", workers=7)) == stored(study)
 
 
-def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
+def test_progress_counts_every_agent_step(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, conditions())
     done: list[int] = []
 
     @contextmanager
-    def noted(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    def record_progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
         done.append(-total)
         yield done.append
 
-    run_assays(study, find_missing_assays(study, list(ASSAYS)), 2, noted, ignore_message)
+    run_assays(study, find_missing_assays(study, list(ASSAYS)), 2, record_progress, ignore_message)
     assert done[0] < 0
     assert sum(done) == 0
 
 
-def test_all_that_is_lived_has_been_compiled_beforehand(
+def test_all_simulated_experiments_are_compiled_in_advance(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begin, ready, lived = cpu.CpuBatch.__init__, set[Any](), set[Any]()
+    original_init = cpu.CpuBatch.__init__
+    compiled = set[Any]()
+    simulated = set[Any]()
 
-    def noted(self: cpu.CpuBatch, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        lived.add(cpu.code_key(experiment))
-        begin(self, experiment, seed, runs)
+    def record_init(
+        self: cpu.CpuBatch, experiment: Experiment, seed: int, runs: Sequence[int]
+    ) -> None:
+        simulated.add(cpu.code_key(experiment))
+        original_init(self, experiment, seed, runs)
 
     def warm_up(experiments: Iterable[Experiment], **options: Any) -> float:
-        ready.update(map(cpu.code_key, experiments))
+        compiled.update(map(cpu.code_key, experiments))
         return 0.0
 
     monkeypatch.setattr("baldwinlab.studies.assays.run.compile_experiments", warm_up)
-    monkeypatch.setattr(cpu.CpuBatch, "__init__", noted)
-    measured(tmp_path)
-    assert lived == ready
+    monkeypatch.setattr(cpu.CpuBatch, "__init__", record_init)
+    make_small_study_with_assays(tmp_path)
+    assert simulated == compiled
 
 
-def test_what_is_stored_is_not_measured_again(study: StudyStore) -> None:
-    assert find_missing_assays(study, list(ASSAYS)) == NOTHING
-    assert count_assay_steps(study, NOTHING) == 0
+def test_stored_assays_are_not_repeated(study: StudyStore) -> None:
+    assert find_missing_assays(study, list(ASSAYS)) == NO_ASSAYS
+    assert count_assay_steps(study, NO_ASSAYS) == 0
 
 
-def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
-    study = measured(tmp_path, names=["modules", "descent"])
-    whole = stored(study)
+def test_outdated_and_damaged_assays_are_repeated(tmp_path: Path) -> None:
+    study = make_small_study_with_assays(tmp_path, names=["modules", "descent"])
+    complete = stored(study)
     make_small_study(tmp_path, conditions(), runs=4)
     study.path("evo/A", 3).unlink()
-    torn = tmp_path / "assays/descent/evo/A.nc"
-    torn.write_bytes(torn.read_bytes()[:-200])
+    damaged = tmp_path / "assays/descent/evo/A.nc"
+    damaged.write_bytes(damaged.read_bytes()[:-200])
     (tmp_path / "assays/modules/self-taught/A.nc").unlink()
     missing = find_missing_assays(study, ["modules", "descent"])
     both = ["modules", "descent"]
@@ -104,19 +108,19 @@ def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
     }
     run_assays(study, missing, 2, ignore_progress, ignore_message)
     assert open_assay(tmp_path, "modules", "self-taught/A").sizes["run"] == 4
-    assert stored(study)["descent/evo/A.nc"] == whole["descent/evo/A.nc"]
+    assert stored(study)["descent/evo/A.nc"] == complete["descent/evo/A.nc"]
 
 
-def test_an_error_ends_the_work_and_keeps_what_is_stored(
+def test_an_error_does_not_change_stored_assays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = measured(tmp_path, names=["descent"])
+    study = make_small_study_with_assays(tmp_path, names=["descent"])
     before = stored(study)
 
-    def no_space(handle: int) -> None:
+    def fail_without_space(handle: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", no_space)
+    monkeypatch.setattr(os, "fsync", fail_without_space)
     with pytest.raises(OSError, match="no space is left"):
         run_assays(
             study,
@@ -128,14 +132,14 @@ def test_an_error_ends_the_work_and_keeps_what_is_stored(
     assert stored(study) == before
 
 
-def test_genomes_that_were_not_kept_give_the_same_results(
+def test_assays_do_not_depend_on_the_number_of_stored_genomes(
     study: StudyStore, tmp_path: Path
 ) -> None:
     thinned = [experiment.replace(record={"genome_every": 3}) for experiment in conditions()]
-    measured(tmp_path, thinned)
+    make_small_study_with_assays(tmp_path, thinned)
     for name in ASSAYS:
-        whole = open_assay(study.directory, name, "evo+self-taught/B")
-        assert whole.drop_attrs().identical(
+        complete = open_assay(study.directory, name, "evo+self-taught/B")
+        assert complete.drop_attrs().identical(
             open_assay(tmp_path, name, "evo+self-taught/B").drop_attrs()
         )
 
@@ -160,10 +164,8 @@ def test_genomes_that_were_not_kept_give_the_same_results(
         {"learning": {"rule": "drift"}},
     ],
 )
-def test_the_smallest_and_the_strangest_studies_can_be_measured(
-    tmp_path: Path, changes: dict[str, object]
-) -> None:
-    study = measured(
+def test_extreme_settings_can_be_assayed(tmp_path: Path, changes: dict[str, object]) -> None:
+    study = make_small_study_with_assays(
         tmp_path, [make_small_experiment("evo+self-taught").replace(**changes)], runs=1
     )
     assert find_missing_assays(study, list(ASSAYS)) == {"evo+self-taught/A": []}
@@ -173,16 +175,19 @@ def test_the_smallest_and_the_strangest_studies_can_be_measured(
     )
 
 
-def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
+def test_studies_without_runs_and_unknown_names_are_refused(
     study: StudyStore, tmp_path: Path
 ) -> None:
     empty = create_study(tmp_path, [make_small_experiment("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):
         find_missing_assays(empty, ["innate"])
-    there = "there is no assay 'instinct'; there are innate, neutral, within-life, modules, reaction, descent"
-    with pytest.raises(StudyError, match=there):
+    unknown_assay = (
+        "there is no assay 'instinct'; "
+        "there are innate, neutral, within-life, modules, reaction, descent"
+    )
+    with pytest.raises(StudyError, match=unknown_assay):
         find_missing_assays(study, ["innate", "instinct"])
-    with pytest.raises(StudyError, match=there):
+    with pytest.raises(StudyError, match=unknown_assay):
         open_assay(study.directory, "instinct", "evo/A")
     with pytest.raises(StudyError, match="has no condition 'evo/C'"):
         open_assay(study.directory, "innate", "evo/C")
@@ -194,7 +199,7 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
         open_assay(tmp_path, "innate", "evo/A")
 
 
-def test_where_the_study_is_gone_no_assay_is_written(tmp_path: Path) -> None:
+def test_no_assay_is_written_if_the_study_was_removed(tmp_path: Path) -> None:
     directory = tmp_path / "study"
     study = make_small_study(directory, conditions()[:1], runs=1)
     missing = find_missing_assays(study, ["innate"])

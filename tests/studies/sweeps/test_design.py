@@ -1,4 +1,4 @@
-"""A sweep is a study whose points are known by their fields; what cannot be is refused before anything runs."""
+"""A sweep is a study whose points have fields. Invalid sweeps are refused before the simulation."""
 
 from __future__ import annotations
 
@@ -40,9 +40,10 @@ evolution.selection = ["rank", "roulette"]
 contact.reach = { low = 2, high = 20 }
 """
 )
+VALUES = list(range(101))
 
 
-def points_of(text: str, folder: Path) -> list[Experiment]:
+def expand_text(text: str, folder: Path) -> list[Experiment]:
     return expand_sweep(read_text(text, folder), folder / "sweep-file.toml")
 
 
@@ -52,12 +53,11 @@ def read_text(text: str, folder: Path) -> Sweep:
     return read(path)
 
 
-def made(text: str, folder: Path, runs: int) -> StudyStore:
-    """A sweep in `folder`/made, brought to so many runs."""
+def run_sweep(text: str, folder: Path, runs: int) -> StudyStore:
+    """Create or resume a sweep in `folder`/sweep with the given number of runs."""
     plan = read_text(text, folder)
-    study = create_study(
-        folder / "made", expand_sweep(plan, folder / "sweep-file.toml"), plan.seed, SWEEP
-    )
+    points = expand_sweep(plan, folder / "sweep-file.toml")
+    study = create_study(folder / "sweep", points, plan.seed, SWEEP)
     (study.directory / FILE).write_text(text)
     run_study(
         study, find_missing_runs(study, runs, ignore_message), 1, ignore_progress, ignore_message
@@ -67,25 +67,28 @@ def made(text: str, folder: Path, runs: int) -> StudyStore:
 
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
-    return made(GRID, tmp_path_factory.mktemp("grid"), runs=2)
+    return run_sweep(GRID, tmp_path_factory.mktemp("grid"), runs=2)
 
 
-def test_a_grid_has_every_combination_and_opens_with_its_fields_as_dimensions(
+def test_a_grid_contains_all_combinations_and_its_fields_are_dimensions(
     grid: StudyStore,
 ) -> None:
     data = open_sweep(grid.directory)
     assert list(data.food_eaten.sizes.items()) == [
-        ("world.food.0.count", 2), ("evolution.mutation_rate", 3), ("run", 2), ("generation", 2), ("agent", 4)
-    ]  # fmt: skip
-    assert data["evolution.mutation_rate"].values.tolist() == [0.5, 0, 0.05]  # as in the file
-    assert (
-        data["evolution.mutation_rate"].attrs["long_name"]
-        == "probability of a mutation, per weight or per child"
-    )
+        ("world.food.0.count", 2),
+        ("evolution.mutation_rate", 3),
+        ("run", 2),
+        ("generation", 2),
+        ("agent", 4),
+    ]
+    rate = data["evolution.mutation_rate"]
+    # The values have the order of the file.
+    assert rate.values.tolist() == [0.5, 0, 0.05]
+    assert rate.attrs["long_name"] == "probability of a mutation, per weight or per child"
     assert (data.attrs["design"], data.attrs["base"], data.attrs["seed"]) == ("grid", "evo/A", 0)
 
 
-def test_where_there_is_no_food_nobody_eats_and_elsewhere_somebody_does(grid: StudyStore) -> None:
+def test_agents_eat_only_at_the_points_with_food(grid: StudyStore) -> None:
     eaten = open_sweep(grid.directory).food_eaten.sum(
         ["run", "generation", "agent", "evolution.mutation_rate"]
     )
@@ -93,60 +96,64 @@ def test_where_there_is_no_food_nobody_eats_and_elsewhere_somebody_does(grid: St
     assert eaten.sel({"world.food.0.count": 50}) > 0
 
 
-def test_each_cell_of_a_grid_holds_the_runs_of_its_experiment(grid: StudyStore) -> None:
+def test_each_point_of_a_grid_contains_the_runs_of_its_experiment(grid: StudyStore) -> None:
     data = open_sweep(grid.directory)
     for experiment in grid.experiments.values():
-        place: dict[str, float] = {"world.food.0.count": experiment.world.food[0].count}
-        place["evolution.mutation_rate"] = experiment.evolution.mutation_rate
+        point: dict[str, float] = {
+            "world.food.0.count": experiment.world.food[0].count,
+            "evolution.mutation_rate": experiment.evolution.mutation_rate,
+        }
         expected = simulate(experiment, seed=0, run=1).energy
-        np.testing.assert_array_equal(data.energy.sel(place).sel(run=1), expected)
-        assert str(data.experiment.sel(place).values) == to_toml(experiment)
+        np.testing.assert_array_equal(data.energy.sel(point).sel(run=1), expected)
+        assert str(data.experiment.sel(point).values) == to_toml(experiment)
 
 
-def test_runs_that_are_not_stored_are_nan_and_the_rest_of_a_sweep_is_made_later_to_the_same_bits(
+def test_missing_runs_are_nan_and_can_be_completed_with_identical_results(
     grid: StudyStore, tmp_path: Path
 ) -> None:
-    part = made(GRID, tmp_path, runs=1)
-    part.path("point-0003", 0).unlink()
-    data = open_sweep(part.directory)
+    incomplete = run_sweep(GRID, tmp_path, runs=1)
+    incomplete.path("point-0003", 0).unlink()
+    data = open_sweep(incomplete.directory)
     assert data.energy.isnull().all(["run", "generation", "agent"]).values.tolist() == [
         [False] * 3,
         [True, False, False],
     ]
-    made(GRID, tmp_path, runs=2)
-    xr.testing.assert_identical(open_sweep(part.directory), open_sweep(grid.directory))
+    run_sweep(GRID, tmp_path, runs=2)
+    xr.testing.assert_identical(open_sweep(incomplete.directory), open_sweep(grid.directory))
 
 
-def test_a_sweep_is_a_study(grid: StudyStore) -> None:
+def test_a_sweep_can_be_opened_as_a_study(grid: StudyStore) -> None:
     study = open_runs(grid.directory)
     assert study["condition"].values.tolist() == [f"point-{number:04d}" for number in range(6)]
 
 
-def test_a_list_takes_the_values_of_all_fields_together(tmp_path: Path) -> None:
+def test_a_list_design_combines_the_values_of_all_fields_in_order(tmp_path: Path) -> None:
     text = (
         'design = "list"\n'
         + HEAD
         + "[fields]\nnetwork.hidden = [[10], [5, 5]]\n'network.biases' = [true, false]\n"
     )
-    data = open_sweep(made(text, tmp_path, runs=1).directory)
+    data = open_sweep(run_sweep(text, tmp_path, runs=1).directory)
     assert dict(data.energy.sizes) == {"point": 2, "run": 1, "generation": 2, "agent": 4}
     assert data["network.hidden"].values.tolist() == ["[10]", "[5, 5]"]
     assert data["network.biases"].values.tolist() == ["true", "false"]
 
 
-def test_a_single_point_and_no_run_yet(tmp_path: Path) -> None:
-    data = open_sweep(made(HEAD + "[fields]\nevolution.elite = [1]\n", tmp_path, runs=0).directory)
+def test_a_sweep_of_a_single_point_without_runs_can_be_opened(tmp_path: Path) -> None:
+    data = open_sweep(
+        run_sweep(HEAD + "[fields]\nevolution.elite = [1]\n", tmp_path, runs=0).directory
+    )
     assert dict(data.energy.sizes) == {"evolution.elite": 1, "run": 0, "generation": 2, "agent": 4}
 
 
 @pytest.mark.parametrize("design", ["sobol", "random"])
-def test_a_sample_is_the_same_each_time_within_bounds_and_whole_where_the_field_is(
+def test_a_sample_is_reproducible_and_respects_bounds_and_integer_fields(
     design: str, tmp_path: Path
 ) -> None:
     text = SOBOL.replace('"sobol"', f'"{design}"')
-    points = points_of(text, tmp_path)
-    assert points == points_of(text, tmp_path)
-    assert points != points_of("seed = 1\n" + text, tmp_path)
+    points = expand_text(text, tmp_path)
+    assert points == expand_text(text, tmp_path)
+    assert points != expand_text("seed = 1\n" + text, tmp_path)
     assert len(points) == 20
     radii, counts, reaches = np.array(
         [
@@ -154,22 +161,27 @@ def test_a_sample_is_the_same_each_time_within_bounds_and_whole_where_the_field_
             for point in points
         ]
     ).T
-    assert 1 <= radii.min() < 3 and 30 < radii.max() <= 100
-    assert 6 <= np.sum(radii < 10) <= 14  # half of them, on a log scale
+    assert 1 <= radii.min() < 3
+    assert 30 < radii.max() <= 100
+    # On a log scale, about half of the radii are below 10.
+    assert 6 <= np.sum(radii < 10) <= 14
     assert set(counts) == {3, 4, 5}
-    assert 2 <= reaches.min() < 6 and 16 < reaches.max() <= 20
+    assert 2 <= reaches.min() < 6
+    assert 16 < reaches.max() <= 20
     assert {point.evolution.selection for point in points} == {"rank", "roulette"}
 
 
-def test_sobol_points_are_even_in_every_field(tmp_path: Path) -> None:
+def test_sobol_points_are_evenly_distributed_in_every_field(tmp_path: Path) -> None:
     text = SOBOL.replace("samples = 20", "samples = 16")
-    reaches = [point.contact.reach for point in points_of(text, tmp_path)]
+    reaches = [point.contact.reach for point in expand_text(text, tmp_path)]
     assert np.histogram(reaches, bins=16, range=(2, 20))[0].tolist() == [1] * 16
 
 
-def test_an_experiment_may_be_a_file_beside_the_sweep(tmp_path: Path) -> None:
+def test_the_experiment_of_a_sweep_can_be_a_file_in_the_same_folder(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(to_toml(shorten_preset().replace(name="mine")))
-    (point,) = points_of('experiment = "mine.toml"\n[fields]\n"learning.rate" = [0.25]\n', tmp_path)
+    (point,) = expand_text(
+        'experiment = "mine.toml"\n[fields]\n"learning.rate" = [0.25]\n', tmp_path
+    )
     assert point == shorten_preset().replace(name="point-0000", learning={"rate": 0.25})
 
 
@@ -178,52 +190,110 @@ def test_an_experiment_may_be_a_file_beside_the_sweep(tmp_path: Path) -> None:
     [
         ("[fields]\nlearning.rate = [1]", "experiment: is missing"),
         ('experiment = "evo/Z"\n[fields]\nlearning.rate = [1]', "there is no map 'Z'"),
-        (GRID.replace("100", "0", 1), "lifetime.steps = 0: input should be greater than or equal to 1"),
-        ("speed = 3\n" + GRID, "speed: there is no such key; there are: experiment, runs, seed, design, samples, set, fields"),
+        (
+            GRID.replace("100", "0", 1),
+            "lifetime.steps = 0: input should be greater than or equal to 1",
+        ),
+        (
+            "speed = 3\n" + GRID,
+            "speed: there is no such key; "
+            "there are: experiment, runs, seed, design, samples, set, fields",
+        ),
         ("runs = 0\n" + GRID, "runs = 0: input should be greater than or equal to 1"),
         ("seed = 2147483648\n" + GRID, "seed = 2147483648: input should be less than 2147483648"),
-        ('design = "cube"\n' + GRID, "design = 'cube': input should be 'grid', 'list', 'random' or 'sobol'"),
+        (
+            'design = "cube"\n' + GRID,
+            "design = 'cube': input should be 'grid', 'list', 'random' or 'sobol'",
+        ),
         (HEAD + "[fields]", "fields: name at least one field to sweep"),
-        (HEAD + "[fields]\nlearning.rat = [1]", "fields.learning.rat: there is no 'rat' here; there are: rule, rate"),
-        (HEAD + "[fields]\nlearning.rate = 1", "fields.learning.rate = 1: input should be a valid list"),
-        (HEAD + "[fields]\nlearning.rate = []", "fields.learning.rate = []: list should have at least 1 item"),
-        (HEAD + "[fields]\nlearning.rate = [1, 11]", "point-0001: learning.rate = 11: input should be less than or equal to 10"),
+        (
+            HEAD + "[fields]\nlearning.rat = [1]",
+            "fields.learning.rat: there is no 'rat' here; there are: rule, rate",
+        ),
+        (
+            HEAD + "[fields]\nlearning.rate = 1",
+            "fields.learning.rate = 1: input should be a valid list",
+        ),
+        (
+            HEAD + "[fields]\nlearning.rate = []",
+            "fields.learning.rate = []: list should have at least 1 item",
+        ),
+        (
+            HEAD + "[fields]\nlearning.rate = [1, 11]",
+            "point-0001: learning.rate = 11: input should be less than or equal to 10",
+        ),
         (HEAD + "[fields]\nlearning.rate = [1, 1.0]", "fields.learning.rate has a value twice"),
         (HEAD + "[fields]\nname = ['a', 'b']", "name: a sweep names its points itself"),
-        (HEAD + "[fields]\nlifetime.steps = [1]", "lifetime.steps: is set here, but lifetime.steps is swept"),
-        (HEAD + "[fields]\nnetwork.hidden = [[1]]\n'network.hidden.0' = [2]", "network.hidden.0: is set here, but network"),
-        (HEAD + "[fields]\nworld.food = [[{ x = [1, 2] }]]", "fields.world.food: a value must be a number"),
-        (HEAD + "[fields]\nlearning.rate = { low = 0, high = 1 }", 'a range needs design = "random" or "sobol"; a grid needs'),
+        (
+            HEAD + "[fields]\nlifetime.steps = [1]",
+            "lifetime.steps: is set here, but lifetime.steps is swept",
+        ),
+        (
+            HEAD + "[fields]\nnetwork.hidden = [[1]]\n'network.hidden.0' = [2]",
+            "network.hidden.0: is set here, but network",
+        ),
+        (
+            HEAD + "[fields]\nworld.food = [[{ x = [1, 2] }]]",
+            "fields.world.food: a value must be a number",
+        ),
+        (
+            HEAD + "[fields]\nlearning.rate = { low = 0, high = 1 }",
+            'a range needs design = "random" or "sobol"; a grid needs',
+        ),
         ("samples = 3\n" + GRID, 'samples = 3: only design = "random" and "sobol" have samples'),
-        ('design = "random"\n' + GRID, 'samples: is missing; design = "random" needs the number of points'),
+        (
+            'design = "random"\n' + GRID,
+            'samples: is missing; design = "random" needs the number of points',
+        ),
         ('design = "list"\n' + GRID, "world.food.0.count has 2, evolution.mutation_rate has 3"),
-        (HEAD + f"[fields]\nlearning.rate = {list(range(101))}\nrecord.genome_every = {list(range(101))}", "has 10,201 points"),
-        (SOBOL.replace("high = 100", "high = 0.5"), "fields.senses.visual_radius: low 1 must be less than high 0.5"),
-        (SOBOL.replace("low = 1,", "low = 0,"), "fields.senses.visual_radius: low 0 must be more than 0 on a log scale"),
-        (SOBOL.replace('"log"', '"cube"'), "fields.senses.visual_radius.scale = 'cube': input should be 'linear' or 'log'"),
-        (SOBOL.replace("scale", "shape"), "fields.senses.visual_radius.shape: there is no such key; there are: low, high, scale"),
-        (SOBOL.replace('["rank", "roulette"]', "{ low = 0, high = 1 }"), "roulette is not a number; give a list"),
-        (SOBOL.replace("low = 3, high = 5", "low = 3.2, high = 3.8"), "there is no integer from 3.2 to 3.8"),
+        (
+            HEAD + f"[fields]\nlearning.rate = {VALUES}\nrecord.genome_every = {VALUES}",
+            "has 10,201 points",
+        ),
+        (
+            SOBOL.replace("high = 100", "high = 0.5"),
+            "fields.senses.visual_radius: low 1 must be less than high 0.5",
+        ),
+        (
+            SOBOL.replace("low = 1,", "low = 0,"),
+            "fields.senses.visual_radius: low 0 must be more than 0 on a log scale",
+        ),
+        (
+            SOBOL.replace('"log"', '"cube"'),
+            "fields.senses.visual_radius.scale = 'cube': input should be 'linear' or 'log'",
+        ),
+        (
+            SOBOL.replace("scale", "shape"),
+            "fields.senses.visual_radius.shape: there is no such key; there are: low, high, scale",
+        ),
+        (
+            SOBOL.replace('["rank", "roulette"]', "{ low = 0, high = 1 }"),
+            "roulette is not a number; give a list",
+        ),
+        (
+            SOBOL.replace("low = 3, high = 5", "low = 3.2, high = 3.8"),
+            "there is no integer from 3.2 to 3.8",
+        ),
         ("runs = ", "is not TOML"),
     ],
-)  # fmt: skip
-def test_what_cannot_be_is_refused_with_the_file_and_the_place(
+)
+def test_an_invalid_sweep_is_refused_with_the_file_and_the_key(
     text: str, sentence: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(ExperimentError) as refused:
-        points_of(text, tmp_path)
-    (line,) = str(refused.value).splitlines()
+    with pytest.raises(ExperimentError) as error:
+        expand_text(text, tmp_path)
+    (line,) = str(error.value).splitlines()
     assert line.startswith(str(tmp_path / "sweep-file.toml"))
     assert sentence in line
 
 
-def test_a_fault_that_many_points_share_is_named_once_and_every_other_beside_it(
+def test_each_different_error_of_the_points_is_listed_once(
     tmp_path: Path,
 ) -> None:
     text = HEAD + "[fields]\nlearning.rate = [1, 11, 12]\nnetwork.biases = [true, false]\n"
-    with pytest.raises(ExperimentError) as refused:
-        points_of(text, tmp_path)
-    assert [line.split(": ")[1] for line in str(refused.value).splitlines()] == [
+    with pytest.raises(ExperimentError) as error:
+        expand_text(text, tmp_path)
+    assert [line.split(": ")[1] for line in str(error.value).splitlines()] == [
         "point-0002",
         "point-0004",
     ]
@@ -240,7 +310,7 @@ def test_a_fault_that_many_points_share_is_named_once_and_every_other_beside_it(
         ("seed = 3\n" + GRID, "its seed is 0, not 3"),
     ],
 )
-def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
+def test_a_directory_with_a_different_sweep_is_refused_and_not_changed(
     text: str, sentence: str, grid: StudyStore, tmp_path: Path
 ) -> None:
     before = {path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()}
@@ -253,7 +323,7 @@ def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
     }
 
 
-def test_a_study_that_is_no_sweep_is_not_opened_as_one(tmp_path: Path) -> None:
+def test_a_study_that_is_not_a_sweep_is_refused(tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "study", runs=1, workers=1)
     with pytest.raises(StudyError, match=r"is no sweep: it has no sweep\.toml"):
         open_sweep(study.directory)
