@@ -16,9 +16,12 @@ from baldwinlab.experiment.unused_settings import idle_settings
 from baldwinlab.papers.presets import load
 from tests.worlds import make_small_experiment
 
-Settings = Mapping[str, Any]  # by dotted path
-NONE: Final = ""  # no part
-SHORT: Final[Settings] = {  # models whose lifetimes are long by default
+# Values by dotted path.
+Settings = Mapping[str, Any]
+# The name for no part.
+NONE: Final = ""
+# Settings of models whose lifetimes are long by default.
+SHORT_LIFETIMES: Final[Settings] = {
     "cell-foragers": {"environments": 6, "steps_per_environment": 4},
     "cue-learners": {"items": 8},
     "digit-readers": {"trials": 3, "tests_per_digit": 1, "hidden_units": 2},
@@ -28,8 +31,9 @@ SHORT: Final[Settings] = {  # models whose lifetimes are long by default
     "nk-climbers": {"trials": 5, "bits": 8},
     "t-mazes": {"trips": 4},
 }
-GRAPHS: Final = {"neat", "species"}  # parts for genomes that are graphs
-ON_THE_MAP: Final[Mapping[str, Settings]] = {
+# Parts for genomes that are graphs.
+GRAPH_PARTS: Final = {"neat", "species"}
+SETTINGS_FOR_SMALL_MAP: Final[Mapping[str, Settings]] = {
     "patches": {"world.patches.patches": [[20, 100, 10, 60, 8, -1]]},
     "walls": {"world.walls.boxes": [[70, 80, 20, 60]]},
 }
@@ -71,38 +75,39 @@ DEFAULTS: Final = {
 }
 
 
-def pairwise() -> list[Settings]:
-    """Rows in which every two values of two factors stand together: of foragers, then of models."""
+def make_pairwise_rows() -> list[Settings]:
+    """Return rows with all pairs of values of two factors: for foragers, then for models."""
     rows: list[Settings] = []
     for factors in ({**FORAGERS, **BREEDING}, {**MODELS, **BREEDING}):
-        found = make({path: list(values) for path, values in factors.items()})
-        rows += [{path: row[path] for path in factors} for row in found]
+        covering_array = make({path: list(values) for path, values in factors.items()})
+        rows += [{path: row[path] for path in factors} for row in covering_array]
     return rows
 
 
-def random(count: int, seed: int) -> Iterator[Settings]:
-    """Draw rows; one of three is of a model, and foragers have up to three senses and two features."""
+def draw_random(count: int, seed: int) -> Iterator[Settings]:
+    """Draw rows. A third has a model, and foragers have up to three senses and two features."""
     generator = np.random.default_rng(seed)
 
-    def any_of(values: Any) -> Any:
+    def draw_value(values: Any) -> Any:
         return list(values)[generator.integers(len(values))]
 
     for _ in range(count):
         factors = {**(MODELS if generator.random() < 1 / 3 else FORAGERS), **BREEDING}
-        row = {path: any_of(values) for path, values in factors.items()}
-        for path, most in (("senses.kinds", 3), ("world.features", 2)):
+        row = {path: draw_value(values) for path, values in factors.items()}
+        for path, max_count in (("senses.kinds", 3), ("world.features", 2)):
             if path in row:
-                row[path] = [any_of(factors[path]) for _ in range(generator.integers(most + 1))]
-        for path in generator.permutation(list(row))[
-            : generator.integers(len(row))
-        ]:  # the rest of a row is ordinary
+                row[path] = [
+                    draw_value(factors[path]) for _ in range(generator.integers(max_count + 1))
+                ]
+        # A random subset of the settings has its defaults.
+        for path in generator.permutation(list(row))[: generator.integers(len(row))]:
             if path in DEFAULTS:
                 row[path] = DEFAULTS[path]
         yield row
 
 
-def made(row: Settings) -> Any:
-    """Return the experiment of a row, with tiny lifetimes, without settings that would do nothing.
+def make_experiment(row: Settings) -> Any:
+    """Return the experiment of a row, with short lifetimes and without unused settings.
 
     Raises
     ------
@@ -111,7 +116,7 @@ def made(row: Settings) -> Any:
     """
     if "model" in row:
         name = row["model"]
-        fields = {**registry.find("model", name).check_settings, **SHORT.get(name, {})}
+        fields = {**registry.find("model", name).check_settings, **SHORT_LIFETIMES.get(name, {})}
         table = {key_of(name): fields} if fields else {}
         base = load(name).replace(
             population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table
@@ -123,50 +128,45 @@ def made(row: Settings) -> Any:
         for path, value in row.items()
         if path != "model" and value != DEFAULTS.get(path)
     }
-    experiment = assign(base, [f"{path}={value}" for path, value in _written(given).items()])
+    experiment = assign(base, [f"{path}={value}" for path, value in _to_assignments(given).items()])
     idle = idle_settings(experiment).keys() & row.keys()
-    return (
-        made({path: value for path, value in row.items() if path not in idle})
-        if idle
-        else experiment
-    )
+    if idle:
+        return make_experiment({path: value for path, value in row.items() if path not in idle})
+    return experiment
 
 
-def _written(row: Settings) -> dict[str, Any]:
-    """Return the values of a row as assignments take them, and the fields of parts that must fit the small map."""
-    written: dict[str, Any] = {}
+def _to_assignments(row: Settings) -> dict[str, Any]:
+    """Return the values of a row for assignments, and settings of parts for the small map."""
+    assignments: dict[str, Any] = {}
     for path, value in row.items():
         if path in ("senses.kinds", "world.features"):
-            value = list(
-                dict.fromkeys(
-                    name for name in ([value] if isinstance(value, str) else value) if name
-                )
-            )
-        written[path] = str(value).lower() if isinstance(value, bool) else value
-    if "learning.rule" in written:
-        written["learning.rate"] = 0.5
-    features = written.get("world.features", [])
-    return written | {
+            names = [value] if isinstance(value, str) else value
+            value = list(dict.fromkeys(name for name in names if name))
+        assignments[path] = str(value).lower() if isinstance(value, bool) else value
+    if "learning.rule" in assignments:
+        assignments["learning.rate"] = 0.5
+    features = assignments.get("world.features", [])
+    return assignments | {
         path: value
-        for name, fields in ON_THE_MAP.items()
+        for name, fields in SETTINGS_FOR_SMALL_MAP.items()
         if name in features
         for path, value in fields.items()
     }
 
 
-def fitted(row: Settings) -> Settings:
-    """Return a row in which parts that need others have them."""
-    row, breeding = dict(row), {row["evolution.selection"], row["evolution.variation"]}
+def add_required_parts(row: Settings) -> Settings:
+    """Return a row with the parts that its parts require."""
+    row = dict(row)
+    breeding = {row["evolution.selection"], row["evolution.variation"]}
     if "model" in row:
-        row["model"] = (
-            "cue-learners"
-            if "one-point-of-units" in breeding
-            else "neat-xor"
-            if breeding & GRAPHS
-            else row["model"]
-        )
-        return row | ({"evolution.variation": "neat"} if row["model"].startswith("neat-") else {})
-    if breeding & GRAPHS:
+        if "one-point-of-units" in breeding:
+            row["model"] = "cue-learners"
+        elif breeding & GRAPH_PARTS:
+            row["model"] = "neat-xor"
+        if row["model"].startswith("neat-"):
+            row["evolution.variation"] = "neat"
+        return row
+    if breeding & GRAPH_PARTS:
         row["network.kind"] = "neat"
     if row["network.kind"] == "neat":
         needed = registry.find("network", "neat").required_settings
@@ -179,21 +179,21 @@ def fitted(row: Settings) -> Settings:
     return row
 
 
-def near(row: Settings) -> Iterator[Settings]:
-    """Yield a row, and rows that differ from it in ever more factors, which are at their defaults."""
+def iterate_similar_rows(row: Settings) -> Iterator[Settings]:
+    """Yield a row, then rows in which an increasing number of factors have their defaults."""
     yield row
-    row = fitted(row)
+    row = add_required_parts(row)
     for count in range(5):
         for paths in combinations([path for path in row if path in DEFAULTS], count):
             yield {**row, **{path: DEFAULTS[path] for path in paths}}
 
 
-def accepted(row: Settings) -> tuple[Any, set[str]]:
-    """Return the first experiment near a row that is accepted, and the refusals of those before."""
+def find_accepted_experiment(row: Settings) -> tuple[Any, set[str]]:
+    """Return the first accepted experiment similar to a row, and the messages of refused ones."""
     refusals: set[str] = set()
-    for each in near(row):
+    for similar in iterate_similar_rows(row):
         try:
-            return made(each), refusals
+            return make_experiment(similar), refusals
         except ExperimentError as refused:
             refusals.add(str(refused))
-    raise AssertionError(f"nothing near {row} is accepted: {refusals}")
+    raise AssertionError(f"no experiment similar to {row} is accepted: {refusals}")

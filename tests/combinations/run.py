@@ -1,4 +1,7 @@
-"""Run one combination of parts: it is refused in a known sentence, or gives the same bits whatever memory held before."""
+"""Run a combination of parts. It is refused with an expected message or is reproducible.
+
+The results do not depend on the previous content of memory.
+"""
 
 from __future__ import annotations
 
@@ -17,34 +20,39 @@ from baldwinlab.evolution import GenerationKey, fitness
 from baldwinlab.models import make_simulator
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch
-from tests.combinations.draw import Settings, accepted
-from tests.models.miniworld.plain import disable_compilation
+from tests.combinations.draw import Settings, find_accepted_experiment
+from tests.models.miniworld.plain import compile_nothing
 
 SEED: Final = 8
-REFUSALS: Final = re.compile("|".join([
+PATTERNS: Final = [
     r"senses\.kinds = \[\]: tuple should have at least 1 item after validation, not 0",
-    r"senses\.kinds: 'last-action' has 3 inputs, but there are 4 actions of motor\.body = '[a-z-]+'",
+    r"senses\.kinds: 'last-action' has 3 inputs, "
+    r"but there are 4 actions of motor\.body = '[a-z-]+'",
     r"network\.kind = 'neat' does not learn: learning\.rule = '[a-z-]+' must be 'none'",
-    r"(model|network\.kind) = '[a-z-]+' is bred by evolution\.variation = 'neat', and not '[a-z-]+'",
-    r"network\.kind = 'neat' starts with \d+ links, but can hold only \d+: network\.hidden must be one number.*",
+    r"(model|network\.kind) = '[a-z-]+' is bred by evolution\.variation = 'neat', "
+    r"and not '[a-z-]+'",
+    r"network\.kind = 'neat' starts with \d+ links, but can hold only \d+: "
+    r"network\.hidden must be one number.*",
     r"network\.kind = 'neat' has its bias as a node: network\.biases must be false",
     r"learning\.rule = '[a-z-]+' evaluates the network .*: the network must have no memory",
     r"learning\.rule = '[a-z-]+' is for the first sense '[a-z-]+' and the body '[a-z-]+'",
-    r"learning\.rule = '[a-z-]+' keeps strengths in \[0, 1\]: learning\.rate cannot be a gene \(learning\.evolved_rate\)",
-    r"world\.features: births-and-deaths needs a variation that creates one child at a time; evolution\.variation = '[a-z-]+' does not",
+    r"learning\.rule = '[a-z-]+' keeps strengths in \[0, 1\]: "
+    r"learning\.rate cannot be a gene \(learning\.evolved_rate\)",
+    r"world\.features: births-and-deaths needs a variation that creates one child at a time; "
+    r"evolution\.variation = '[a-z-]+' does not",
     r"world\.features: [a-z-]+ and [a-z-]+ both remove items: use only one of them",
     r"evolution\.(variation|selection) = '[a-z-]+' needs genomes that are graphs: those of .*",
     r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
-]))  # fmt: skip
+]
+REFUSALS: Final = re.compile("|".join(PATTERNS))
 
 
-def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run lifetimes and reproduction as the Python that they are, which is compiled for no combination of parts."""
-    disable_compilation(monkeypatch)
+def disable_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run lifetimes and reproduction in plain Python, because compilation takes longer."""
+    compile_nothing(monkeypatch)
     for name in ("breeding", "fitness", "inheritance", "selection"):
-        module = import_module(
-            f"baldwinlab.evolution.{name}"
-        )  # a function of the package hides one of these
+        # A function of the package has the name of a module, so an attribute is ambiguous.
+        module = import_module(f"baldwinlab.evolution.{name}")
         monkeypatch.setattr(module, "cached_jit", lambda function, phases, **_: function)
 
 
@@ -53,37 +61,36 @@ def simulate_poisoned(experiment: Any, pattern: int) -> xr.Dataset:
         return simulate_batch(experiment, SEED, [0])[0]
 
 
-def live_again(
+def replay_generation(
     experiment: Any, record: xr.Dataset, generation: int, pattern: int
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return what one generation of a record comes to, in memory that no generation has used before."""
+    """Return the results of a generation of a record, simulated again in different memory."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
         genome = recompute_genomes(experiment, GenerationKey(SEED, 0, generation), record["energy"])
         lives = make_simulator(experiment, SEED, [0]).simulate(generation, genome[None])
-        found = {name: values[0] for name, values in lives.records.items()}
-        return found | {
-            "genome": genome,
-            "energy": fitness(experiment, lives.energy[0], lives.cost[0]),
-        }
+        results = {name: values[0] for name, values in lives.records.items()}
+        results["genome"] = genome
+        results["energy"] = fitness(experiment, lives.energy[0], lives.cost[0])
+        return results
 
 
-def check(row: Settings) -> str:
-    """Check a row, and return what is wrong with it in words; nothing if all is well."""
-    experiment, refusals = accepted(row)
+def check_row(row: Settings) -> str:
+    """Check a row and return the fault as a message, or an empty string."""
+    experiment, refusals = find_accepted_experiment(row)
     unknown = [refusal for refusal in refusals if not REFUSALS.fullmatch(refusal)]
     if unknown:
-        return f"refused in an unknown sentence: {unknown[0]}"
+        return f"refused with an unexpected message: {unknown[0]}"
     try:
-        one, other = (simulate_poisoned(experiment, pattern) for pattern in poison.PATTERNS)
+        first, second = (simulate_poisoned(experiment, pattern) for pattern in poison.PATTERNS)
     except BaldwinLabError as refused:
-        return (
-            "" if REFUSALS.fullmatch(str(refused)) else f"refused in an unknown sentence: {refused}"
-        )
-    for name in one.variables:
-        if one[name].values.tobytes() != other[name].values.tobytes():
+        if REFUSALS.fullmatch(str(refused)):
+            return ""
+        return f"refused with an unexpected message: {refused}"
+    for name in first.variables:
+        if first[name].values.tobytes() != second[name].values.tobytes():
             return f"{name} depends on unwritten memory"
     generation = experiment.evolution.generations - 1
-    for name, values in live_again(experiment, one, generation, 2).items():
-        if values.tobytes() != one[name].sel(generation=generation).values.tobytes():
-            return f"{name} of generation {generation} is another when that generation is replayed"
+    for name, values in replay_generation(experiment, first, generation, 2).items():
+        if values.tobytes() != first[name].sel(generation=generation).values.tobytes():
+            return f"{name} of generation {generation} differs when that generation is replayed"
     return ""

@@ -1,4 +1,4 @@
-"""Every two parts of two kinds stand together in an experiment: the same bits in any memory, or one known refusal."""
+"""All pairs of parts of two kinds: each experiment is reproducible or has an expected refusal."""
 
 from __future__ import annotations
 
@@ -9,33 +9,36 @@ from typing import Final
 
 import pytest
 
-from tests.combinations.draw import BREEDING, FORAGERS, MODELS, Settings, pairwise
-from tests.combinations.run import check, interpret
+from tests.combinations.draw import BREEDING, FORAGERS, MODELS, Settings, make_pairwise_rows
+from tests.combinations.run import check_row, disable_compilation
 
-SHARES: Final = 8  # so that several processes take part
+# The number of tests, so that several processes can share the work.
+SHARES: Final = 8
 
 
 @cache
 def rows() -> Sequence[Settings]:
-    return pairwise()
+    return make_pairwise_rows()
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(
     "factors", [FORAGERS | BREEDING, MODELS | BREEDING], ids=["foragers", "models"]
 )
-def test_the_rows_hold_every_pair_of_values(factors: Settings) -> None:
-    of_these = [row for row in rows() if row.keys() == factors.keys()]
-    for one, other in combinations(factors, 2):
-        expected = {(first, second) for first in factors[one] for second in factors[other]}
-        assert {(row[one], row[other]) for row in of_these} == expected
+def test_the_rows_contain_every_pair_of_values(factors: Settings) -> None:
+    matching_rows = [row for row in rows() if row.keys() == factors.keys()]
+    for factor, second_factor in combinations(factors, 2):
+        expected = {
+            (first, second) for first in factors[factor] for second in factors[second_factor]
+        }
+        assert {(row[factor], row[second_factor]) for row in matching_rows} == expected
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("share", range(SHARES))
-def test_pairs_of_parts_are_refused_or_give_the_same_bits(
+def test_pairs_of_parts_are_refused_or_reproducible(
     share: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interpret(monkeypatch)
-    faults = [(fault, row) for row in rows()[share::SHARES] if (fault := check(row))]
+    disable_compilation(monkeypatch)
+    faults = [(fault, row) for row in rows()[share::SHARES] if (fault := check_row(row))]
     assert faults == []

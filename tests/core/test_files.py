@@ -1,4 +1,4 @@
-"""A file appears whole or not at all."""
+"""Files are written atomically."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
 
 
-def test_a_write_that_fails_leaves_the_old_file_and_no_trace(
+def test_a_failed_write_does_not_change_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "record"
     write_atomically(path, b"old")
 
-    def no_space(handle: int) -> None:
+    def fail_without_space(handle: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", no_space)
+    monkeypatch.setattr(os, "fsync", fail_without_space)
     with pytest.raises(OSError, match="no space is left"):
         write_atomically(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_where_no_space_is_left_the_file_and_the_folder_are_named(
+def test_an_error_without_free_space_names_the_file_and_the_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no_space(handle: int) -> None:
+    def fail_without_space(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", no_space)
+    monkeypatch.setattr(os, "fsync", fail_without_space)
     with pytest.raises(OSError, match="no space is left in") as raised:
         write_atomically(tmp_path / "folder" / "record", b"new")
     assert raised.value.filename == str(tmp_path / "folder" / "record")
@@ -42,7 +42,7 @@ def test_where_no_space_is_left_the_file_and_the_folder_are_named(
     assert raised.value.errno == errno.ENOSPC
 
 
-def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> None:
+def test_a_location_is_a_path_or_an_fsspec_url(tmp_path: Path) -> None:
     assert (
         parse_location("results/study")
         == parse_location(Path("results/study"))
@@ -50,9 +50,9 @@ def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> N
     )
     assert parse_location("file:///results/a%20study") == Path("/results/a study")
     pytest.importorskip("upath")
-    place = parse_location("memory://tests/location")
-    write_atomically(place / "folder" / "file", b"content")
-    assert parse_location(place / "folder").name == "folder"
+    location = parse_location("memory://tests/location")
+    write_atomically(location / "folder" / "file", b"content")
+    assert parse_location(location / "folder").name == "folder"
     assert [entry.name for entry in parse_location("memory://tests/location/folder").iterdir()] == [
         "file"
     ]

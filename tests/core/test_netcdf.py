@@ -1,4 +1,4 @@
-"""A dataset comes back from its file as it was, and a changed bit is noticed."""
+"""A dataset is read from its file unchanged, and a changed bit is detected."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from baldwinlab.studies.records import encode
 from tests.small_studies import shorten_preset
 
 
-def test_names_and_numbers_come_back() -> None:
+def test_a_dataset_is_read_from_its_bytes_unchanged() -> None:
     data = xr.Dataset(
-        {"height": ("who", np.arange(2.0))}, {"who": ["Ada", "B\u00e9la"]}, {"seed": 3}
+        {"height": ("person", np.arange(2.0))}, {"person": ["Ada", "B\u00e9la"]}, {"seed": 3}
     )
     raw = to_bytes(data)
     verify(raw)
     xr.testing.assert_identical(from_bytes(raw).assign_attrs(seed=3), data)
 
 
-def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
+def test_a_change_of_any_byte_of_a_record_is_detected() -> None:
     raw = encode(simulate(shorten_preset("evo/A"), seed=1))
     rng = np.random.default_rng(0)
     for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
@@ -35,6 +35,6 @@ def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
 
 
 @pytest.mark.parametrize("raw", [b"", b"CDF", b"nothing of the kind", b"CDF\x01" + b"\xff" * 400])
-def test_other_bytes_are_no_dataset(raw: bytes) -> None:
+def test_bytes_that_are_not_netcdf_are_refused(raw: bytes) -> None:
     with pytest.raises(DamagedError, match="it is no netCDF file"):
         from_bytes(raw)

@@ -1,4 +1,4 @@
-"""An experiment is frozen, whole and valid, or refused with its path, the value and what is allowed."""
+"""An experiment is immutable and valid. Errors name the path, the value and the allowed values."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ from baldwinlab.papers.presets import load
         ({"name": "../up"}, "name", "../up", "pattern"),
     ],
 )
-def test_a_field_out_of_range_is_refused_with_its_path_the_value_and_what_is_allowed(
+def test_an_invalid_field_is_refused_with_its_path_value_and_allowed_values(
     tree: dict[str, Any], path: str, value: str, allowed: str
 ) -> None:
     with pytest.raises(ExperimentError) as refusal:
@@ -86,7 +86,7 @@ def test_a_field_out_of_range_is_refused_with_its_path_the_value_and_what_is_all
     assert allowed in message
 
 
-def test_a_smaller_map_names_every_field_that_does_not_fit() -> None:
+def test_an_error_about_a_small_map_names_every_field_outside_of_it() -> None:
     with pytest.raises(ExperimentError) as refusal:
         load("evo/A").replace(world={"width": 320, "height": 100})
     assert str(refusal.value).splitlines() == [
@@ -96,7 +96,7 @@ def test_a_smaller_map_names_every_field_that_does_not_fit() -> None:
     ]
 
 
-def test_an_unknown_field_is_refused_with_the_names_there_are() -> None:
+def test_an_unknown_field_is_refused_with_the_existing_names() -> None:
     with pytest.raises(
         ExperimentError, match=r"learning\.rat: there is no such field; there are: rule, rate"
     ):
@@ -107,13 +107,13 @@ def test_an_unknown_field_is_refused_with_the_names_there_are() -> None:
         validate({"speed": 3})
 
 
-def test_all_faults_are_told_at_once() -> None:
+def test_an_error_lists_all_invalid_fields() -> None:
     with pytest.raises(ExperimentError) as refusal:
         validate({"learning": {"rate": -1}, "lifetime": {"steps": 0}, "foo": 1})
     assert len(str(refusal.value).splitlines()) == 3
 
 
-def test_an_experiment_cannot_be_changed_but_a_changed_copy_can_be_made() -> None:
+def test_an_experiment_is_immutable_and_replace_returns_a_changed_copy() -> None:
     experiment = load("evo/A")
     with pytest.raises((ValidationError, dataclasses.FrozenInstanceError)):
         experiment.name = "other"  # type: ignore[misc]
@@ -124,7 +124,7 @@ def test_an_experiment_cannot_be_changed_but_a_changed_copy_can_be_made() -> Non
         experiment.replace(lifetime={"steps": 0})
 
 
-def test_a_part_can_be_replaced_whole() -> None:
+def test_replace_accepts_a_complete_part() -> None:
     experiment = load("evo/A")
     assert experiment.replace(
         network=Experiment().network.model_copy(update={"hidden": (4,)})
@@ -179,7 +179,7 @@ def test_assignments_change_fields_by_their_path() -> None:
         ("lifetime.steps=many", "lifetime.steps = 'many'"),
     ],
 )
-def test_an_assignment_that_fits_nothing_is_refused(assignment: str, message: str) -> None:
+def test_an_assignment_to_an_unknown_field_is_refused(assignment: str, message: str) -> None:
     with pytest.raises(ExperimentError) as refusal:
         assign(load("evo/A"), [assignment])
     assert message in str(refusal.value)

@@ -1,4 +1,4 @@
-"""An experiment file changes its base, takes its name from its stem, and warns where a world has no food."""
+"""Experiment files: the base, the name, and the warning about a world without food."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ def write(tmp_path: Path) -> Write:
     return write
 
 
-def test_a_file_changes_the_preset_that_it_is_based_on(write: Write) -> None:
+def test_a_file_changes_its_base_preset(write: Write) -> None:
     path = write("near.toml", 'base = "evo+self-taught/B"\n[senses]\nvisual_radius = 20')
     preset = bl.load("evo+self-taught/B")
     assert bl.load(path) == preset.replace(name="near", senses={"visual_radius": 20})
 
 
-def test_a_file_changes_a_file_that_lies_beside_it(
+def test_the_base_can_be_a_file_with_a_relative_path(
     write: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write(
@@ -47,18 +47,21 @@ def test_a_file_changes_a_file_that_lies_beside_it(
     assert bl.load(path.parent.parent / "bases" / "taught.toml").name == "my/taught"
 
 
-def test_the_table_of_a_part_goes_where_another_part_is_chosen(write: Write) -> None:
+def test_a_different_part_removes_the_settings_of_the_part_of_the_base(write: Write) -> None:
     write("social.toml", 'base = "evo/A"\nlearning.rule = "reward"')
     path = write("plain.toml", 'base = "social.toml"\nlearning.rule = "self-taught"')
     assert bl.load(path) == bl.load("evo+self-taught/A").replace(name="plain")
 
 
-def test_a_base_may_be_a_preset_of_a_paper_in_a_folder(
+def test_the_base_can_be_a_preset_of_a_paper_in_a_folder(
     write: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    about = 'name = "mine"\ntitle = "T"\nauthors = ["A"]\nyear = 2026\ncitation = "C"\ndescription = "D"'
-    write("paper/paper.toml", about)
-    conditions = write("paper/paper.toml", about).parent / "conditions"
+    paper = (
+        'name = "mine"\ntitle = "T"\nauthors = ["A"]\nyear = 2026\n'
+        'citation = "C"\ndescription = "D"'
+    )
+    write("paper/paper.toml", paper)
+    conditions = write("paper/paper.toml", paper).parent / "conditions"
     conditions.mkdir()
     (conditions / "plain.toml").write_text('description = "without food"\nlifetime.steps = 9')
     path = write("longer.toml", 'base = "paper:plain"\npopulation.size = 3')
@@ -83,7 +86,7 @@ def test_a_base_may_be_a_preset_of_a_paper_in_a_folder(
         ('"evo/A"\nsenses.radius = 5', r"a.toml: senses.radius: there is no such field"),
     ],
 )
-def test_a_base_that_cannot_be_is_refused(write: Write, base: str, refusal: str) -> None:
+def test_an_invalid_base_is_refused(write: Write, base: str, refusal: str) -> None:
     write("b.toml", 'base = "c.toml"')
     write("c.toml", 'base = "b.toml"')
     with pytest.raises(bl.ExperimentError, match=refusal):
@@ -111,7 +114,7 @@ def test_a_cycle_through_a_link_is_refused(write: Write, tmp_path: Path) -> None
     ("file", "name"),
     [("mine", "mine"), ("my file (2)", "my-file-2"), ("_", "experiment"), ("ü", "experiment")],
 )
-def test_the_stem_of_the_file_is_the_name(write: Write, file: str, name: str) -> None:
+def test_the_name_is_the_stem_of_the_file(write: Write, file: str, name: str) -> None:
     assert bl.load(write(f"{file}.toml", 'base = "evo/A"')).name == name
 
 
@@ -123,13 +126,17 @@ def test_a_file_without_base_and_without_food_gives_a_warning(write: Write) -> N
 @pytest.mark.parametrize(
     "text", ['base = "evo/A"', "[world]\nfood = []", 'model = "hinton-nowlan"']
 )
-def test_a_file_that_says_what_the_food_is_gives_none(write: Write, text: str) -> None:
+def test_a_file_with_food_or_with_an_explicit_empty_list_gives_no_warning(
+    write: Write, text: str
+) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         bl.load(write("file.toml", text))
 
 
-def test_a_copy_of_a_preset_runs_beside_the_preset(command: Command, tmp_path: Path) -> None:
+def test_a_copy_of_a_preset_can_run_together_with_the_preset(
+    command: Command, tmp_path: Path
+) -> None:
     (tmp_path / "copy.toml").write_text(
         command("show", "evo/B", "--set", "senses.visual_radius=20").out
     )
@@ -146,7 +153,7 @@ def test_a_copy_of_a_preset_runs_beside_the_preset(command: Command, tmp_path: P
     assert bl.open_study(tmp_path / "study").conditions == ("evo/B", "copy")
 
 
-def test_show_writes_a_name_that_is_given(command: Command, tmp_path: Path) -> None:
+def test_show_prints_only_a_given_name(command: Command, tmp_path: Path) -> None:
     (tmp_path / "file.toml").write_text('base = "evo/B"\nname = "given"')
     assert tomllib.loads(command("show", "file.toml").out)["name"] == "given"
     assert tomllib.loads(command("show", "evo/B", "--set", "name=given").out)["name"] == "given"
@@ -158,7 +165,8 @@ def test_a_study_stores_the_complete_experiment(write: Write, tmp_path: Path) ->
     study = bl.run(path, runs=1, out=tmp_path / "study")
     path.unlink()
     stored = tomllib.loads((study.directory / "runs" / "near" / "experiment.toml").read_text())
-    assert "base" not in stored and stored["world"]["food"]
+    assert "base" not in stored
+    assert stored["world"]["food"]
     assert bl.open_study(tmp_path / "study").experiment("near").world == bl.load("evo/A").world
 
 

@@ -1,4 +1,4 @@
-"""What kind of study it is, and by which factors its conditions differ, is written down and not read out of names."""
+"""A study stores its kind and the factors of its conditions. They do not depend on names."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from tests.small_studies import (
     shorten_preset,
 )
 
-PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
+PAPER_CONDITIONS = ["evo/A", "evo+self-taught/A", "evo/B"]
 
 
-def older(directory: Path, names: list[str]) -> StudyStore:
-    """A study of these conditions as format 1 had it: without kind and factors."""
+def make_older_study(directory: Path, names: list[str]) -> StudyStore:
+    """Create a study in format 1, which has no kind and no factors."""
     study = make_small_study(
         directory, [shorten_preset().replace(name=name) for name in names], runs=1
     )
     return StudyStore(rewrite_in_format_1(study.directory, names))
 
 
-def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
+def test_factors_are_stored_and_opened_as_coordinates(tmp_path: Path) -> None:
     factors = {"one": Factors("evo", "A", "rank"), "two": Factors("evo", "B")}
     create_study(
         tmp_path,
@@ -45,18 +45,18 @@ def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -
     study = StudyStore(tmp_path)
     assert study.kind == "multiverse"
     assert study.factors == factors | {"three": Factors("three")}
-    found = open_runs(tmp_path)
-    assert found["learner"].values.tolist() == ["evo", "evo", "three"]
-    assert found.sel(condition="two")["map"] == "B"
-    assert found["variant"].values.tolist() == ["rank", "", ""]
+    data = open_runs(tmp_path)
+    assert data["learner"].values.tolist() == ["evo", "evo", "three"]
+    assert data.sel(condition="two")["map"] == "B"
+    assert data["variant"].values.tolist() == ["rank", "", ""]
 
 
-def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None:
+def test_a_factor_without_values_is_not_a_coordinate(tmp_path: Path) -> None:
     create_study(tmp_path, [load("evo/A").replace(name="mine")], 1)
     assert {"learner", "map", "variant"} & set(open_runs(tmp_path).coords) == {"learner"}
 
 
-def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
+def test_names_with_special_characters_are_stored(tmp_path: Path) -> None:
     names = ["a.b+c_d-e", "1/2/3"]
     create_study(
         tmp_path,
@@ -84,7 +84,7 @@ def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
         ("format = 3", "format = 4", "it has format 4, and this version reads formats 1 to 3"),
     ],
 )
-def test_what_is_no_factor_is_refused_in_a_sentence(
+def test_invalid_factors_are_refused_in_one_sentence(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     create_study(tmp_path, [load("evo/A").replace(name="mine")], 1)
@@ -104,38 +104,41 @@ def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -
     assert StudyStore(tmp_path).factors == factors
 
 
-def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
+def test_the_report_of_an_older_study_has_maps_and_learners(
     tmp_path: Path,
 ) -> None:
-    study = older(tmp_path, [*PAPER, "mine/A"])
+    study = make_older_study(tmp_path, [*PAPER_CONDITIONS, "mine/A"])
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
-    assert study.factors["mine/A"] == Factors("mine/A")  # is not of the paper's presets
+    # This condition is not a preset of the paper.
+    assert study.factors["mine/A"] == Factors("mine/A")
     publish(plan_report(study, tmp_path / "report.html", 1), ignore_message)
     picture = (tmp_path / "figures/fitness.svg").read_text()
     assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
-    assert "<!-- evo+self-taught -->" in picture and "<!-- mine/A -->" in picture
+    assert "<!-- evo+self-taught -->" in picture
+    assert "<!-- mine/A -->" in picture
 
 
-def test_a_multiverse_of_the_older_format_is_one(tmp_path: Path) -> None:
-    study = older(tmp_path, ["standard/evo/A", "contact-5+rank/evo+self-taught/B"])
+def test_an_older_multiverse_is_recognized(tmp_path: Path) -> None:
+    study = make_older_study(tmp_path, ["standard/evo/A", "contact-5+rank/evo+self-taught/B"])
     assert study.kind == "multiverse"
     assert study.factors["contact-5+rank/evo+self-taught/B"] == Factors(
         "evo+self-taught", "B", "contact-5+rank"
     )
 
 
-def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
-    older(tmp_path, ["point-0000"])
+def test_an_older_sweep_is_recognized(tmp_path: Path) -> None:
+    make_older_study(tmp_path, ["point-0000"])
     (tmp_path / "sweep.toml").touch()
     assert StudyStore(tmp_path).kind == "sweep"
 
 
-def test_conditions_of_ones_own_that_look_like_variants_are_no_multiverse(tmp_path: Path) -> None:
-    assert older(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
+def test_custom_conditions_with_names_of_variants_are_not_a_multiverse(tmp_path: Path) -> None:
+    assert make_older_study(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
     study = create_study(
         tmp_path / "new",
         [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")],
         1,
     )
-    assert study.kind == "conditions" and study.factors["rank/evo/A"] == Factors("rank/evo/A")
+    assert study.kind == "conditions"
+    assert study.factors["rank/evo/A"] == Factors("rank/evo/A")

@@ -1,4 +1,4 @@
-"""How a notebook shows an experiment."""
+"""The HTML representation of experiments in notebooks."""
 
 from __future__ import annotations
 
@@ -11,43 +11,44 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
 
 
-def leaves(tree: Any, path: str = "") -> set[str]:
-    """The dotted paths of all fields in a tree of values; lists of tables are numbered."""
+def field_paths(tree: Any, path: str = "") -> set[str]:
+    """Return the dotted paths of all fields in a tree of values. Lists of tables are numbered."""
     if isinstance(tree, list) and tree and isinstance(tree[0], dict):
         tree = {str(number): entry for number, entry in enumerate(tree)}
     if not isinstance(tree, dict):
         return {path.removesuffix(".")}
-    return set().union(*(leaves(value, f"{path}{name}.") for name, value in tree.items()))
+    return set().union(*(field_paths(value, f"{path}{name}.") for name, value in tree.items()))
 
 
-def test_every_field_has_a_row_with_its_value_and_its_meaning() -> None:
+def test_every_field_has_a_row_with_its_value_and_meaning() -> None:
     experiment = load("evo+self-taught/B")
-    found = {row.path: row for row in rows(experiment)}
-    assert set(found) == leaves(tomllib.loads(to_toml(experiment))) | {"learning.steps"}
-    assert found["learning.steps"].value == "not set"  # for which TOML has no word
-    assert found["learning.rate"][1:] == ("0.01", "0.01", "Learning rate, per step.")
-    assert all(row.meaning for row in found.values() if row.path not in ("name", "model"))
+    rows_by_path = {row.path: row for row in rows(experiment)}
+    assert set(rows_by_path) == field_paths(tomllib.loads(to_toml(experiment))) | {"learning.steps"}
+    # TOML has no null value.
+    assert rows_by_path["learning.steps"].value == "not set"
+    assert rows_by_path["learning.rate"][1:] == ("0.01", "0.01", "Learning rate, per step.")
+    assert all(row.meaning for row in rows_by_path.values() if row.path not in ("name", "model"))
 
 
-def test_what_differs_from_its_default_stands_first_and_bold() -> None:
+def test_changed_fields_are_listed_first_and_bold() -> None:
     experiment = load("evo/A").replace(network={"biases": True}, lifetime={"steps": 200})
     first, _, folded = experiment._repr_html_().partition("<details>")
     assert [row.path for row in rows(experiment) if row.differs] == [
         *("name", "world.food.0.x", "world.food.0.y", "network.biases", "lifetime.steps")
     ]
-    for told in (
+    for text in (
         "4 of its 42 fields differ",
         "<code>lifetime.steps</code>",
         "<strong>200</strong>",
         ">5000<",
     ):
-        assert told in first
+        assert text in first
     assert "learning.rate" not in first
     assert "learning.rate" in folded
     assert "all fields are at their defaults" in validate({})._repr_html_()
 
 
-def test_defaults_are_those_of_the_model_and_of_its_parts() -> None:
+def test_defaults_come_from_the_model_and_its_parts() -> None:
     guessing = load("guessing").replace(hinton_nowlan={"trials": 10})
     assert [row.path for row in rows(guessing) if row.differs] == ["name", "hinton_nowlan.trials"]
     assert {row.default for row in rows(guessing) if row.path == "population.size"} == {"1000"}
@@ -55,7 +56,7 @@ def test_defaults_are_those_of_the_model_and_of_its_parts() -> None:
     assert "learning.crbp.punishment" in {row.path for row in rows(rewarded) if not row.differs}
 
 
-def test_an_experiment_whose_part_is_not_here_is_shown_as_it_stands() -> None:
+def test_an_experiment_with_a_missing_part_is_shown_with_its_values() -> None:
     tree = load("evo/A").to_dict()
     tree["learning"] |= {"rule": "<b>mine", "mine": {"pace": "<script>"}}
     tree["learning"]["<b>mine"] = tree["learning"].pop("mine")
@@ -66,7 +67,7 @@ def test_an_experiment_whose_part_is_not_here_is_shown_as_it_stands() -> None:
     assert "pace" in page
 
 
-def test_a_notebook_gets_the_table_of_any_experiment() -> None:
+def test_every_experiment_has_an_html_representation() -> None:
     for name in ("evo/A", "guessing"):
         experiment = load(name)
         assert experiment._repr_html_() == html(experiment, name, experiment.model)

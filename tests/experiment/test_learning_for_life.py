@@ -1,4 +1,7 @@
-"""Agents learn for life unless a number of steps is given; what was stored when "for life" was a number says the same."""
+"""Agents learn for life unless a number of steps is given.
+
+An earlier version stored learning for life as a large number.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +19,18 @@ from baldwinlab.studies.sweeps.design import expand_sweep, open_sweep
 from baldwinlab.studies.sweeps.file import read
 from tests.small_studies import rewrite_in_format_1
 
-OLD = 100_000_000
+OLD_NUMBER = 100_000_000
 
 
-def as_it_was_written(experiment: Experiment) -> str:
-    """The TOML text of an experiment by a version in which learning for life was a number."""
+def old_toml(experiment: Experiment) -> str:
+    """Return the TOML text of a version that stored learning for life as a number."""
     lines = to_toml(experiment).splitlines()
     return "\n".join(
-        f"steps = {OLD}" if line.startswith("# steps is not set") else line for line in lines
+        f"steps = {OLD_NUMBER}" if line.startswith("# steps is not set") else line for line in lines
     )
 
 
-def test_learning_for_life_is_not_set_and_so_it_stands_in_toml() -> None:
+def test_learning_for_life_is_an_unset_field_in_toml() -> None:
     experiment = load("evo+self-taught/A")
     assert experiment.learning.steps is None
     text = to_toml(experiment)
@@ -35,45 +38,44 @@ def test_learning_for_life_is_not_set_and_so_it_stands_in_toml() -> None:
     assert "# steps is not set: Number of steps after which learning stops" in text
 
 
-def test_the_number_of_before_means_for_life() -> None:
-    assert validate({"learning": {"steps": OLD}}) == Experiment()
+def test_the_old_number_means_learning_for_life() -> None:
+    assert validate({"learning": {"steps": OLD_NUMBER}}) == Experiment()
     stopped = assign(Experiment(), ["learning.steps=10"])
     assert (stopped.learning.steps, stopped.learning_steps) == (10, 10)
-    assert assign(stopped, [f"learning.steps={OLD}"]) == Experiment()
+    assert assign(stopped, [f"learning.steps={OLD_NUMBER}"]) == Experiment()
 
 
-@pytest.mark.parametrize(("stops", "steps"), [(None, 300), (0, 0), (299, 299), (301, 300)])
-def test_an_agent_learns_at_most_as_long_as_it_lives(stops: int | None, steps: int) -> None:
-    assert (
-        Experiment().replace(learning={"steps": stops}, lifetime={"steps": 300}).learning_steps
-        == steps
-    )
+@pytest.mark.parametrize(
+    ("learning_steps", "expected"), [(None, 300), (0, 0), (299, 299), (301, 300)]
+)
+def test_an_agent_learns_at_most_for_its_lifetime(
+    learning_steps: int | None, expected: int
+) -> None:
+    experiment = Experiment().replace(learning={"steps": learning_steps}, lifetime={"steps": 300})
+    assert experiment.learning_steps == expected
 
 
-def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
+def test_an_old_study_with_the_number_can_be_resumed(tmp_path: Path) -> None:
     experiment = load("evo+self-taught/A")
     study = create_study(tmp_path / "study", [experiment], seed=1)
-    stored = (
-        rewrite_in_format_1(study.directory, [experiment.name], seed=1)
-        / "runs"
-        / experiment.name
-        / "experiment.toml"
-    )
-    stored.write_text(as_it_was_written(experiment))
-    assert f"steps = {OLD}" in stored.read_text()
-    assert (
-        create_study(tmp_path / "study", [experiment], seed=1).experiments[experiment.name]
-        == experiment
-    )
+    directory = rewrite_in_format_1(study.directory, [experiment.name], seed=1)
+    stored = directory / "runs" / experiment.name / "experiment.toml"
+    stored.write_text(old_toml(experiment))
+    assert f"steps = {OLD_NUMBER}" in stored.read_text()
+    resumed = create_study(tmp_path / "study", [experiment], seed=1)
+    assert resumed.experiments[experiment.name] == experiment
     assert from_toml(stored.read_text(), where="there") == experiment
 
 
-def test_a_sweep_has_a_number_for_learning_for_life(tmp_path: Path) -> None:
+def test_a_sweep_uses_the_old_number_for_learning_for_life(tmp_path: Path) -> None:
     short = "evolution.generations = 1\nlifetime.steps = 10"
-    text = f'experiment = "evo+self-taught/A"\nruns = 1\n[set]\n{short}\n[fields]\nlearning.steps = [10, {OLD}]'
+    text = (
+        f'experiment = "evo+self-taught/A"\nruns = 1\n[set]\n{short}\n'
+        f"[fields]\nlearning.steps = [10, {OLD_NUMBER}]"
+    )
     path = tmp_path / "mine.toml"
     path.write_text(text)
     plan = read(path)
-    assert [each.learning.steps for each in expand_sweep(plan, path)] == [10, None]
+    assert [point.learning.steps for point in expand_sweep(plan, path)] == [10, None]
     sweep(path, out=tmp_path / "sweep")
-    assert open_sweep(tmp_path / "sweep")["learning.steps"].values.tolist() == [10, OLD]
+    assert open_sweep(tmp_path / "sweep")["learning.steps"].values.tolist() == [10, OLD_NUMBER]

@@ -1,4 +1,4 @@
-"""An experiment survives TOML, and what is not an experiment is refused with the file's name."""
+"""An experiment is read from its TOML unchanged. Invalid text is refused with the file name."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from baldwinlab.papers.presets import load, paper
 
 
 @pytest.mark.parametrize("variant", papers.load().names("variants"))
-def test_every_preset_comes_back_from_its_toml_unchanged(variant: str) -> None:
+def test_every_preset_is_read_from_its_toml_unchanged(variant: str) -> None:
     for experiment in paper(variant):
         assert from_toml(to_toml(experiment), where="text") == experiment
 
 
-def test_an_experiment_with_no_food_and_one_with_several_regions_come_back_unchanged() -> None:
+def test_experiments_with_any_number_of_food_regions_are_read_unchanged() -> None:
     for food in (
         [],
         [{"x": [1, 2], "y": [3, 4]}, {"x": [5, 6], "y": [7, 8], "count": 0, "energy": 2.5}],
@@ -27,18 +27,18 @@ def test_an_experiment_with_no_food_and_one_with_several_regions_come_back_uncha
         assert from_toml(to_toml(experiment), where="text") == experiment
 
 
-def test_toml_explains_every_field() -> None:
+def test_toml_has_a_comment_for_every_field() -> None:
     for line in to_toml(load("evo/A")).splitlines():
         if " = " in line:
             assert " # " in line, line
 
 
-def test_text_that_is_no_experiment_is_refused_with_the_name_of_its_file() -> None:
+def test_invalid_text_is_refused_with_the_name_of_its_file() -> None:
     with pytest.raises(ExperimentError, match=r"^mine\.toml is not TOML: "):
         from_toml("a = = 1", where="mine.toml")
     with pytest.raises(ExperimentError, match=r"^mine\.toml: lifetime\.steps = 0: "):
         from_toml("[lifetime]\nsteps = 0", where="mine.toml")
 
 
-def test_toml_is_read_by_the_standard_library() -> None:
+def test_toml_can_be_read_by_the_standard_library() -> None:
     assert tomllib.loads(to_toml(load("evo/B")))["world"]["food"][0]["y"] == [400, 560]

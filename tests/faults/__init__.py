@@ -1,4 +1,4 @@
-"""Tests with killed processes, damaged files, odd inputs and floods: see docs/explanation/reproducibility.md.
+"""Tests with killed processes, damaged files, invalid inputs and floods of requests.
 
-`make faults` runs all of them, `make test` a sample.
+See docs/explanation/reproducibility.md. `make faults` runs all of them, `make test` a sample.
 """

@@ -1,10 +1,10 @@
-"""How much is tried."""
+"""The number of cases to test."""
 
 from __future__ import annotations
 
 import os
 
 
-def amount(whole: int, sample: int) -> int:
-    """`whole` with FAULTS=all in the environment, else a sample."""
-    return whole if os.environ.get("FAULTS") == "all" else sample
+def amount(full: int, sample: int) -> int:
+    """Return `full` if the environment variable FAULTS is "all", else `sample`."""
+    return full if os.environ.get("FAULTS") == "all" else sample

@@ -1,4 +1,4 @@
-"""Words and values that nobody means, for whatever asks for some."""
+"""Unusual words and values for all kinds of input."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NUMBERS = [
     "-" + "9" * 400,
     "9" * 5000,
 ]
-SIGNS = [
+SYMBOLS = [
     "",
     " ",
     "true",
@@ -40,7 +40,7 @@ SIGNS = [
     "\x1b[2J",
     "\x7f",
 ]
-PLACES = [
+PATHS = [
     "..",
     "../..",
     "/dev/null",
@@ -52,7 +52,7 @@ PLACES = [
     "x.avi",
 ]
 TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
-WORDS = st.sampled_from(NUMBERS) | st.sampled_from(SIGNS) | st.sampled_from(PLACES) | TEXTS
+WORDS = st.sampled_from(NUMBERS) | st.sampled_from(SYMBOLS) | st.sampled_from(PATHS) | TEXTS
 
 _keys = st.text(string.ascii_letters + "_.", max_size=12)
 VALUES = st.recursive(

@@ -1,4 +1,4 @@
-"""Random combinations of parts: the same bits in any memory, or one known refusal."""
+"""Random combinations of parts give reproducible results or an expected refusal."""
 
 from __future__ import annotations
 
@@ -6,17 +6,21 @@ from typing import Final
 
 import pytest
 
-from tests.combinations.draw import random
-from tests.combinations.run import check, interpret
+from tests.combinations.draw import draw_random
+from tests.combinations.run import check_row, disable_compilation
 from tests.faults.amount import amount
 
-TOGETHER: Final = 10  # in one test
+COMBINATIONS_PER_TEST: Final = 10
 
 
-@pytest.mark.parametrize("seed", range(amount(500, 20) // TOGETHER))
-def test_random_combinations_are_refused_or_give_the_same_bits(
+@pytest.mark.parametrize("seed", range(amount(500, 20) // COMBINATIONS_PER_TEST))
+def test_random_combinations_are_refused_or_reproducible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interpret(monkeypatch)
-    faults = [(fault, row) for row in random(TOGETHER, seed) if (fault := check(row))]
+    disable_compilation(monkeypatch)
+    faults = [
+        (fault, row)
+        for row in draw_random(COMBINATIONS_PER_TEST, seed)
+        if (fault := check_row(row))
+    ]
     assert faults == []

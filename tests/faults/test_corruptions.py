@@ -1,4 +1,4 @@
-"""Whatever happens to a file of a study, who reads it gets what was stored, or a sentence that names the file."""
+"""Reading a study with a damaged file returns the stored values or an error that names the file."""
 
 from __future__ import annotations
 
@@ -34,99 +34,107 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ).directory
 
 
-def files(study: Path) -> list[str]:
+def list_files(study: Path) -> list[str]:
     return sorted(str(path.relative_to(study)) for path in study.rglob("*") if path.is_file())
 
 
-def damage(raw: bytes, chance: random.Random) -> bytes:
-    """What a bad disk, a full one, an editor or a careless script may leave of a file."""
-    place, noise = chance.randrange(len(raw)), chance.randbytes(20)
-    flipped = raw[place] ^ 1 << chance.randrange(8)
+def damage(raw: bytes, random_source: random.Random) -> bytes:
+    """Return the content of a file after a random kind of damage."""
+    offset = random_source.randrange(len(raw))
+    noise = random_source.randbytes(20)
+    flipped = raw[offset] ^ 1 << random_source.randrange(8)
     kinds = {
-        "a bit flipped": raw[:place] + bytes([flipped]) + raw[place + 1 :],
-        "cut short": raw[:place],
-        "zeros": raw[:place] + bytes(len(raw) - place),
-        "noise within": raw[:place] + noise + raw[place:],
+        "a bit flipped": raw[:offset] + bytes([flipped]) + raw[offset + 1 :],
+        "cut short": raw[:offset],
+        "zeros": raw[:offset] + bytes(len(raw) - offset),
+        "noise within": raw[:offset] + noise + raw[offset:],
         "noise after it": raw + noise,
-        "turned round": raw[place:] + raw[:place],
+        "turned round": raw[offset:] + raw[:offset],
         "emptied": b"",
     }
-    return kinds[chance.choice(list(kinds))]
+    return kinds[random_source.choice(list(kinds))]
 
 
-def listed(study: Path) -> dict[str, Any]:
-    """What the lab lists of it."""
+def summarize_in_lab(study: Path) -> dict[str, Any]:
+    """Return the summary of a study in the lab."""
     return summarize(Lab(study.parent, Live()), study.name)
 
 
-def read(study: Path) -> dict[str, xr.Dataset]:
-    """All that is read of a study."""
-    found = {"runs": open_runs(study)}
+def read_study(study: Path) -> dict[str, xr.Dataset]:
+    """Return the runs and assays of a study."""
+    values = {"runs": open_runs(study)}
     for name in ASSAYS:
         for experiment in CONDITIONS:
-            found[f"{name} {experiment.name}"] = open_assay(study, name, experiment.name)
-    return found
+            values[f"{name} {experiment.name}"] = open_assay(study, name, experiment.name)
+    return values
 
 
-def test_a_damaged_file_is_named_or_makes_no_difference(study: Path) -> None:
-    """Of every file, so many kinds of damage; sessions.jsonl holds how long things took, and nothing of a result."""
-    sound = read(study)
-    for name in files(study):
-        chance, raw, path = random.Random(name), (study / name).read_bytes(), study / name
+def test_a_damaged_file_is_named_or_has_no_effect(study: Path) -> None:
+    """Every file is damaged in several ways. sessions.jsonl contains durations but no results."""
+    sound = read_study(study)
+    for name in list_files(study):
+        random_source = random.Random(name)
+        path = study / name
+        raw = path.read_bytes()
         for _ in range(amount(200, 8)):
-            path.write_bytes(damage(raw, chance))
+            path.write_bytes(damage(raw, random_source))
             try:
-                found = read(study)
+                values = read_study(study)
             except BaldwinLabError as error:
                 assert name in str(error).replace(str(study) + "/", "")
                 assert len(str(error)) < 1000
             else:
-                assert all(found[which].identical(data) for which, data in sound.items()), (
+                assert all(values[key].identical(data) for key, data in sound.items()), (
                     name,
                     path.read_bytes()[:500],
                 )
-            assert listed(study)["id"] == study.name
+            assert summarize_in_lab(study)["id"] == study.name
         path.write_bytes(raw)
 
 
-def remove(path: Path, other: Path) -> None:
+def remove_file(path: Path, replacement: Path) -> None:
     path.unlink()
 
 
-def put_another_there(path: Path, other: Path) -> None:
-    shutil.copy(other, path)
+def replace_with_different_file(path: Path, replacement: Path) -> None:
+    shutil.copy(replacement, path)
 
 
-def make_a_folder_of_it(path: Path, other: Path) -> None:
+def replace_with_folder(path: Path, replacement: Path) -> None:
     path.unlink()
     path.mkdir()
 
 
-def let_it_lead_nowhere(path: Path, other: Path) -> None:
+def replace_with_dangling_link(path: Path, replacement: Path) -> None:
     path.unlink()
     path.symlink_to("nowhere")
 
 
 @pytest.mark.parametrize(
-    "change", [remove, put_another_there, make_a_folder_of_it, let_it_lead_nowhere]
+    "change",
+    [remove_file, replace_with_different_file, replace_with_folder, replace_with_dangling_link],
 )
-def test_a_file_that_is_another_or_none_is_named_or_makes_no_difference(
+def test_a_replaced_or_missing_file_is_named_or_has_no_effect(
     study: Path, tmp_path: Path, change: Change
 ) -> None:
-    sound = read(study)
-    for name in files(study):
+    sound = read_study(study)
+    for name in list_files(study):
         copy = tmp_path / name.replace("/", "-")
         shutil.copytree(study, copy)
-        others = [
-            copy / other
-            for other in files(study)
-            if other != name and Path(other).suffix == Path(name).suffix
+        candidates = [
+            copy / file
+            for file in list_files(study)
+            if file != name and Path(file).suffix == Path(name).suffix
         ]
-        change(copy / name, others[0] if others else copy / "study.toml")
+        change(copy / name, candidates[0] if candidates else copy / "study.toml")
         try:
-            found = read(copy)
+            values = read_study(copy)
         except BaldwinLabError as error:
             assert name in str(error).replace(str(copy) + "/", "") or name == "study.toml"
         else:
-            lost = {"run", "condition"} if change is remove and name.startswith("runs/") else set()
-            assert lost or all(found[which].identical(data) for which, data in sound.items()), name
+            may_miss = (
+                {"run", "condition"}
+                if change is remove_file and name.startswith("runs/")
+                else set()
+            )
+            assert may_miss or all(values[key].identical(data) for key, data in sound.items()), name

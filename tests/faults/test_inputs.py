@@ -1,4 +1,4 @@
-"""Whatever is typed, written or sent: an answer, or one clear sentence; never a traceback, and nothing is lost."""
+"""Invalid commands, files and requests get an answer or a clear message, never a traceback."""
 
 from __future__ import annotations
 
@@ -27,9 +27,11 @@ from tests.lab.client import CLIENT, LabServer
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study
 
-SCREEN = 3000  # characters: a message is at most so long
-LIFE = ("--condition", "evo/A", "--run", "0", "--generation", "0")
-COMMANDS = [  # each is refused for the words that are put in the places of X
+# The maximum number of characters of a message.
+MAX_MESSAGE_LENGTH = 3000
+LIFETIME = ("--condition", "evo/A", "--run", "0", "--generation", "0")
+# An invalid word replaces X.
+COMMANDS = [
     "show X",
     "show evo/A --set X",
     "show evo/A --set learning.rate=X",
@@ -54,7 +56,7 @@ COMMANDS = [  # each is refused for the words that are put in the places of X
     "assay study --assays X",
     "report study --last-generations X",
     "report X",
-    f"replay study {' '.join(LIFE)} --out X",
+    f"replay study {' '.join(LIFETIME)} --out X",
     "replay study --condition X --run 0 --generation 0 --out life.nc",
     "replay study --condition evo/A --run X --generation 0 --out life.nc",
     "replay study --condition evo/A --run 0 --generation X --out life.nc",
@@ -68,9 +70,11 @@ COMMANDS = [  # each is refused for the words that are put in the places of X
 ]
 
 
-def call(arguments: list[str]) -> Outcome:
-    """The command line, in the folder that we are in."""
-    out, err, before = StringIO(), StringIO(), sys.argv
+def run_command(arguments: list[str]) -> Outcome:
+    """Run the command line in the current directory."""
+    out = StringIO()
+    err = StringIO()
+    before = sys.argv
     sys.argv = ["baldwinlab", *arguments]
     try:
         with redirect_stdout(out), redirect_stderr(err):
@@ -93,31 +97,33 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A folder that holds a study, and nothing else; we are in it."""
-    made, before = tmp_path_factory.mktemp("inputs"), Path.cwd()
-    make_small_study(made / "study", runs=1)
-    os.chdir(made)
-    yield made
+    """Return the current directory, which contains only a study."""
+    directory = tmp_path_factory.mktemp("inputs")
+    before = Path.cwd()
+    make_small_study(directory / "study", runs=1)
+    os.chdir(directory)
+    yield directory
     os.chdir(before)
 
 
-ALL_KINDS = settings(
+SETTINGS = settings(
     deadline=None, suppress_health_check=list(HealthCheck), derandomize=True, database=None
 )
 
 
-@settings(ALL_KINDS, max_examples=amount(1000, 60))
+@settings(SETTINGS, max_examples=amount(1000, 60))
 @given(st.sampled_from(COMMANDS), WORDS)
-def test_a_command_with_an_odd_word_says_what_is_allowed_and_touches_nothing(
+def test_a_command_with_an_invalid_word_prints_an_error_and_changes_no_file(
     folder: Path, line: str, word: str
 ) -> None:
     before = contents(folder)
-    told = call([each.replace("X", word) for each in line.split(" ")])
-    assert "Traceback" not in told.out + told.err
-    assert len(told.err) <= SCREEN
-    if told.code:
-        assert told.code in (1, 2)
-        assert (told.err or told.out).strip()  # a check tells what does not hold as what it found
+    outcome = run_command([argument.replace("X", word) for argument in line.split(" ")])
+    assert "Traceback" not in outcome.out + outcome.err
+    assert len(outcome.err) <= MAX_MESSAGE_LENGTH
+    if outcome.code:
+        assert outcome.code in (1, 2)
+        # The command `check` prints failed requirements to standard output.
+        assert (outcome.err or outcome.out).strip()
     else:
         assert line.startswith(("show", "X")), (line, word)
     assert contents(folder) == before
@@ -125,46 +131,49 @@ def test_a_command_with_an_odd_word_says_what_is_allowed_and_touches_nothing(
 
 @st.composite
 def experiments(draw: st.DrawFn) -> str:
-    """The text of an experiment in which one thing is another, once or twice."""
+    """Return the text of an experiment with one or two random changes."""
     tree: Any = json.loads(json.dumps(load("evo+self-taught/A").to_dict()))
     for _ in range(draw(st.integers(1, 2))):
-        place = tree
+        table = tree
         while True:
             key = draw(
-                st.sampled_from(sorted(place) if isinstance(place, dict) else range(len(place)))
+                st.sampled_from(sorted(table) if isinstance(table, dict) else range(len(table)))
             )
-            below = place[key]
-            if not isinstance(below, dict | list) or not below or draw(st.integers(0, 4)) == 0:
+            child = table[key]
+            if not isinstance(child, dict | list) or not child or draw(st.integers(0, 4)) == 0:
                 break
-            place = below
+            table = child
         match draw(st.sampled_from(["value", "value", "removed", "renamed"])):
             case "value":
-                place[key] = draw(VALUES)
+                table[key] = draw(VALUES)
             case "removed":
-                del place[key]
-            case "renamed" if isinstance(place, dict):
-                place[draw(WORDS)] = place.pop(key)
-    return toml(tree)
+                del table[key]
+            case "renamed" if isinstance(table, dict):
+                table[draw(WORDS)] = table.pop(key)
+    return format_toml(tree)
 
 
-def toml(tree: dict[str, Any]) -> str:
-    """A tree as TOML with tables in one line."""
+def format_toml(tree: dict[str, Any]) -> str:
+    """Return a tree as TOML with inline tables."""
     return "".join(
-        f"{json.dumps(key)} = {inline(value)}\n" for key, value in tree.items() if value is not None
+        f"{json.dumps(key)} = {format_value(value)}\n"
+        for key, value in tree.items()
+        if value is not None
     )
 
 
-def inline(value: Any) -> str:
+def format_value(value: Any) -> str:
     match value:
         case dict():
-            inner = ", ".join(
-                f"{json.dumps(key)} = {inline(each)}"
-                for key, each in value.items()
-                if each is not None
-            )
-            return f"{{{inner}}}"
+            pairs = [
+                f"{json.dumps(key)} = {format_value(element)}"
+                for key, element in value.items()
+                if element is not None
+            ]
+            return f"{{{', '.join(pairs)}}}"
         case list():
-            return f"[{', '.join(inline(each) for each in value if each is not None)}]"
+            elements = [format_value(element) for element in value if element is not None]
+            return f"[{', '.join(elements)}]"
         case float():
             return repr(value)
         case None:
@@ -173,19 +182,19 @@ def inline(value: Any) -> str:
             return json.dumps(value)
 
 
-@settings(ALL_KINDS, max_examples=amount(600, 60))
+@settings(SETTINGS, max_examples=amount(600, 60))
 @given(experiments() | st.text(max_size=200))
-def test_an_experiment_is_read_as_it_will_be_written_or_refused_in_a_few_lines(text: str) -> None:
+def test_an_experiment_is_read_and_written_unchanged_or_refused_in_a_few_lines(text: str) -> None:
     try:
-        found = from_toml(text, "mine.toml")
+        experiment = from_toml(text, "mine.toml")
     except ExperimentError as error:
         assert str(error).startswith("mine.toml")
-        assert len(str(error)) <= SCREEN
+        assert len(str(error)) <= MAX_MESSAGE_LENGTH
     else:
-        assert from_toml(to_toml(found), "again") == found
+        assert from_toml(to_toml(experiment), "again") == experiment
 
 
-QUESTIONS = {
+REQUESTS = {
     "studies": {},
     "experiment": {"study": "study", "condition": "evo/A"},
     "results": {"study": "study"},
@@ -205,40 +214,39 @@ def server(folder: Path) -> Iterator[LabServer]:
         yield running
 
 
-@settings(ALL_KINDS, max_examples=amount(300, 40))
+@settings(SETTINGS, max_examples=amount(300, 40))
 @given(
-    st.sampled_from(
-        [(name, key) for name, query in QUESTIONS.items() for key in (*query, "other")]
-    ),
+    st.sampled_from([(name, key) for name, query in REQUESTS.items() for key in (*query, "other")]),
     WORDS,
 )
-def test_the_lab_answers_an_odd_question_in_a_sentence(
-    folder: Path, server: LabServer, which: tuple[str, str], word: str
+def test_the_lab_answers_an_invalid_query_with_a_message(
+    folder: Path, server: LabServer, request: tuple[str, str], word: str
 ) -> None:
-    (name, key), before = which, contents(folder)
-    answer = CLIENT.get(f"{server.address}/api/{name}", params={**QUESTIONS[name], key: word})
-    require_sense(answer)
+    name, key = request
+    before = contents(folder)
+    response = CLIENT.get(f"{server.address}/api/{name}", params={**REQUESTS[name], key: word})
+    require_valid_response(response)
     assert contents(folder) == before
 
 
-@settings(ALL_KINDS, max_examples=amount(300, 40))
+@settings(SETTINGS, max_examples=amount(300, 40))
 @given(
     st.sampled_from(["validate", "schema", "appearance", "live", "live/x/keep"]),
     VALUES | st.text().map(str.encode) | experiments(),
 )
-def test_the_lab_takes_an_odd_order_with_a_sentence(
+def test_the_lab_answers_an_invalid_body_with_a_message(
     folder: Path, server: LabServer, name: str, body: Any
 ) -> None:
     before = contents(folder)
     content = body if isinstance(body, bytes) else json.dumps(body).encode("utf-8", "surrogatepass")
-    answer = CLIENT.post(f"{server.address}/api/{name}", content=content)
-    require_sense(answer)
+    response = CLIENT.post(f"{server.address}/api/{name}", content=content)
+    require_valid_response(response)
     assert contents(folder) == before
 
 
-def require_sense(answer: httpx.Response) -> None:
-    """An answer, or a refusal whose sentence a page can show."""
-    assert answer.status_code < 500
-    if answer.status_code >= 400:
-        assert "Traceback" not in answer.text
-        assert len(answer.text) <= SCREEN
+def require_valid_response(response: httpx.Response) -> None:
+    """Require a result, or an error with a short message."""
+    assert response.status_code < 500
+    if response.status_code >= 400:
+        assert "Traceback" not in response.text
+        assert len(response.text) <= MAX_MESSAGE_LENGTH

@@ -1,4 +1,4 @@
-"""Whatever is killed, whenever: what lies there is sound, and the same command carries on to the same bits."""
+"""A command killed at any time leaves valid files, and resumes with identical results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SMALL = (
     "world.start.x=380",
 )
 RUN = ("run", "evo/A", "evo+self-taught/A", *SMALL, "--runs", "12", "--out", "study")
-LIFE = ("--condition", "evo/A", "--run", "0", "--generation", "5")
+LIFETIME = ("--condition", "evo/A", "--run", "0", "--generation", "5")
 SWEEP = """
 experiment = "evo+self-taught/A"
 runs = 6
@@ -39,7 +39,7 @@ fields = { learning.rate = [0, 0.01, 0.02] }
 
 
 class Stage(NamedTuple):
-    """A command that is killed, after others have made what it needs."""
+    """A command to kill, and the command that prepares its folder."""
 
     name: str
     command: tuple[str, ...]
@@ -53,28 +53,29 @@ STAGES = [
     Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 35),
     Stage("assay", ("assay", "study", "--assays", "innate"), 15, RUN),
     Stage("report", ("report", "study"), 20, RUN),
-    Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 45, RUN),
-    Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 10, RUN),
-    Stage(
-        "compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}
-    ),  # which begins without any compiled code
+    Stage("trace", ("replay", "study", *LIFETIME, "--out", "life.nc"), 45, RUN),
+    Stage("movie", ("replay", "study", *LIFETIME, "--out", "life.gif"), 10, RUN),
+    # The cache of compiled code is empty.
+    Stage("compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}),
 ]
 
 
-def live(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> None:
-    """The command, in a process of its own."""
+def run_command(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> None:
+    """Run a command in this process. Standard output and error go to the file "output"."""
     os.environ.update(environment)
     os.chdir(folder)
-    told = os.open("told", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    os.dup2(told, 1)
-    os.dup2(told, 2)
+    output = os.open("output", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(output, 1)
+    os.dup2(output, 2)
     sys.argv = ["baldwinlab", *command]
-    from baldwinlab.__main__ import main  # here, where the environment is what it is to be
+    # The package reads the environment when it is imported.
+    from baldwinlab.__main__ import main
 
     main()
 
 
-# Most processes are forked from one that has loaded what a command loads, or most kills would meet nothing but that.
+# Most processes are forked from a process that has imported the package. Otherwise most kills
+# would happen during the imports.
 FORKED = multiprocessing.get_context("forkserver")
 FORKED.set_forkserver_preload(
     [
@@ -84,48 +85,49 @@ FORKED.set_forkserver_preload(
         "baldwinlab.analysis.movie",
     ]
 )
-FRESH = multiprocessing.get_context("spawn")
+SPAWNED = multiprocessing.get_context("spawn")
 
 
-def begin(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> BaseProcess:
-    process: BaseProcess = (FRESH if environment else FORKED).Process(
-        target=live, args=(command, folder, dict(environment))
+def start_process(
+    command: tuple[str, ...], folder: Path, environment: Mapping[str, str]
+) -> BaseProcess:
+    process: BaseProcess = (SPAWNED if environment else FORKED).Process(
+        target=run_command, args=(command, folder, dict(environment))
     )
     process.start()
     return process
 
 
 def finish(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> float:
-    """Seconds that it took."""
-    began = time.monotonic()
-    process = begin(command, folder, environment)
+    """Run a command to its end and return its duration in seconds."""
+    started_at = time.monotonic()
+    process = start_process(command, folder, environment)
     process.join()
-    assert process.exitcode == 0, (folder / "told").read_text()
-    return time.monotonic() - began
+    assert process.exitcode == 0, (folder / "output").read_text()
+    return time.monotonic() - started_at
 
 
-def made(folder: Path) -> dict[str, bytes]:
-    """All that has the same bits each time."""
-    kept = (
+def reproducible_files(folder: Path) -> dict[str, bytes]:
+    """Return the content of all files that are reproducible, by path."""
+    paths = (
         path
         for path in sorted(folder.rglob("*"))
         if path.suffix in (".nc", ".csv", ".json", ".gif", ".toml")
     )
     return {
         str(path.relative_to(folder)): path.read_bytes()
-        for path in kept
+        for path in paths
         if not path.name.startswith(".")
     }
 
 
-def require_sound(folder: Path, whole: dict[str, bytes]) -> None:
-    """Nothing half-written has the name of something whole."""
-    for name, content in made(folder).items():
-        if name.startswith("study/") and name.endswith(
-            ".nc"
-        ):  # a trace of a user's own carries no checksum
+def require_sound(folder: Path, expected: dict[str, bytes]) -> None:
+    """Require that all files with final names are complete."""
+    for name, content in reproducible_files(folder).items():
+        # An exported trace has no checksum.
+        if name.startswith("study/") and name.endswith(".nc"):
             verify(content)
-        assert name not in whole or content == whole[name], name
+        assert name not in expected or content == expected[name], name
     for page in folder.rglob("*.html"):
         assert page.read_text().rstrip().endswith("</html>")
     if (folder / "study/study.toml").exists():
@@ -136,55 +138,61 @@ def require_sound(folder: Path, whole: dict[str, bytes]) -> None:
 
 
 @pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a finished study."""
+def finished_study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a finished study."""
     folder = tmp_path_factory.mktemp("base")
     finish(RUN, folder, {})
     return folder
 
 
-def fresh(stage: Stage, base: Path, folder: Path) -> Path:
-    """The folder in which a stage begins."""
+def prepare_folder(stage: Stage, finished_study: Path, folder: Path) -> Path:
+    """Create the folder in which a stage starts."""
     shutil.rmtree(folder, ignore_errors=True)
     if stage.before:
-        shutil.copytree(base, folder)
+        shutil.copytree(finished_study, folder)
     else:
         folder.mkdir()
         (folder / "sweep.toml").write_text(SWEEP)
     return folder
 
 
-def kill_again_and_again(stage: Stage, base: Path, tmp_path: Path, kills: int) -> None:
-    """Kill a stage at random moments, carrying on where the last was killed; begin anew when it has come to its end."""
-    seconds = finish(stage.command, fresh(stage, base, tmp_path / "whole"), stage.environment)
-    whole, folder = made(tmp_path / "whole"), fresh(stage, base, tmp_path / "killed")
-    moments, killed = random.Random(stage.name), 0
+def kill_repeatedly(stage: Stage, finished_study: Path, tmp_path: Path, kills: int) -> None:
+    """Kill a stage at random times and resume it. Start again in a new folder when it ends."""
+    seconds = finish(
+        stage.command,
+        prepare_folder(stage, finished_study, tmp_path / "expected"),
+        stage.environment,
+    )
+    expected = reproducible_files(tmp_path / "expected")
+    folder = prepare_folder(stage, finished_study, tmp_path / "killed")
+    random_times = random.Random(stage.name)
+    killed = 0
     while killed < kills:
-        process = begin(stage.command, folder, stage.environment)
-        process.join(moments.uniform(0, seconds))
+        process = start_process(stage.command, folder, stage.environment)
+        process.join(random_times.uniform(0, seconds))
         if process.exitcode is None:
             process.kill()
             process.join()
-            require_sound(folder, whole)
+            require_sound(folder, expected)
             killed += 1
         else:
-            assert process.exitcode == 0, (folder / "told").read_text()
-            assert made(folder) == whole
-            fresh(stage, base, folder)
+            assert process.exitcode == 0, (folder / "output").read_text()
+            assert reproducible_files(folder) == expected
+            prepare_folder(stage, finished_study, folder)
     finish(stage.command, folder, stage.environment)
-    assert made(folder) == whole
+    assert reproducible_files(folder) == expected
 
 
-def of(stage: Stage) -> Any:
-    """A stage as a case of a test; of all stages, `make test` kills a run alone."""
-    whole_suite = pytest.mark.skipif(
+def stage_parameter(stage: Stage) -> Any:
+    """Return a stage as a parameter of a test. `make test` includes only the stage `run`."""
+    skip_in_sample = pytest.mark.skipif(
         amount(1, 0) == 0 and stage.name != "run", reason="`make faults` kills it"
     )
-    return pytest.param(stage, id=stage.name, marks=whole_suite)
+    return pytest.param(stage, id=stage.name, marks=skip_in_sample)
 
 
-@pytest.mark.parametrize("stage", [of(stage) for stage in STAGES])
-def test_what_is_killed_loses_nothing_that_was_stored(
-    stage: Stage, base: Path, tmp_path: Path
+@pytest.mark.parametrize("stage", [stage_parameter(stage) for stage in STAGES])
+def test_a_killed_command_loses_no_stored_result(
+    stage: Stage, finished_study: Path, tmp_path: Path
 ) -> None:
-    kill_again_and_again(stage, base, tmp_path, amount(stage.kills, 1))
+    kill_repeatedly(stage, finished_study, tmp_path, amount(stage.kills, 1))
