@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.integrations.gymnasium import parallel_env, single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
-    from baldwinlab.api.load import load
-    from baldwinlab.api.records import read_experiment
+    from baldwinlab.api.load import load, read_experiment
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
     from baldwinlab.api.study import Study, open_study
@@ -98,7 +97,7 @@ _HOME = {
     "open_study": "api.study",
     "open_sweep": "studies.sweeps.design",
     "parallel_env": "api.integrations.gymnasium",
-    "read_experiment": "api.records",
+    "read_experiment": "api.load",
     "replay": "simulation.replay",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",

@@ -7,13 +7,14 @@ from typing import Any, Final
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed
+from baldwinlab.api.planned_reproduction import are_foragers
 from baldwinlab.api.publish.gallery import (
     PAGE,
     explain_omissions,
     publish_gallery,
     summarize,
 )
-from baldwinlab.api.reproduce import are_foragers, reproduce
+from baldwinlab.api.reproduce import reproduce
 from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import REPORT, require_writable

@@ -1,14 +1,23 @@
-"""Load experiments by name: `bl.load`. Parts of installed packages are registered first."""
+"""Load experiments: `bl.load` by name or file, `bl.read_experiment` from a dataset."""
 
 from __future__ import annotations
 
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.suggestions import list_names
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ORIGIN = "the dataset's experiment"
 
 
 @cache
@@ -54,3 +63,51 @@ def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
     """
     load_installed()
     return presets.load(experiment, variant)
+
+
+def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experiment:
+    """Return the experiment that produced a dataset.
+
+    Parameters
+    ----------
+    dataset
+        A run, a replay, an assay, or the runs of a study.
+    condition
+        Name of a condition. A dataset with one experiment does not need it.
+
+    Returns
+    -------
+    Experiment
+        The settings of the experiment.
+
+    Raises
+    ------
+    RefusedError
+        The dataset has no experiment, or `condition` does not select one of several.
+    """
+    load_installed()
+    if "experiment" in dataset.attrs:
+        return from_toml(dataset.attrs["experiment"], where=ORIGIN, lenient=True)
+    if "experiment" not in dataset:
+        raise RefusedError(
+            "the dataset has no attribute or variable 'experiment'; give a dataset that baldwinlab "
+            "returned, not one that was computed from it"
+        )
+    texts = dataset["experiment"]
+    if condition is not None and "condition" in texts.coords:
+        is_known = condition in texts.condition.values
+        texts = texts.sel(condition=condition) if is_known else texts.isel(condition=[])
+    if texts.size != 1:
+        raise RefusedError(
+            f"condition = {condition!r} does not select one experiment of the dataset; "
+            f"{_describe_choice(dataset, condition)}"
+        )
+    return from_toml(str(texts.item()), where=ORIGIN, lenient=True)
+
+
+def _describe_choice(dataset: xr.Dataset, condition: str | None) -> str:
+    """Return what to select: a condition, or a point of a sweep."""
+    if "condition" not in dataset.coords:
+        return "select one point of it"
+    names = [str(name) for name in dataset.condition.values.ravel()]
+    return list_names(str(condition), names) if names else "select one point of it"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
-from baldwinlab.api.publish import lab_results
+from baldwinlab.api.publish import lab_results, results_cache
 from baldwinlab.api.publish.multiverse import publish_multiverse
 from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory
 from baldwinlab.api.publish.study import Published, publish
@@ -111,7 +111,7 @@ def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> Non
 def _report_multiverse(plan: ReportPlan) -> None:
     """Write and print the results of a multiverse."""
     multiverse = publish_multiverse(plan, console.progress, console.info)
-    lab_results.cache_results(plan.study)
+    results_cache.cache_results(plan.study)
     console.console.print(variants_table(multiverse))
     sentences = compose_sentences(multiverse.singles)
     for sentence in (*sentences, *describe_combinations(multiverse)):

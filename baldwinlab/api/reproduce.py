@@ -3,34 +3,34 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
-from baldwinlab.analysis.assays.analysis import planned_designs
-from baldwinlab.analysis.claims import planned_claim_designs
-from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.load import load_installed
-from baldwinlab.api.publish.plan import replay_memory
+from baldwinlab.api.planned_reproduction import (
+    are_foragers,
+    describe_missing_runs,
+    estimate_later_need,
+)
 from baldwinlab.api.report import report
 from baldwinlab.api.run import assignments_of
-from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing, run_missing_assays
+from baldwinlab.api.run_assays import run_missing_assays
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.resources import Need
-from baldwinlab.experiment import BaseExperiment, Experiment, assign
+from baldwinlab.experiment import assign
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.paper import STANDARD
-from baldwinlab.simulation import memory
-from baldwinlab.simulation.compilation import available_cores
-from baldwinlab.studies.assays.memory import PlannedStudy
 from baldwinlab.studies.assays.results import find_missing_assays
 
-MAX_NAME: Final = 120  # characters of the name of a folder
+MAX_NAME: Final = 120
+"""Maximal number of characters of the name of a folder."""
 SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
 
 
@@ -249,9 +249,9 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
         seed=request.seed,
         paper=paper,
         changes=request.assignments if experiments != originals else (),
-        later_need=_need_after_runs(experiments, paper, runs, options.workers),
+        later_need=estimate_later_need(experiments, paper, runs, options.workers),
     )
-    for sentence in describe_too_few_runs(experiments, paper, runs):
+    for sentence in describe_missing_runs(experiments, paper, runs):
         console.info(sentence)
     study = run_missing(study_request, options)
 
@@ -269,65 +269,3 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
         paper=paper,
     )
     return Study(study)
-
-
-def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
-    """Return whether all experiments are of the model whose lives have a settable length.
-
-    Parameters
-    ----------
-    experiments
-        The conditions of a paper.
-
-    Returns
-    -------
-    bool
-        True if all are of the model "miniworld".
-    """
-    return all(isinstance(experiment, Experiment) for experiment in experiments)
-
-
-def describe_too_few_runs(
-    experiments: Sequence[Experiment], paper: papers.Paper, runs: int
-) -> Iterator[str]:
-    """Yield which verdicts so few runs cannot give.
-
-    Parameters
-    ----------
-    experiments
-        The conditions.
-    paper
-        The paper.
-    runs
-        Number of runs of each condition.
-
-    Yields
-    ------
-    str
-        A sentence on the claims, and one on the Baldwin effect.
-    """
-    names = [experiment.name for experiment in experiments]
-    if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
-        yield f"Claims: {claims}"
-    plan = _plan_assays(experiments, paper)
-    assays = plan.select_applicable(paper.metadata.assays)
-    if effect := describe_too_few(planned_designs(plan.experiments, assays, runs)):
-        yield f"Baldwin effect: {effect}"
-
-
-def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> PlannedStudy:
-    by_name = {experiment.name: experiment for experiment in experiments}
-    factors = {name: value for name, value in paper.factors().items() if name in by_name}
-    return PlannedStudy(by_name, factors)
-
-
-def _need_after_runs(
-    experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
-) -> Need:
-    """Return the memory and disk of the assays and the report."""
-    by_name = {experiment.name: experiment for experiment in experiments}
-    plan = _plan_assays(experiments, paper)
-    need = plan.need(runs, workers or available_cores(), paper.metadata.assays)
-    tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
-    shown = by_name.get(paper.metadata.emergence, experiments[0])
-    return need.add_later(tables).add_later(replay_memory(shown))

@@ -9,7 +9,8 @@ from typing import Any
 import tomlkit
 
 from baldwinlab.api.load import load_installed
-from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError

@@ -1,15 +1,16 @@
-"""Run the missing runs and assays of a study, with a progress bar."""
+"""Create or open a study and run its missing runs, with a progress bar."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from baldwinlab.api.interruptions import report_progress_on_error
+from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console, variables
-from baldwinlab.core.errors import ArgumentError, InterruptedStudyError, require_positive
-from baldwinlab.core.file_writing import require_writable_path, write_atomically
+from baldwinlab.core.errors import ArgumentError, require_positive
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NOTHING, Need, require
 from baldwinlab.experiment import Experiment
@@ -18,44 +19,11 @@ from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
-from baldwinlab.studies import executors
-from baldwinlab.studies.assays.catalog import not_applicable_reasons
-from baldwinlab.studies.assays.memory import estimate_assays
-from baldwinlab.studies.assays.results import find_missing_assays
-from baldwinlab.studies.assays.run import count_assay_steps, run_assays
-from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
+from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import RUN_LIMIT
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How simulations are executed. The options do not change results.
-
-    Attributes
-    ----------
-    workers
-        Number of threads, or of jobs with the executor "slurm"; by default one thread per core.
-    backend
-        "cpu", "cuda", or "auto" for the fastest that is available.
-    executor
-        "threads", "dask:tcp://HOST:PORT", or "slurm".
-    force
-        Run even if less memory or disk is free than the estimate.
-    """
-
-    workers: int | None = None
-    backend: str = "auto"
-    executor: str = "threads"
-    force: bool = False
-
-    def make_executor(self) -> Executor:
-        """Return the executor. Raise ArgumentError for a number of workers below 1."""
-        require_positive("workers", self.workers)
-        return executors.choose(self.executor, self.workers)
 
 
 @dataclass(frozen=True)
@@ -136,8 +104,8 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     StudyError
         The directory holds something else. These three are raised before anything is written.
     InterruptedStudyError
-        A worker or a disk failed. The message states how many runs are stored, as that of
-        KeyboardInterrupt does.
+        A worker or a disk failed. The message states the number of stored runs. The message of
+        KeyboardInterrupt does the same.
     """
     machinery = _check_request(request, options)
     _require_resources(request, machinery, options.force)
@@ -147,7 +115,9 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
         console.info(f"{request.directory}: all {request.total_runs:,} runs are already stored")
         return study
     _announce_runs(study, missing, request)
-    with _report_progress_on_error(study, lambda: _count_stored_runs(study, request.runs)):
+    with report_progress_on_error(
+        request.directory, lambda: _count_stored_runs(study, request.runs)
+    ):
         run_study(
             study,
             missing,
@@ -194,7 +164,7 @@ def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool
         for experiment in request.experiments
     ]
     need = memory.estimate_runs(missing, machinery.tasks, machinery.backend.worlds)
-    need = _need_on_this_machine(need, machinery.executor).add_later(request.later_need)
+    need = exclude_remote_memory(need, machinery.executor).add_later(request.later_need)
     require(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:
         memory.require_storable(
@@ -203,16 +173,11 @@ def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool
 
 
 def _count_missing_files(request: StudyRequest, condition: str) -> int:
-    """Return the number of runs of a condition without a file, in a directory that may not exist."""
+    """Return the number of runs of a condition that have no file."""
     if not is_study(request.directory):
         return request.runs
     files = (request.directory / "runs" / condition).glob("*.nc")
     return max(0, request.runs - sum(1 for _ in files))
-
-
-def _need_on_this_machine(need: Need, executor: Executor) -> Need:
-    """Return the need without the memory of remote workers."""
-    return need if executor.name == THREADS.name else need._replace(memory=0)
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:
@@ -239,7 +204,7 @@ def _open_or_create(request: StudyRequest) -> StudyStore:
 def _announce_runs(
     study: StudyStore, missing: Mapping[str, Sequence[int]], request: StudyRequest
 ) -> None:
-    """Print the numbers of stored and of missing runs, after a check that records can be written."""
+    """Check that records can be written, and print the numbers of stored and missing runs."""
     study.require_writable(study.path(name, runs[0]) for name, runs in missing.items() if runs)
     to_do = sum(map(len, missing.values()))
     steps = sum(
@@ -249,79 +214,6 @@ def _announce_runs(
         f"{request.directory}: {request.total_runs - to_do:,} of {request.total_runs:,} runs "
         f"stored, {to_do:,} to do ({steps:,} agent-steps)"
     )
-
-
-def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOptions) -> None:
-    """Run the assays of a study that are not stored, on the CPU.
-
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    names
-        Names of assays, see `baldwinlab.studies.assays.catalog.ASSAYS`.
-    options
-        Workers, executor and force.
-
-    Raises
-    ------
-    ArgumentError
-        The number of workers is below 1.
-    StudyError
-        No assay has that name.
-    RefusedError
-        Less memory or disk is free than the estimate, unless `options.force`.
-    InterruptedStudyError
-        A worker or a disk failed. The message states how many assays are stored.
-    """
-    executor = options.make_executor()
-    study.require_parts()
-    for sentence in not_applicable_reasons(study, names):
-        console.info(sentence)
-    missing = find_missing_assays(study, names)
-    count = sum(map(len, missing.values()))
-    if not count:
-        console.info(f"{study.directory}: all assays are already stored")
-        return
-    for condition, assays in missing.items():
-        for name in assays:
-            require_writable_path(assay_path(study.directory, name, condition))
-    runs = {condition: len(study.runs(condition)) for condition in missing}
-    need = estimate_assays(study, missing, runs, executor.workers)
-    need = _need_on_this_machine(need, executor)
-    require(f"{count} assays", need, study.directory, force=options.force)
-    steps = count_assay_steps(study, missing)
-    console.info(f"{study.directory}: {count} assays to do ({steps:,} agent-steps)")
-
-    def count_stored_assays() -> str:
-        """Return how far the assays are, in words."""
-        done = count - sum(map(len, find_missing_assays(study, names).values()))
-        return f"{done} of {count} assays are stored in {study.directory}"
-
-    with _report_progress_on_error(study, count_stored_assays):
-        run_assays(
-            study, missing, executor.workers, console.progress, console.info, executor=executor
-        )
-
-
-@contextmanager
-def _report_progress_on_error(study: StudyStore, count_stored: Callable[[], str]) -> Iterator[None]:
-    """Add to the message of an interruption what is stored and how to continue."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"Interrupted. {_resume_message(count_stored())}") from None
-    except ExecutorError as error:
-        raise InterruptedStudyError(f"{error}. {_resume_message(count_stored())}") from None
-    except OSError as error:
-        file = error.filename or study.directory
-        raise InterruptedStudyError(
-            f"cannot write {file}: {error.strerror or error}. {_resume_message(count_stored())}"
-        ) from None
-
-
-def _resume_message(stored: str) -> str:
-    return f"{stored}. Repeat the command to continue."
 
 
 def _count_stored_runs(study: StudyStore, runs: int) -> str:

@@ -10,7 +10,8 @@ import tomlkit
 
 from baldwinlab.api.load import load_installed
 from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
-from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive

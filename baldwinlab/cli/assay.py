@@ -7,7 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.report import report
-from baldwinlab.api.run_study import RunOptions, run_missing_assays
+from baldwinlab.api.run_assays import run_missing_assays
+from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import Directory, Executor, Force, Parts, Workers, load_parts
 from baldwinlab.studies.assays.catalog import ASSAYS
 from baldwinlab.studies.store import StudyStore

@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 from baldwinlab.api.publish.multiverse import FOLDERS
 from baldwinlab.api.report import report
-from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.cli.options import (
     FLAG,
     LOCATION,

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.gallery import ALL, reproduce_all
 from baldwinlab.api.reproduce import Reproduction, assignments_of_lengths, reproduce_changed
-from baldwinlab.api.run_study import RunOptions
+from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import (
     LOCATION,
     Assignments,

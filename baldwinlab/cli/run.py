@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.publish import lab_results
 from baldwinlab.api.run import run_loaded
-from baldwinlab.api.run_study import RunOptions
+from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.options import (
     LOCATION,

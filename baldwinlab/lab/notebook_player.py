@@ -15,7 +15,7 @@ import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.analysis.traces import has_appearance, read_appearance
-from baldwinlab.api.records import read_experiment
+from baldwinlab.api.load import read_experiment
 from baldwinlab.lab import binary_frames, single_page
 
 PLAYER: Final = "replay_page.js"

@@ -144,7 +144,7 @@ def results_of(lab: Lab, name: str) -> bytes:
     Raise StudyError as `find_study`, and for a damaged record.
     """
     # This import takes time.
-    from baldwinlab.api.publish import lab_results
+    from baldwinlab.api.publish import lab_results, results_cache
 
     study = find_study(lab, name)
     records = [
@@ -153,14 +153,14 @@ def results_of(lab: Lab, name: str) -> bytes:
         for run in study.runs(condition)
     ]
     claims = study.directory / CLAIMS
-    derived = (study.directory / lab_results.FILE, study.directory / sweeps.FILE)
+    derived = (study.directory / results_cache.FILE, study.directory / sweeps.FILE)
     for path in (*records, claims, *derived):
         require_inside(lab.root, path)
     files = (*records, claims)
     versions = tuple((path, path.stat().st_mtime_ns) for path in files if path.exists())
 
     def make() -> bytes:
-        results = lab_results.load_cached_results(study) or lab_results.compute_results(study)
+        results = results_cache.load_cached_results(study) or lab_results.compute_results(study)
         return json.dumps(results | _claims_of(study)).encode()
 
     return lab.cache.get(("results", study.directory, versions), make)

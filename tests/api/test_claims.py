@@ -9,7 +9,8 @@ from shutil import copytree
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
 from tests.commands import Command
 
 CLAIM = """

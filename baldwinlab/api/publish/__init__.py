@@ -1,0 +1,1 @@
+"""Write the results, figures and reports of studies."""

@@ -1,40 +1,27 @@
-"""Results that the lab shows: curves, final values and typical runs, as plain data.
-
-Reading a large study takes seconds, so `results.json` caches them next to the report. The cache
-is used only by the version that wrote it, and only while the same records are stored.
-"""
+"""Results that the lab shows: curves, final values and typical runs, as plain data."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from itertools import compress
 from typing import Any, Final
 
 import xarray as xr
 
-from baldwinlab._version import __version__
 from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction_norms import Panel, reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
-from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import RESULTS_FILE, read_text
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.studies.assays.storage import read_assays
-from baldwinlab.studies.claims_file import digest_records
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings
 
-FILE: Final = "results.json"
-# Larger studies have no cache, because the file would be slow to load.
-MAX_CONDITIONS: Final = 1000
-# Limit on the number of runs times the number of generations of a condition.
 MAX_POINTS: Final = 1_000_000
+"""Limit on the number of runs times the number of generations of a condition."""
 
 
 def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
@@ -234,13 +221,15 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
 
 def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
     """Return the median and its interval by condition, with None for missing values."""
-    places = range(len(panel.values))
+    indices = range(len(panel.values))
     summaries = {}
     for name, food in panel.norms.items():
         numbers = zip(
             ("median", "low", "high"), curve_intervals.interval_of_median(food), strict=True
         )
-        summaries[name] = {part: _to_list(values.reindex(place=places)) for part, values in numbers}
+        summaries[name] = {
+            part: _to_list(values.reindex(place=indices)) for part, values in numbers
+        }
     return summaries
 
 
@@ -275,62 +264,3 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
 
 def _to_list(values: xr.DataArray) -> list[float | None]:
     return [None if value != value else value for value in values.values.tolist()]
-
-
-def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
-    """Write the results of a study to its cache, unless it has too many conditions.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    data : xr.Dataset or None
-        The runs as `open_runs` returns them, if they are already loaded.
-
-    Raises
-    ------
-    StudyError
-        A record is damaged.
-    OSError
-        The file cannot be written.
-    """
-    if len(study.experiments) > MAX_CONDITIONS:
-        return
-    record = {
-        "version": __version__,
-        "records": digest_records(study),
-        "results": compute_results(study, data),
-    }
-    text = json.dumps({"checksum": _checksum(record), **record})
-    write_atomically(study.directory / FILE, text.encode())
-
-
-def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
-    """Return the cached results, or None if they are not of the stored records.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-
-    Returns
-    -------
-    dict of str to Any or None
-        The results of `compute_results`.
-    """
-    try:
-        record = json.loads(read_text(study.directory / FILE, RESULTS_FILE))
-        checksum = record.pop("checksum")
-        is_valid = (
-            record["version"] == __version__
-            and record["records"] == digest_records(study)
-            and checksum == _checksum(record)
-        )
-        return dict(record["results"]) if is_valid else None
-    # The file is missing, or another program wrote it.
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return None
-
-
-def _checksum(record: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(record).encode()).hexdigest()

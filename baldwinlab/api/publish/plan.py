@@ -19,7 +19,7 @@ from baldwinlab.studies.store import StudyStore
 class ReportPlan:
     """A report to write, with its paper and the condition of its figure of emergence.
 
-    Parameters
+    Attributes
     ----------
     study : StudyStore
         The study.

@@ -30,7 +30,7 @@ from baldwinlab.analysis.report.content import count_runs
 from baldwinlab.analysis.report.settings import describe_variant
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
-from baldwinlab.api.publish import lab_results
+from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish import sweep as sweeps
 from baldwinlab.api.publish.multiverse import FILE, FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan, can_replay
@@ -109,10 +109,11 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     standard = _standard_study(report)
 
     def write() -> None:
+        """Write the report with the results that are stored now."""
         _write_report(plan, report, contents, standard)
 
     write()
-    lab_results.cache_results(study, data)
+    results_cache.cache_results(study, data)
     return Published(results, contrasts, write)
 
 
@@ -121,7 +122,7 @@ def _publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         return sweeps.publish_sweep(plan.study, plan.out, plan.last, log, plan.baseline)
 
     contrasts = write()
-    lab_results.cache_results(plan.study)
+    results_cache.cache_results(plan.study)
     return Published([], contrasts, write)
 
 

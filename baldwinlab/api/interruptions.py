@@ -1,0 +1,43 @@
+"""Messages of interrupted studies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from baldwinlab.core.errors import InterruptedStudyError
+from baldwinlab.studies.executors import ExecutorError
+
+
+@contextmanager
+def report_progress_on_error(directory: Path, count_stored: Callable[[], str]) -> Iterator[None]:
+    """Describe the stored results in the message of an interruption.
+
+    Parameters
+    ----------
+    directory
+        The directory of the study.
+    count_stored
+        Returns the number of stored results, as text.
+
+    Raises
+    ------
+    InterruptedStudyError
+        A worker or a disk failed.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"Interrupted. {_resume_message(count_stored())}") from None
+    except ExecutorError as error:
+        raise InterruptedStudyError(f"{error}. {_resume_message(count_stored())}") from None
+    except OSError as error:
+        file = error.filename or directory
+        raise InterruptedStudyError(
+            f"cannot write {file}: {error.strerror or error}. {_resume_message(count_stored())}"
+        ) from None
+
+
+def _resume_message(stored: str) -> str:
+    return f"{stored}. Repeat the command to continue."

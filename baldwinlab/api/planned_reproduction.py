@@ -1,0 +1,95 @@
+"""The plan of a reproduction: verdicts that need more runs, and the required memory and disk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from baldwinlab import papers
+from baldwinlab.analysis.assays.analysis import planned_designs
+from baldwinlab.analysis.claims import planned_claim_designs
+from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.api.publish.plan import replay_memory
+from baldwinlab.core.resources import Need
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.simulation import memory
+from baldwinlab.simulation.compilation import available_cores
+from baldwinlab.studies.assays.memory import PlannedStudy
+
+
+def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
+    """Return whether all experiments are of the model whose lives have a settable length.
+
+    Parameters
+    ----------
+    experiments
+        The conditions of a paper.
+
+    Returns
+    -------
+    bool
+        True if all are of the model "miniworld".
+    """
+    return all(isinstance(experiment, Experiment) for experiment in experiments)
+
+
+def describe_missing_runs(
+    experiments: Sequence[Experiment], paper: papers.Paper, runs: int
+) -> Iterator[str]:
+    """Yield the verdicts that need more runs.
+
+    Parameters
+    ----------
+    experiments
+        The conditions.
+    paper
+        The paper.
+    runs
+        Number of runs of each condition.
+
+    Yields
+    ------
+    str
+        A sentence on the claims, and one on the Baldwin effect.
+    """
+    names = [experiment.name for experiment in experiments]
+    if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
+        yield f"Claims: {claims}"
+    plan = _plan_assays(experiments, paper)
+    assays = plan.select_applicable(paper.metadata.assays)
+    if effect := describe_too_few(planned_designs(plan.experiments, assays, runs)):
+        yield f"Baldwin effect: {effect}"
+
+
+def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> PlannedStudy:
+    by_name = {experiment.name: experiment for experiment in experiments}
+    factors = {name: value for name, value in paper.factors().items() if name in by_name}
+    return PlannedStudy(by_name, factors)
+
+
+def estimate_later_need(
+    experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
+) -> Need:
+    """Estimate the memory and disk of the assays and the report.
+
+    Parameters
+    ----------
+    experiments
+        The conditions.
+    paper
+        The paper.
+    runs
+        Number of runs of each condition.
+    workers
+        Number of threads; None for one per core.
+
+    Returns
+    -------
+    Need
+        The required memory and disk.
+    """
+    by_name = {experiment.name: experiment for experiment in experiments}
+    plan = _plan_assays(experiments, paper)
+    need = plan.need(runs, workers or available_cores(), paper.metadata.assays)
+    tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
+    shown = by_name.get(paper.metadata.emergence, experiments[0])
+    return need.add_later(tables).add_later(replay_memory(shown))

@@ -1,0 +1,66 @@
+"""Options of execution: workers, backend, executor and the resource check."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from baldwinlab.core.errors import require_positive
+from baldwinlab.core.resources import Need
+from baldwinlab.studies import executors
+from baldwinlab.studies.executors import THREADS, Executor
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Options of execution. They do not change results.
+
+    Attributes
+    ----------
+    workers
+        Number of threads, or of jobs with the executor "slurm"; by default one thread per core.
+    backend
+        "cpu", "cuda", or "auto" for the fastest that is available.
+    executor
+        "threads", "dask:tcp://HOST:PORT", or "slurm".
+    force
+        Run even if less memory or disk is free than the estimate.
+    """
+
+    workers: int | None = None
+    backend: str = "auto"
+    executor: str = "threads"
+    force: bool = False
+
+    def make_executor(self) -> Executor:
+        """Return the executor.
+
+        Returns
+        -------
+        Executor
+            The executor with its number of workers.
+
+        Raises
+        ------
+        ArgumentError
+            The number of workers is below 1, or the executor does not exist.
+        """
+        require_positive("workers", self.workers)
+        return executors.choose(self.executor, self.workers)
+
+
+def exclude_remote_memory(need: Need, executor: Executor) -> Need:
+    """Return the need of this machine, without the memory of remote workers.
+
+    Parameters
+    ----------
+    need
+        The need of all workers.
+    executor
+        The executor.
+
+    Returns
+    -------
+    Need
+        The need of this machine.
+    """
+    return need if executor.name == THREADS.name else need._replace(memory=0)

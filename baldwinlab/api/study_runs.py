@@ -1,0 +1,232 @@
+"""The stored runs of a study: data, replays, genomes and networks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from baldwinlab.api.agents import AgentNetwork, make_network, only_condition, read_genomes
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.simulation.replay import replay
+from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps.design import open_sweep
+
+
+class StudyRuns:
+    """The stored runs of a study.
+
+    Parameters
+    ----------
+    store
+        The directory of the study.
+    """
+
+    def __init__(self, store: StudyStore) -> None:
+        self._store = store
+
+    @property
+    def directory(self) -> Path:
+        """Return the directory of the study."""
+        return self._store.directory
+
+    @property
+    def seed(self) -> int:
+        """Return the seed of the study, 0 to 2**31 - 1."""
+        return self._store.seed
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """Return the names of the conditions."""
+        return tuple(self._store.experiments)
+
+    def experiment(self, condition: str) -> Experiment:
+        """Return the experiment of a condition.
+
+        Parameters
+        ----------
+        condition
+            Name of a condition.
+
+        Returns
+        -------
+        Experiment
+            Its settings.
+
+        Raises
+        ------
+        StudyError
+            The study has no such condition.
+        """
+        return self._store.experiment(condition)
+
+    def runs(self, condition: str) -> list[int]:
+        """Return the numbers of the stored runs of a condition.
+
+        Parameters
+        ----------
+        condition
+            Name of a condition.
+
+        Returns
+        -------
+        list of int
+            Numbers, from 0, in ascending order.
+
+        Raises
+        ------
+        StudyError
+            The study has no such condition.
+        """
+        self.experiment(condition)
+        return self._store.runs(condition)
+
+    def data(self, conditions: Sequence[str] | None = None) -> xr.Dataset:
+        """Return the stored runs as one dataset.
+
+        Parameters
+        ----------
+        conditions
+            Names of conditions; all, unless given.
+
+        Returns
+        -------
+        xarray.Dataset
+            The dataset of `open_runs`; for a whole sweep, that of `open_sweep`. Write
+            `data["map"]` for the map of a condition: `data.map` is a method of xarray.
+
+        Raises
+        ------
+        StudyError
+            The study has no such condition.
+        DamagedRecordError
+            A stored run is damaged.
+        """
+        if conditions is None and self._store.kind == SWEEP:
+            return open_sweep(self.directory)
+        return open_runs(self.directory, conditions)
+
+    def replay(
+        self,
+        condition: str | None = None,
+        *,
+        run: int,
+        generation: int,
+        force: bool = False,
+    ) -> xr.Dataset:
+        """Simulate one lifetime of a stored run again, and record every step.
+
+        Parameters
+        ----------
+        condition
+            Name of a condition. A study with one condition does not need it.
+        run
+            Number of a stored run, from 0.
+        generation
+            Number of a generation, from 0.
+        force
+            Run even if less memory is free than the estimate.
+
+        Returns
+        -------
+        xarray.Dataset
+            The variables of `baldwinlab.core.variables.TRACE`, with the dimensions `step` and
+            `agent`.
+
+        Raises
+        ------
+        StudyError
+            There is no such condition or run, or `condition` is missing.
+        PartError
+            A custom part of the study is not loaded.
+        RefusedError
+            There is no such generation, the model has no world, or too little memory is free.
+        """
+        condition = only_condition(self._store, condition)
+        experiment = self.experiment(condition)
+        self._store.require_parts(condition)
+        energy = self._store.read(condition, run, genomes=False).energy
+        return replay(
+            experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force
+        )
+
+    def genomes(
+        self,
+        run: int,
+        generation: int,
+        agent: int | Sequence[int] | None = None,
+        *,
+        condition: str | None = None,
+    ) -> xr.DataArray:
+        """Return the genomes of one generation of a stored run.
+
+        A generation whose genomes are not stored is bred again.
+
+        Parameters
+        ----------
+        run, generation
+            Numbers, from 0.
+        agent
+            Number of an agent, or several numbers, from 0; all agents, unless given.
+        condition
+            Name of a condition. A study with one condition does not need it.
+
+        Returns
+        -------
+        xarray.DataArray
+            The weights at birth, with the dimensions `agent`, `module` and `weight`. A single agent
+            has no dimension `agent`.
+
+        Raises
+        ------
+        StudyError
+            The study has no such condition or run.
+        ArgumentError
+            The experiment has no such generation or agent.
+        PartError
+            A custom part of the study is not loaded.
+        """
+        name = only_condition(self._store, condition)
+        return read_genomes(self._store, name, run, generation, agent)
+
+    def network(
+        self,
+        run: int,
+        generation: int,
+        agent: int,
+        *,
+        condition: str | None = None,
+        module: str = "action",
+    ) -> AgentNetwork:
+        """Return the network of one agent at birth.
+
+        Parameters
+        ----------
+        run, generation, agent
+            Numbers, from 0.
+        condition
+            Name of a condition. A study with one condition does not need it.
+        module
+            "action", or "reinforcement" if the agents have that network.
+
+        Returns
+        -------
+        AgentNetwork
+            Call it with inputs, an array [input] or [step, input], to get the outputs.
+
+        Raises
+        ------
+        StudyError
+            The study has no such condition or run.
+        ArgumentError
+            The experiment has no such generation or agent.
+        RefusedError
+            The agents have no such module, or are not foragers.
+        PartError
+            A custom part of the study is not loaded.
+        """
+        name = only_condition(self._store, condition)
+        return make_network(self._store, name, run, generation, agent, module)
