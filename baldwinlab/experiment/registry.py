@@ -48,7 +48,7 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {
-        "cell-foragers": f"{_MODELS}.cell_foragers:CellForagers",
+        "cell-foragers": f"{_MODELS}.cell_foragers.model:CellForagers",
         "cue-learners": f"{_MODELS}.cue_learners:CueLearners",
         "digit-readers": f"{_MODELS}.digit_readers:DigitReaders",
         "erl-populations": f"{_MODELS}.erl.model:ErlPopulations",
@@ -121,7 +121,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "variation": {
         "bit-flips": f"{_MODELS}.nk_climbers:BitFlips",
         "copy": f"{_EVOLUTION}.variation_operators:Copy",
-        "few-mutations": f"{_MODELS}.cell_foragers:FewMutations",
+        "few-mutations": f"{_MODELS}.cell_foragers.variation:FewMutations",
         "four-bit-weights": f"{_MODELS}.digit_readers:FourBitWeights",
         "gaussian": f"{_EVOLUTION}.variation_operators:Gaussian",
         "gene-pool": f"{_EVOLUTION}.variation_operators:GenePool",

@@ -14,8 +14,16 @@ import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import assign
-from baldwinlab.models import cell_foragers
-from baldwinlab.models.cell_foragers import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
+from baldwinlab.models.cell_foragers.grid import DRAWS, FOOD, SIDE
+from baldwinlab.models.cell_foragers.model import MAX_SHOWN_MOVES, CellForagers
+from baldwinlab.models.cell_foragers.network import (
+    INPUTS,
+    Layers,
+    Units,
+    backpropagate,
+    compute_outputs,
+)
+from baldwinlab.models.cell_foragers.variation import FewMutations
 from baldwinlab.parts import LIFE, GridView, philox, unit
 from baldwinlab.simulation.simulate import simulate_histories
 
@@ -39,6 +47,11 @@ def genomes(
         -size, size, (1, agents, len(forager_model.modules), forager_model.weights())
     )
     return drawn.astype(np.float32)
+
+
+def make_units(outputs: int) -> Units:
+    values, teacher = np.zeros((2, INPUTS + HIDDEN + outputs), np.float32)
+    return Units(values, teacher, np.zeros(2, np.float32))
 
 
 def forward(weights: Any, values: Any, outputs: int) -> tuple[Any, Any]:
@@ -189,7 +202,7 @@ def test_of_a_long_life_the_view_has_the_beginning() -> None:
     view = forager_model.views["life"].of(
         forager_model, GenerationKey(7, 0, 3), genomes(forager_model, 1)[0], 0
     )
-    assert isinstance(view, GridView) and len(view.cells) == cell_foragers.MAX_SHOWN_MOVES
+    assert isinstance(view, GridView) and len(view.cells) == MAX_SHOWN_MOVES
 
 
 def test_a_step_of_learning_goes_down_the_gradient() -> None:
@@ -200,22 +213,14 @@ def test_a_step_of_learning_goes_down_the_gradient() -> None:
     forager_model = model("prediction")
     weights = genomes(forager_model, 1)[0, 0, 0]
     values = np.array([0.3, 0.6, 1, 0], np.float32)
-    units = np.zeros(INPUTS + HIDDEN + 4, np.float32)
+    layers = Layers(HIDDEN, 4, np.float32(1))
+    units = make_units(outputs=4)
     targets = (0.9, 0.2)
-    units[:INPUTS] = values
+    units.values[:INPUTS] = values
+    units.targets[:] = targets
     after = weights.copy()
-    cell_foragers._forward(after, HIDDEN, 4, units)
-    cell_foragers._backpropagate(
-        after,
-        HIDDEN,
-        4,
-        2,
-        np.float32(1),
-        units,
-        np.float32(targets[0]),
-        np.float32(targets[1]),
-        np.zeros(4, np.float32),
-    )
+    compute_outputs(layers, after, units.values)
+    backpropagate(layers, after, units, 2)
 
     def error(of_weights: Any) -> float:
         return float(((forward(of_weights, values, 4)[1][2:] - targets) ** 2).sum() / 2)
@@ -232,24 +237,17 @@ def test_a_step_of_learning_goes_down_the_gradient() -> None:
 def test_the_error_to_a_constant_teacher_falls_in_each_step_and_finally_geometrically() -> None:
     forager_model = model("auto-teaching")
     weights, fixed = genomes(forager_model, 1)[0, 0]
-    units, teacher = np.zeros((2, INPUTS + HIDDEN + 2), np.float32)
+    layers = Layers(HIDDEN, 2, np.float32(0.5))
+    units = make_units(outputs=2)
     errors = []
     for _ in range(3000):
-        units[:INPUTS] = teacher[:INPUTS] = [0.3, 0.6, 1, 0]
-        cell_foragers._forward(weights, HIDDEN, 2, units)
-        cell_foragers._forward(fixed, HIDDEN, 2, teacher)
-        errors.append(float(np.abs(units[-2:] - teacher[-2:]).max()))
-        cell_foragers._backpropagate(
-            weights,
-            HIDDEN,
-            2,
-            0,
-            np.float32(0.5),
-            units,
-            teacher[-2],
-            teacher[-1],
-            np.zeros(4, np.float32),
-        )
+        units.values[:INPUTS] = [0.3, 0.6, 1, 0]
+        units.teacher[:INPUTS] = units.values[:INPUTS]
+        compute_outputs(layers, weights, units.values)
+        compute_outputs(layers, fixed, units.teacher)
+        units.targets[:] = units.teacher[-2:]
+        errors.append(float(np.abs(units.values[-2:] - units.targets).max()))
+        backpropagate(layers, weights, units, 0)
     assert all(after <= before + 1e-6 for before, after in pairwise(errors))
     shares = [
         errors[step + 20] / errors[step]

@@ -1,0 +1,113 @@
+"""Grid of cells with food, and the actions of an agent on it."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import share_of_turn
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import square_root
+from baldwinlab.parts import LIFE, philox, unit
+
+# Cells per edge.
+SIDE: Final = 10
+# Number of items.
+FOOD: Final = 10
+# Number of random draws that are reserved for an environment.
+DRAWS: Final = 4096
+FARTHEST: Final = np.float32(SIDE - 1) * np.float32(1.4142135)
+ZERO = np.float32(0)
+ONE = np.float32(1)
+
+
+class Visit(NamedTuple):
+    """An agent in one environment: the key of its random numbers."""
+
+    seed: int
+    run: int
+    generation: int
+    agent: int
+    # Number of the first draw of the environment.
+    first_draw: int
+
+
+@compiled
+def draw_words(visit: Visit, draw: Any) -> Any:
+    """Return the random words of a draw, which is counted from the first draw of the visit."""
+    return philox(
+        visit.first_draw + draw, visit.agent, visit.generation, LIFE, visit.seed, visit.run
+    )
+
+
+@compiled
+def draw_cell(word: Any) -> int:
+    """Return a cell from a random word. Cells are numbered row by row."""
+    return int(unit(word) * np.float32(SIDE * SIDE))
+
+
+@compiled
+def place_food(food: Any, visit: Visit) -> None:
+    """Draw a different cell for each item. An occupied cell is drawn again."""
+    draw = 0
+    for item in range(food.size):
+        is_free = False
+        while not is_free:
+            draw += 1
+            cell = draw_cell(draw_words(visit, draw)[0])
+            is_free = True
+            for earlier in range(item):
+                is_free = is_free and food[earlier] != cell
+            food[item] = cell
+
+
+@compiled
+def sense_food(food: Any, cell: Any, heading: Any) -> Any:
+    """Return the angle and the distance of the nearest food.
+
+    The angle is clockwise from the heading, as a share of a turn. The distance is a share of the
+    largest distance.
+    """
+    nearest = 2 * SIDE * SIDE
+    u = 0
+    v = 0
+    for item in range(food.size):
+        if food[item] >= 0:
+            dx = food[item] % SIDE - cell % SIDE
+            dy = food[item] // SIDE - cell // SIDE
+            if dx * dx + dy * dy < nearest:
+                nearest = dx * dx + dy * dy
+                u = dx
+                v = dy
+    if nearest == 2 * SIDE * SIDE:
+        return ZERO, ONE
+    for _ in range(heading):
+        u, v = v, -u
+    return share_of_turn(np.float32(u), np.float32(v)), square_root(np.float32(nearest)) / FARTHEST
+
+
+@compiled
+def execute_action(action: Any, cell: Any, heading: Any) -> Any:
+    """Return the cell and the heading after an action: stay, turn right, turn left or go ahead."""
+    if action == 1:
+        return cell, (heading + 1) % 4
+    if action == 2:
+        return cell, (heading + 3) % 4
+    if action == 3:
+        x = cell % SIDE + int(heading == 0) - int(heading == 2)
+        y = cell // SIDE + int(heading == 1) - int(heading == 3)
+        if 0 <= x < SIDE and 0 <= y < SIDE:
+            return y * SIDE + x, heading
+    return cell, heading
+
+
+@compiled
+def eat_item(food: Any, cell: Any) -> int:
+    """Remove the food in a cell. Return the number of eaten items."""
+    eaten = 0
+    for item in range(food.size):
+        if food[item] == cell:
+            food[item] = -1
+            eaten = 1
+    return eaten

@@ -1,0 +1,208 @@
+"""Lifetimes of foragers: environments with food, one after the other, and learning in each step."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.models.cell_foragers.grid import (
+    DRAWS,
+    Visit,
+    draw_cell,
+    draw_words,
+    eat_item,
+    execute_action,
+    place_food,
+    sense_food,
+)
+from baldwinlab.models.cell_foragers.network import (
+    ACTIONS,
+    INPUTS,
+    Layers,
+    Units,
+    backpropagate,
+    compute_outputs,
+)
+from baldwinlab.parts import unit
+
+HALF = np.float32(0.5)
+# Learning targets.
+NOTHING: Final = 0
+INHERITED_TEACHER: Final = 1
+NEXT_SENSATION: Final = 2
+NOISE: Final = 3
+
+
+class ForagingSettings(NamedTuple):
+    """Settings that all agents of a generation share."""
+
+    seed: int
+    generation: int
+    # Number of the first agent.
+    first_agent: int
+    # Learning target: a constant of this module.
+    target: int
+    layers: Layers
+
+
+class Modules(NamedTuple):
+    """Weights of the two modules of an agent."""
+
+    action: npt.NDArray[np.float32]
+    teaching: npt.NDArray[np.float32]
+
+
+class Course(NamedTuple):
+    """Course of an agent in one environment."""
+
+    # int64 [item]: the cells of the food at the beginning.
+    food: npt.NDArray[np.int64]
+    # int64 [move, (cell, heading)].
+    track: npt.NDArray[np.int64]
+
+
+class Scratch(NamedTuple):
+    """Arrays that are used again for each agent."""
+
+    # int64 [item]: the cells of the remaining food, or -1.
+    food: npt.NDArray[np.int64]
+    units: Units
+
+
+class ForagingResults(NamedTuple):
+    """Results of lifetimes, and the course of the last simulated environments."""
+
+    # float32 [run, agent, weight]: the action module. It changes in place as agents learn.
+    learned: npt.NDArray[np.float32]
+    # int32 [run, agent, environment]: number of eaten items.
+    eaten: npt.NDArray[np.int32]
+    # int64 [environment, item]: the cells of the food.
+    food: npt.NDArray[np.int64]
+    # int64 [environment, move, (cell, heading)].
+    track: npt.NDArray[np.int64]
+
+
+@jit_entry_point
+def simulate_lifetimes(
+    settings: ForagingSettings, runs: Any, teaching: Any, scratch: Scratch, results: ForagingResults
+) -> None:
+    """Simulate the lifetimes of all agents.
+
+    Parameters
+    ----------
+    settings : ForagingSettings
+        Settings that all agents share.
+    runs : array of shape (runs,)
+        Numbers of the runs.
+    teaching : array of shape (runs, agents, weights)
+        Weights of the teaching modules.
+    scratch : Scratch
+        Arrays that are used again for each agent.
+    results : ForagingResults
+        Output. `learned` must have the weights of the action modules at birth.
+    """
+    recorded = results.food.shape[0]
+    for run in range(runs.size):
+        for agent in range(results.eaten.shape[1]):
+            modules = Modules(results.learned[run, agent], teaching[run, agent])
+            for environment in range(results.eaten.shape[2]):
+                visit = Visit(
+                    settings.seed,
+                    runs[run],
+                    settings.generation,
+                    settings.first_agent + agent,
+                    environment * DRAWS,
+                )
+                slot = environment % recorded
+                course = Course(results.food[slot], results.track[slot])
+                results.eaten[run, agent, environment] = _visit_environment(
+                    settings, visit, modules, scratch, course
+                )
+
+
+@compiled
+def _visit_environment(
+    settings: ForagingSettings, visit: Visit, modules: Modules, scratch: Scratch, course: Course
+) -> int:
+    """Simulate an agent in one environment, and return the number of items that it eats."""
+    food = scratch.food
+    values = scratch.units.values
+    words = draw_words(visit, 0)
+    cell = draw_cell(words[0])
+    heading = int(unit(words[1]) * np.float32(4))
+    place_food(food, visit)
+    for item in range(food.size):
+        course.food[item] = food[item]
+    action = 0
+    eaten = 0
+    # An earlier move, with the state of the agent and the eaten items after it.
+    reference_move = -1
+    reference_state = -1
+    reference_eaten = 0
+    angle, distance = sense_food(food, cell, heading)
+    for move in range(course.track.shape[0]):
+        values[0] = angle
+        values[1] = distance
+        values[2] = np.float32(action >> 1)
+        values[3] = np.float32(action & 1)
+        compute_outputs(settings.layers, modules.action, values)
+        cell, heading = execute_action(action, cell, heading)
+        eaten += eat_item(food, cell)
+        course.track[move, 0] = cell
+        course.track[move, 1] = heading
+        action = _read_action(settings.layers, values)
+        if settings.target == NOTHING:
+            # Without learning, an agent in an earlier state with the same food repeats its moves.
+            state = 16 * cell + 4 * heading + action
+            if state == reference_state and eaten == reference_eaten:
+                _repeat_moves(course.track, move, move - reference_move)
+                return eaten
+            if eaten > reference_eaten or move > 2 * reference_move:
+                reference_move = move
+                reference_state = state
+                reference_eaten = eaten
+        angle, distance = sense_food(food, cell, heading)
+        scratch.units.targets[0] = angle
+        scratch.units.targets[1] = distance
+        _learn(settings, visit, modules, scratch.units, move)
+    return eaten
+
+
+@compiled
+def _read_action(layers: Layers, values: Any) -> int:
+    """Return the action that the outputs plan."""
+    first = INPUTS + layers.hidden
+    return 2 * int(values[first] > HALF) + int(values[first + 1] > HALF)
+
+
+@compiled
+def _learn(
+    settings: ForagingSettings, visit: Visit, modules: Modules, units: Units, move: Any
+) -> None:
+    """Change the weights of the action module. The targets are the next sensation."""
+    layers = settings.layers
+    if settings.target == INHERITED_TEACHER:
+        for k in range(INPUTS):
+            units.teacher[k] = units.values[k]
+        compute_outputs(layers, modules.teaching, units.teacher)
+        for k in range(ACTIONS):
+            units.targets[k] = units.teacher[INPUTS + layers.hidden + k]
+        backpropagate(layers, modules.action, units, 0)
+    elif settings.target == NEXT_SENSATION:
+        backpropagate(layers, modules.action, units, ACTIONS)
+    elif settings.target == NOISE:
+        words = draw_words(visit, DRAWS - 1 - move)
+        units.targets[0] = unit(words[0])
+        units.targets[1] = unit(words[1])
+        backpropagate(layers, modules.action, units, ACTIONS)
+
+
+@compiled
+def _repeat_moves(track: Any, move: Any, period: Any) -> None:
+    """Fill the track after a move with the moves of one period before."""
+    for later in range(move + 1, track.shape[0]):
+        track[later, 0] = track[later - period, 0]
+        track[later, 1] = track[later - period, 1]

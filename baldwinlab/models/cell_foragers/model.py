@@ -1,0 +1,244 @@
+"""The model of foragers on a grid: settings, records and measures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine import poison
+from baldwinlab.models.cell_foragers.grid import FOOD, SIDE
+from baldwinlab.models.cell_foragers.lifetimes import (
+    INHERITED_TEACHER,
+    NEXT_SENSATION,
+    NOISE,
+    NOTHING,
+    ForagingResults,
+    ForagingSettings,
+    Scratch,
+    simulate_lifetimes,
+)
+from baldwinlab.models.cell_foragers.network import ACTIONS, INPUTS, Layers, Units
+from baldwinlab.models.grid_frames import foraged
+from baldwinlab.parts import (
+    FOUNDER,
+    OF_AGENT,
+    Field,
+    GridView,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+    View,
+)
+
+TARGETS: Final = {
+    "none": NOTHING,
+    "auto-teaching": INHERITED_TEACHER,
+    "prediction": NEXT_SENSATION,
+    "random-targets": NOISE,
+}
+# A lifetime is divided into this number of equal periods. The first and the last are compared.
+PERIODS: Final = 6
+# Approximate maximum number of moves in a view.
+MAX_SHOWN_MOVES: Final = 20_000
+
+
+def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return the mean gain of a generation, or of the last generation if there are fewer."""
+    return lambda runs: (
+        runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+    )
+
+
+def _view_lifetime(
+    model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> GridView:
+    environments = min(model.environments, max(1, MAX_SHOWN_MOVES // model.steps_per_environment))
+    results = model.forage(
+        key.seed,
+        [key.run],
+        key.generation,
+        genomes[None, [agent]],
+        first_agent=agent,
+        environments=environments,
+        recorded=environments,
+    )
+    return foraged(SIDE, results.food, results.track, "environment")
+
+
+class CellForagers(Model, name="cell-foragers"):
+    """Foragers on a grid whose networks learn during life."""
+
+    learning: Literal["none", "auto-teaching", "prediction", "random-targets"] = Field(
+        "none", description="Content of learning."
+    )
+    learning_rate: float = Field(
+        0.15,
+        ge=0,
+        le=10,
+        description="Learning rate. 0: the same genome without learning.",
+    )
+    hidden_units: int = Field(7, ge=1, le=100, description="Number of hidden units per module.")
+    environments: int = Field(
+        24,
+        ge=6,
+        le=1000,
+        description=(
+            "Number of environments in a lifetime, each with its own start position and food."
+        ),
+    )
+    steps_per_environment: int = Field(
+        50, ge=1, le=10_000, description="Number of steps per environment."
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 100},
+        "evolution": {
+            "generations": 51,
+            "selection": "best-copies",
+            "variation": "few-mutations",
+            "mutation_size": 1.0,
+        },
+        "record": {"genome_every": 10},
+    }
+    payoff: ClassVar[str] = "food eaten per environment"
+    records: ClassVar[Mapping[str, Variable]] = {
+        "gain": Variable(
+            OF_AGENT,
+            np.float32,
+            "items",
+            "food per environment in the last sixth of life minus that in the first",
+        ),
+    }
+    views: ClassVar[Mapping[str, View]] = {
+        "life": View(
+            (
+                "An agent and its food, step by step. Eaten food disappears. Each "
+                "environment has its own food."
+            ),
+            _view_lifetime,
+        )
+    }
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "gain-0": Measure("gain within life in generation 0, items an environment", _gain(0)),
+        "gain-10": Measure("gain within life in generation 10, items an environment", _gain(10)),
+        "gain-20": Measure("gain within life in generation 20, items an environment", _gain(20)),
+        "gain-50": Measure("gain within life in generation 50, items an environment", _gain(50)),
+        "gain-falls": Measure(
+            "gain within life in generation 10 minus that in generation 50",
+            lambda runs: _gain(10)(runs) - _gain(50)(runs),
+        ),
+    }
+
+    @property
+    def modules(self) -> tuple[str, ...]:  # type: ignore[override]
+        return ("action", "reinforcement") if self.learning == "auto-teaching" else ("action",)
+
+    @property
+    def learns(self) -> bool:
+        return self.learning != "none" and self.learning_rate > 0
+
+    @property
+    def steps(self) -> int:
+        return self.environments * self.steps_per_environment
+
+    @property
+    def outputs(self) -> int:
+        """Return the number of outputs: two for the action, and two if targets are additional."""
+        return ACTIONS + (2 if self.learning in ("prediction", "random-targets") else 0)
+
+    def without_learning(self) -> CellForagers:
+        return self.model_copy(update={"learning_rate": 0.0})
+
+    def weights(self) -> int:
+        return (INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        modules = len(self.modules)
+        draws = key.uniforms(FOUNDER, (agents, modules * self.weights()))[:, :, 0]
+        drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        return drawn.reshape(agents, modules, -1)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        results = self.forage(
+            seed,
+            runs,
+            generation,
+            genomes,
+            first_agent=0,
+            environments=self.environments,
+            recorded=1,
+        )
+        eaten = results.eaten
+        period = self.environments // PERIODS
+        gain = eaten[..., -period:].mean(axis=-1) - eaten[..., :period].mean(axis=-1)
+        energy = eaten.sum(axis=-1) / self.environments
+        records = {"gain": gain.astype(np.float32)}
+        return LifeResults(energy, np.zeros_like(energy), results.learned, records)
+
+    def forage(
+        self,
+        seed: int,
+        runs: Sequence[int],
+        generation: int,
+        genomes: npt.NDArray[np.float32],
+        *,
+        first_agent: int,
+        environments: int,
+        recorded: int,
+    ) -> ForagingResults:
+        """Simulate environments of the agents from number `first_agent` on.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the study.
+        runs : sequence of int
+            Numbers of the runs.
+        generation : int
+            Number of the generation.
+        genomes : array of shape (runs, agents, modules, weights)
+            Genomes.
+        first_agent : int
+            Number of the first agent.
+        environments : int
+            Number of environments per agent.
+        recorded : int
+            Number of environments whose course is returned, for the last agent.
+
+        Returns
+        -------
+        ForagingResults
+            Learned weights, eaten items and the recorded courses.
+        """
+        units = INPUTS + self.hidden_units + self.outputs
+        settings = ForagingSettings(
+            seed,
+            generation,
+            first_agent,
+            TARGETS[self.learning] if self.learns else NOTHING,
+            Layers(self.hidden_units, self.outputs, np.float32(self.learning_rate)),
+        )
+        scratch = Scratch(
+            poison.empty(FOOD, np.int64),
+            Units(
+                poison.empty(units, np.float32),
+                poison.empty(units, np.float32),
+                poison.empty(2, np.float32),
+            ),
+        )
+        results = ForagingResults(
+            genomes[:, :, 0].copy(),
+            poison.empty((*genomes.shape[:2], environments), np.int32),
+            poison.empty((recorded, FOOD), np.int64),
+            poison.empty((recorded, self.steps_per_environment, 2), np.int64),
+        )
+        teaching = np.ascontiguousarray(genomes[:, :, -1])
+        simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)
+        return results

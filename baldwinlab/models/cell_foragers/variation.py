@@ -1,0 +1,53 @@
+"""Mutation of a fixed number of weights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import Field, Variation
+
+
+class FewMutations(Variation, name="few-mutations"):
+    """Copy of one parent, chosen at random; a fixed number of weights mutates.
+
+    References
+    ----------
+    Nolfi, Elman and Parisi 1994.
+    """
+
+    mutations: int = Field(
+        5,
+        ge=0,
+        le=1000,
+        description="Number of weights of a child that mutate, drawn with replacement.",
+    )
+    derived: ClassVar[Mapping[str, Any]] = {
+        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
+    }
+
+    @staticmethod
+    def vary(
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                child[module, weight] = (
+                    fitter[module, weight] if gate < 0.5 else second[module, weight]
+                )
+        for mutation in range(min(part.mutations, draws.shape[0])):
+            weight = int(draws[mutation, 1] * child.size)
+            child[weight // child.shape[1], weight % child.shape[1]] += np.float32(
+                (2.0 * draws[mutation, 2] - 1.0) * part.size
+            )
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        child = [list(module) for module in (fitter if gate < 0.5 else second)]
+        for _, position, size, _ in draws[: part.mutations]:
+            module, weight = divmod(int(position * len(child) * len(child[0])), len(child[0]))
+            child[module][weight] += (2 * size - 1) * part.size
+        return child
