@@ -274,7 +274,7 @@ async def _follow(websocket: WebSocket, live: Live) -> None:
         with live.watch(websocket.path_params["id"]) as run:
             await _serve_page(websocket, run)
     except MissingError as error:
-        await websocket.send_json({"type": "state", "state": "gone", "message": str(error)})
+        await websocket.send_json({"type": "state", "state": "removed", "message": str(error)})
         await websocket.close()
 
 

@@ -138,10 +138,10 @@ class LiveRun:
     def handle_command(self, command: Any) -> None:
         """Execute a command of a page.
 
-        A command is {"do": "pause"}, {"do": "resume"}, {"do": "stop"} or
-        {"do": "pace", "seconds": 0.1}. Raise ValueError for another command.
+        A command is {"command": "pause"}, {"command": "resume"}, {"command": "stop"} or
+        {"command": "pace", "seconds": 0.1}. Raise ValueError for another command.
         """
-        name = command.get("do") if isinstance(command, dict) else None
+        name = command.get("command") if isinstance(command, dict) else None
         if name == "pace":
             self.seconds = read_seconds(command)
             self._wake_up.set()

@@ -118,7 +118,7 @@ def start_and_leave_live_run(server: Server, seed: int) -> None:
     # The server removes a run that has no client for a second.
     with suppress(ConnectionClosed), page:
         page.recv(timeout=60)
-        page.send('{"do": "stop"}')
+        page.send('{"command": "stop"}')
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows reports memory differently")

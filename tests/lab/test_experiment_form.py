@@ -134,12 +134,12 @@ def test_values_without_a_known_type_are_shown_as_text(page: Page) -> None:
     page.goto("/")
     page.evaluate(
         """async () => {
-          const { schemaForm } = await import("/form.js");
+          const { createForm } = await import("/form.js");
           const properties = { known: { type: "number" }, odd: { type: "object" }, any: {} };
           const unknown = { odd: { deep: [1, 2] }, any: { it: 3 }, strange: { table: "is text" } };
           const schema = { properties };
           const value = { known: 1, ...unknown };
-          document.body.append(schemaForm(schema, value, () => {}, () => {}).element);
+          document.body.append(createForm(schema, value, () => {}, () => {}).element);
         }"""
     )
     expect(page.get_by_test_id("field-known")).to_have_value("1")

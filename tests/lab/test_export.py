@@ -37,33 +37,33 @@ from tests.small_studies import make_small_study, shorten_preset
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 RUN_SCRIPT = """
 import { readFileSync } from "node:fs";
-import { load } from "./engine.js";
+import { compileProgram } from "./engine.js";
 import { simulate } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
-const arrays = simulate(await load(readFileSync(module), plan), experiment, 5, 1);
+const arrays = simulate(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
 const entries = Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]);
 console.log(JSON.stringify(Object.fromEntries(entries)));
 """
 TEACHERS_SCRIPT = """
 import { readFileSync } from "node:fs";
-import { load } from "./engine.js";
+import { compileProgram } from "./engine.js";
 import { Run } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
-const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
+const run = new Run(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
 const teachers = {};
 for (let generation = 0; generation < run.generations; generation++) {
   teachers[generation] = run.teachers && Array.from(run.teachers);
-  run.next();
+  run.simulateNext();
 }
 console.log(JSON.stringify(teachers));
 """
 
 DIVERGED_SCRIPT = """
 import { readFileSync } from "node:fs";
-import { load } from "./engine.js";
+import { compileProgram } from "./engine.js";
 import { Run } from "./simulation.js";
 const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
-const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
+const run = new Run(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
 const genome = run.startNext();
 // A learning rule that diverges has this result.
 run.engine.array("state.genome").fill(NaN);

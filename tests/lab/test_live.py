@@ -211,10 +211,10 @@ def test_a_live_run_pauses_and_resumes(live: Live) -> None:
 def test_a_command_changes_the_pace_of_a_live_run(live: Live) -> None:
     run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=60)
     wait_until(lambda: run.generations_done == 1)
-    run.handle_command({"do": "pace", "seconds": 0})
+    run.handle_command({"command": "pace", "seconds": 0})
     assert wait_for_end(run).state == "done"
     with pytest.raises(ValueError, match="seconds = 'soon' must be a number from 0 to 60"):
-        run.handle_command({"do": "pace", "seconds": "soon"})
+        run.handle_command({"command": "pace", "seconds": "soon"})
 
 
 def test_the_replay_of_a_generation_of_a_live_run_is_bit_identical(live: Live) -> None:

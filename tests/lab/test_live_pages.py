@@ -92,7 +92,7 @@ def test_a_page_pauses_resumes_stops_and_saves_a_live_run(server: LabServer) -> 
     with connect_page(server, id) as session:
         n_generations = len(receive_until(session, "running")[0])
         for command, state in (("pause", "paused"), ("resume", "running"), ("stop", "stopped")):
-            session.send(json.dumps({"do": command}))
+            session.send(json.dumps({"command": command}))
             best, states = receive_until(session, state, n_generations)
             assert states == [state]
             n_generations += len(best)
@@ -131,7 +131,7 @@ def test_an_unknown_command_for_a_live_run_returns_a_message(
 ) -> None:
     with connect_page(server, start_live_run(server)) as session:
         receive_until(session, "done")
-        session.send(json.dumps({"do": "explode"}))
+        session.send(json.dumps({"command": "explode"}))
         message = receive(session)["message"]
     assert message == "the command of a live run must be pause, resume, stop or pace, not 'explode'"
 
@@ -139,7 +139,7 @@ def test_an_unknown_command_for_a_live_run_returns_a_message(
 def test_an_unknown_live_run_has_the_state_gone(server: LabServer) -> None:
     assert post(server, "live/none/save", {"name": "x"})[0] == 404
     with connect_page(server, "none") as session:
-        assert receive(session)["state"] == "gone"
+        assert receive(session)["state"] == "removed"
 
 
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:

@@ -200,8 +200,8 @@ def test_a_live_run_shows_the_alleles_of_the_newest_or_the_selected_generation(
     assert np.allclose(bars.evaluate_all(HEIGHTS), founders, atol=0.01)
     newest.click()
     expect(heading).to_have_text("Alleles by locus, generation 4")
-    page.get_by_test_id("keep").click()
-    page.get_by_test_id("keep-name").fill("watched")
+    page.get_by_test_id("save").click()
+    page.get_by_test_id("save-name").fill("watched")
     page.keyboard.press("Enter")
     page.get_by_test_id("live-open-world").click()
     expect(page).to_have_url(

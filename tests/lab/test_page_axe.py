@@ -37,7 +37,7 @@ def test_the_world_tab_has_no_barriers_with_guide_comparison_and_agent(
     expect(themed_page.get_by_test_id("guide")).to_contain_text("What to look for")
     assert find_violations(themed_page) == []
     themed_page.get_by_test_id("agent-3").click()
-    expect(themed_page.get_by_test_id("kin")).to_contain_text("parents")
+    expect(themed_page.get_by_test_id("relatives")).to_contain_text("parents")
     themed_page.get_by_test_id("compare").click()
     expect(themed_page.locator("[data-ready]")).to_have_count(2)
     assert find_violations(themed_page) == []
@@ -78,7 +78,7 @@ def test_the_live_tab_has_no_barriers_before_and_after_a_run(themed_page: Page) 
     themed_page.get_by_test_id("start").click()
     expect(themed_page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
     assert find_violations(themed_page) == []
-    themed_page.get_by_test_id("keep").click()
+    themed_page.get_by_test_id("save").click()
     assert find_violations(themed_page) == []
 
 

@@ -202,7 +202,7 @@ def test_the_curves_of_a_live_run_are_downloaded(page: Page) -> None:
 
 def test_the_activity_of_an_agent_is_downloaded_step_by_step(page: Page) -> None:
     page.goto(f"/#/world?{urlencode(SMALL | {'agent': 3})}")
-    expect(page.get_by_test_id("kin")).to_contain_text("parents")
+    expect(page.get_by_test_id("relatives")).to_contain_text("parents")
     eaten = download_rows(page, "items-eaten.csv")
     assert [row["step"] for row in eaten] == [str(step) for step in range(len(eaten))]
     assert len(eaten) >= 300
@@ -217,9 +217,9 @@ def test_ticks_are_between_the_limits_at_integer_generations(page: Page) -> None
     page.goto("/#/results")
     ticks = page.evaluate(
         """async () => {
-            const { ticksBetween } = await import("/drawing.js");
+            const { chooseTicksBetween } = await import("/drawing.js");
             const limits = [[0, 39, 1], [-0.5, 1, 0], [0, 2, 1], [0, 0.3]];
-            return limits.map(values => ticksBetween(...values));
+            return limits.map(values => chooseTicksBetween(...values));
         }"""
     )
     assert ticks == [[0, 10, 20, 30], [-0.5, 0, 0.5, 1], [0, 1, 2], [0, 0.1, 0.2, 0.3]]

@@ -46,8 +46,8 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
         "The model bit-strings has no world to show."
     )
     expect(page.get_by_test_id("live-fitness")).to_contain_text("Fitness, mean of 2 runs")
-    page.get_by_test_id("keep").click()
-    page.get_by_test_id("keep-name").fill("bits")
+    page.get_by_test_id("save").click()
+    page.get_by_test_id("save-name").fill("bits")
     page.keyboard.press("Enter")
     page.get_by_test_id("open-saved").click()
     expect(page.get_by_test_id("curves")).to_contain_text(

@@ -85,7 +85,7 @@ def test_an_evolved_topology_is_drawn_with_its_links(offline_page: Page, tmp_pat
     )
     open_finished_run(offline_page, experiment, tmp_path)
     offline_page.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
-    expect(offline_page.get_by_test_id("kin")).to_contain_text("parents, in generation 1")
+    expect(offline_page.get_by_test_id("relatives")).to_contain_text("parents, in generation 1")
     links = binary_frames.unpack(inspect_agent(*make_last_life(experiment), AGENT))[1]["links"]
     assert 3 <= links[:, 1].min() < 43 <= links[:, 1].max(), "hidden units and outputs"
     assert np.array_equal(received_array(offline_page, "links").reshape(-1, 3), links)

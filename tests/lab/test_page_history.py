@@ -115,7 +115,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     generation = page.get_by_test_id("generation-a")
     toggle.press("Enter")
     expect(toggle).to_have_attribute("aria-pressed", "true")
-    expect(page.get_by_test_id("kin")).to_be_hidden()
+    expect(page.get_by_test_id("relatives")).to_be_hidden()
     rows = page.get_by_test_id("ancestors").locator("tbody tr")
     expect(rows).to_have_count(2)
     assert [
@@ -142,7 +142,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     expect(title).to_have_text(f"Agent {line['agents'][1]}")
     expect(generation).to_have_value("1")
     toggle.click()
-    expect(page.get_by_test_id("kin")).to_be_visible()
+    expect(page.get_by_test_id("relatives")).to_be_visible()
     expect(page).not_to_have_url(re.compile("inside="))
 
 

@@ -31,7 +31,7 @@ def test_the_focus_moves_to_an_opened_agent_and_escape_returns_it(page: Page) ->
     line.press("Enter")
     inspector = page.get_by_role("region", name="Agent inspector")
     expect(inspector).to_be_focused()
-    expect(page.get_by_test_id("kin")).to_contain_text("parents")
+    expect(page.get_by_test_id("relatives")).to_contain_text("parents")
     page.get_by_test_id("parent").first.press("Enter")
     expect(page.get_by_test_id("generation-a")).to_have_value("0")
     expect(inspector).to_be_focused()

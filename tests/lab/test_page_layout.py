@@ -143,9 +143,9 @@ def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
             page.evaluate("document.querySelector('.live-world .figure-stage').scrollIntoView()")
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             page.get_by_test_id("live-canvas-agent").select_option("3")
-            expect(page.get_by_test_id("kin")).to_contain_text("parents")
+            expect(page.get_by_test_id("relatives")).to_contain_text("parents")
             # The controls of time stay in the viewport.
-            for part in ("networks", "kin"):
+            for part in ("networks", "relatives"):
                 page.get_by_test_id(part).evaluate("part => part.scrollIntoView()")
                 expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             check_page_layout(page, 1)

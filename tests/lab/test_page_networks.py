@@ -145,7 +145,7 @@ def test_the_inspector_names_teachers_of_the_previous_generation_without_a_line(
     assert networks_page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     expect(networks_page.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()
     networks_page.goto("/#/world?study=small&condition=heir&run=0&generation=0&agent=3")
-    expect(networks_page.get_by_test_id("kin")).to_contain_text("random weights")
+    expect(networks_page.get_by_test_id("relatives")).to_contain_text("random weights")
     expect(networks_page.get_by_test_id("teachers")).to_have_count(0)
 
 
@@ -171,4 +171,4 @@ def test_the_inspector_opens_an_agent_with_an_evolved_topology(networks_page: Pa
     with networks_page.expect_response(lambda response: "/api/agent" in response.url) as event:
         networks_page.goto("/#/world?study=small&condition=grown&run=0&generation=2&agent=3")
     assert event.value.ok
-    expect(networks_page.get_by_test_id("kin")).to_contain_text("parents")
+    expect(networks_page.get_by_test_id("relatives")).to_contain_text("parents")

@@ -251,9 +251,9 @@ def test_five_number_summaries_and_ticks_are_correct(page: Page) -> None:
     page.goto("/#/results")
     values = page.evaluate(
         """async () => {
-            const { fiveNumbers } = await import("/box_chart.js");
-            const { niceTicks } = await import("/drawing.js");
-            return [fiveNumbers([9, 1, 2, 3, 4, 100]), niceTicks(437), niceTicks(0.9)];
+            const { computeBoxStatistics } = await import("/box_chart.js");
+            const { chooseTicks } = await import("/drawing.js");
+            return [computeBoxStatistics([9, 1, 2, 3, 4, 100]), chooseTicks(437), chooseTicks(0.9)];
         }"""
     )
     assert values[0] == {"low": 1, "first": 2.25, "median": 3.5, "third": 7.75, "high": 9}

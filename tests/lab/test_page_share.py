@@ -125,7 +125,7 @@ def test_a_shared_page_shows_the_food_zooms_and_describes_an_agent(
     agent = int(eaten.argmax())
     offline_page.evaluate(RECORDER)
     offline_page.get_by_test_id("zoom-closer").click()
-    offline_page.get_by_test_id("zoom-whole").click()
+    offline_page.get_by_test_id("zoom-all").click()
     (world,) = last_drawn(offline_page, 250)
     box = canvas.bounding_box()
     assert box is not None

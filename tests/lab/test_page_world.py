@@ -142,7 +142,7 @@ def test_a_click_opens_an_agent_and_its_parents(
     x, y = (float(trace[axis].isel(step=0, agent=7)) / 640 * scale for axis in ("x", "y"))
     page.mouse.click(left + x, top + y)
     expect(find(page, "agent")).to_have_text("Agent 7")
-    expect(find(page, "kin")).to_contain_text("parents, in generation 1")
+    expect(find(page, "relatives")).to_contain_text("parents, in generation 1")
     parent = find(page, "parent").first
     name = (parent.text_content() or "").replace("agent", "Agent")
     parent.click()
@@ -218,7 +218,7 @@ def test_the_address_reopens_the_shown_state(page: Page) -> None:
     page.reload()
     expect(page.locator("[data-ready]")).to_have_count(2)
     expect(find(page, "agent")).to_have_text("Agent 4")
-    expect(find(page, "kin")).to_contain_text("parents")
+    expect(find(page, "relatives")).to_contain_text("parents")
     page.wait_for_timeout(600)
     assert read_state(page) == state
     assert find(page, "world-a").screenshot() == picture

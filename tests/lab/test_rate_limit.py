@@ -109,7 +109,7 @@ def test_a_page_that_only_receives_is_not_disconnected(strict_server: LabServer)
         deadline = time.monotonic() + 5 * TIMEOUT
         while time.monotonic() < deadline:
             page.recv(timeout=10)
-        page.send('{"do": "stop"}')
+        page.send('{"command": "stop"}')
 
 
 def test_connections_above_the_limit_are_rejected_with_a_message(strict_server: LabServer) -> None:

@@ -1,7 +1,7 @@
 /** The state of the page in its address, `#/view?key=value`. */
 
 // Milliseconds. Browsers refuse more than a few hundred changes of the address in 30 seconds.
-const EVERY = 400;
+const FLUSH_INTERVAL = 400;
 
 // {name, state} of the current view, or null while a view loads.
 let current = null;
@@ -26,7 +26,7 @@ export function setCurrentView(view) {
 }
 
 /** Return the current view with the changes of `navigate`, or null while a view loads. */
-export function currentView() {
+export function getCurrentView() {
   return current && { ...current };
 }
 
@@ -50,7 +50,7 @@ export function navigate(patch, replace = true) {
     else state[key] = String(value);
   }
   current.state = state;
-  if (replace) flushTimer ||= setTimeout(flush, EVERY);
+  if (replace) flushTimer ||= setTimeout(flush, FLUSH_INTERVAL);
   else {
     cancelFlush();
     location.hash = formatHash(current.name, state);
@@ -58,7 +58,7 @@ export function navigate(patch, replace = true) {
 }
 
 /** Return the address of the current state. */
-export function address() {
+export function formatAddress() {
   flush();
   return location.href;
 }

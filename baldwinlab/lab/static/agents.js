@@ -4,22 +4,22 @@
 
 import { FONT, palette } from "./palette.js";
 
+// In map units. A body has a length of about ten units.
 const DART = [
   [6.4, 0],
   [-4.6, 4.4],
   [-2.4, 0],
   [-4.6, -4.4],
-  // In map units. A body has a length of about ten units.
 ];
+// The part inside the outline of an agent that has not eaten.
 const HOLLOW = [
   [3.1, 0],
   [-2.9, 2.8],
   [-1.1, 0],
   [-2.9, -2.8],
-  // The part inside the outline of an agent that has not eaten.
 ];
 // Number of steps that a flash lasts.
-const FLASH = 24;
+const FLASH_STEPS = 24;
 // With more agents, outlines are not stroked, and counts are drawn only at a large scale.
 const MANY = 60;
 
@@ -35,7 +35,7 @@ export function drawAgents(view, recording, step, chosen) {
   for (const hasEaten of [false, true])
     drawGroup(
       view,
-      (agent) => recording.eatenBefore(step + 1, agent) > 0 === hasEaten,
+      (agent) => recording.countEaten(step + 1, agent) > 0 === hasEaten,
       hasEaten,
       size,
     );
@@ -46,24 +46,26 @@ export function drawAgents(view, recording, step, chosen) {
 
 function drawGroup({ pen, x, y, angle, count, scale }, isIncluded, hasEaten, size) {
   const isCrowd = count > MANY;
+  const hungryColor = isCrowd ? palette.outline : palette.hungry;
   pen.lineWidth = (hasEaten ? 0.8 : 1.4) / scale;
   pen.strokeStyle = hasEaten ? palette.map : palette.outline;
   for (let agent = 0; agent < count; agent++) {
     if (!isIncluded(agent)) continue;
-    pen.fillStyle = hasEaten ? palette.agent : isCrowd ? palette.outline : palette.hungry;
-    shape(pen, DART, x[agent], y[agent], angle[agent], size);
+    pen.fillStyle = hasEaten ? palette.agent : hungryColor;
+    tracePolygon(pen, DART, x[agent], y[agent], angle[agent], size);
     pen.fill();
     if (!isCrowd) pen.stroke();
     else if (!hasEaten) {
       pen.fillStyle = palette.hungry;
-      shape(pen, HOLLOW, x[agent], y[agent], angle[agent], size);
+      tracePolygon(pen, HOLLOW, x[agent], y[agent], angle[agent], size);
       pen.fill();
     }
   }
 }
 
-function shape(pen, corners, x, y, angle, size) {
-  const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
+function tracePolygon(pen, corners, x, y, angle, size) {
+  const cos = Math.cos(angle) * size;
+  const sin = Math.sin(angle) * size;
   pen.beginPath();
   for (const [along, across] of corners)
     pen.lineTo(x + along * cos - across * sin, y + along * sin + across * cos);
@@ -71,11 +73,11 @@ function shape(pen, corners, x, y, angle, size) {
 }
 
 function drawFlashes({ pen, x, y, count }, recording, step, size) {
-  const before = Math.max(recording.first, step + 1 - FLASH);
+  const before = Math.max(recording.first, step + 1 - FLASH_STEPS);
   pen.fillStyle = palette.flash;
   pen.globalAlpha = 0.4;
   for (let agent = 0; agent < count; agent++) {
-    if (recording.eatenBefore(step + 1, agent) === recording.eatenBefore(before, agent)) continue;
+    if (recording.countEaten(step + 1, agent) === recording.countEaten(before, agent)) continue;
     pen.beginPath();
     pen.arc(x[agent], y[agent], 9.5 * size, 0, 2 * Math.PI);
     pen.fill();
@@ -92,12 +94,10 @@ function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, c
   pen.lineWidth = 1.4 / scale;
   pen.setLineDash([1.5 / scale, 3.5 / scale]);
   for (let learner = 0; learner < count; learner++) {
-    const teacher = recording.learnsFrom(step, learner);
+    const teacher = recording.findTeacher(step, learner);
     if (teacher === null || (chosen != null && chosen !== learner && chosen !== teacher)) continue;
-    const [across, down] = [
-      shortestDistance(x[teacher] - x[learner], world.width),
-      shortestDistance(y[teacher] - y[learner], world.height),
-    ];
+    const across = shortestDistance(x[teacher] - x[learner], world.width);
+    const down = shortestDistance(y[teacher] - y[learner], world.height);
     pen.beginPath();
     pen.moveTo(x[learner], y[learner]);
     pen.lineTo(x[learner] + across, y[learner] + down);
@@ -129,7 +129,7 @@ function drawCounts({ pen, x, y, count, scale }, recording, step) {
   pen.textAlign = "left";
   pen.textBaseline = "middle";
   for (let agent = 0; agent < count; agent++) {
-    const eaten = recording.eatenBefore(step + 1, agent);
+    const eaten = recording.countEaten(step + 1, agent);
     if (eaten) pen.fillText(String(eaten), x[agent] + 9, y[agent] - 7);
   }
 }

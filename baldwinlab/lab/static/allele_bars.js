@@ -3,15 +3,15 @@
  * readers.
  */
 
-import { el, format } from "./common.js";
+import { el, formatNumber } from "./common.js";
 import { Tooltip } from "./tooltip.js";
 
 // The colors of the alleles, in their order.
 const COLORS = ["blue", "orange", "green", "purple", "sky", "vermilion"];
 // Maximum number of labeled loci.
-const FEW = 12;
+const MAX_LABELS = 12;
 // Possible distances between labeled loci.
-const EVERY = [1, 5, 10, 50, 100, 500, 1000, 5000];
+const LABEL_DISTANCES = [1, 5, 10, 50, 100, 500, 1000, 5000];
 
 export class AlleleBars {
   constructor() {
@@ -74,10 +74,15 @@ export class AlleleBars {
     this.clear();
     this.chart.hidden = this.table.hidden = this.legend.hidden = false;
     this.alleles = alleles;
-    this.loci = Array.from({ length: count }, (_, locus) => this.locus(locus, count));
+    this.loci = Array.from({ length: count }, (_, locus) => this.createLocus(locus, count));
     this.plot.prepend(...this.loci.map(({ bar }) => bar));
     const entry = (name, number) =>
-      el("span", { class: "entry" }, el("i", { class: "allele", style: colorStyle(number) }), name);
+      el(
+        "span",
+        { class: "entry" },
+        el("i", { class: "allele", style: formatColorStyle(number) }),
+        name,
+      );
     this.legend.replaceChildren("from bottom to top:", ...alleles.map(entry));
     this.caption = el("caption");
     const head = ["locus", ...alleles].map((name) => el("th", { scope: "col" }, name));
@@ -92,13 +97,14 @@ export class AlleleBars {
     );
   }
 
-  locus(locus, count) {
+  createLocus(locus, count) {
     const parts = this.alleles.map((name, number) =>
-      el("i", { class: "allele", style: colorStyle(number) }, el("span", {}, name)),
+      el("i", { class: "allele", style: formatColorStyle(number) }, el("span", {}, name)),
     );
     const cells = this.alleles.map(() => el("td"));
-    const number =
-      locus % EVERY.find((every) => count <= FEW * every || every === EVERY.at(-1)) ? "" : locus;
+    const distance =
+      LABEL_DISTANCES.find((number) => count <= MAX_LABELS * number) ?? LABEL_DISTANCES.at(-1);
+    const number = locus % distance ? "" : locus;
     return {
       parts,
       cells,
@@ -125,7 +131,7 @@ export class AlleleBars {
       const first = ((generation - this.first) * this.loci.length + locus) * kinds;
       parts.forEach((part, kind) => {
         part.style.flexGrow = shares[first + kind];
-        cells[kind].textContent = `${format(100 * shares[first + kind])} %`;
+        cells[kind].textContent = `${formatNumber(100 * shares[first + kind])} %`;
       });
     });
   }
@@ -145,7 +151,7 @@ export class AlleleBars {
 }
 
 /** Return the background and text color of an allele. */
-function colorStyle(number) {
+function formatColorStyle(number) {
   const color = COLORS[number % COLORS.length];
   return (
     `background: var(--${color}); color: ` +

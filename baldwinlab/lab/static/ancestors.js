@@ -1,8 +1,8 @@
 /** The ancestors of an agent as a chart and a table, back to the first generation. */
 
-import { el, format, getJSON, message } from "./common.js";
-import { query } from "./sources.js";
-import { LifetimeChart, colorKey } from "./lifetime_chart.js";
+import { el, formatNumber, getJSON, showMessage } from "./common.js";
+import { lifetimeQuery } from "./sources.js";
+import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
 
 /**
  * @typedef {{first: number, agents: number[], eaten: number[], partners: number[],
@@ -21,7 +21,7 @@ export class Ancestors {
       (generation) => this.openGeneration(generation),
       96,
     );
-    this.trace.root.append(colorKey(["chosen", "this lineage"], ["meal", "average agent"]));
+    this.trace.root.append(createColorKey(["chosen", "this lineage"], ["meal", "average agent"]));
     this.lines = el("tbody");
     const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
     this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.lines);
@@ -43,18 +43,18 @@ export class Ancestors {
 
   /** @param {import("./sources.js").Source} source */
   async show(source, agent) {
-    const requested = `${query(source)}&agent=${agent}`;
-    if (requested === this.asked) return;
+    const requested = `${lifetimeQuery(source)}&agent=${agent}`;
+    if (requested === this.requested) return;
     this.cancel();
-    Object.assign(this, { asked: requested, source });
+    Object.assign(this, { requested, source });
     this.stop = new AbortController();
     this.root.classList.add("waiting");
     try {
       this.setLine(await getJSON(`api/ancestors?${requested}`, this.stop.signal));
-    } catch (fault) {
-      if (fault.name === "AbortError") return;
+    } catch (error) {
+      if (error.name === "AbortError") return;
       this.cancel();
-      message(fault.message, "error");
+      showMessage(error.message, "error");
     }
     this.root.classList.remove("waiting");
   }
@@ -62,7 +62,7 @@ export class Ancestors {
   /** Cancel the pending request. */
   cancel() {
     this.stop?.abort();
-    this.asked = null;
+    this.requested = null;
   }
 
   /** @param {Line} line */
@@ -90,31 +90,32 @@ export class Ancestors {
     this.lines.replaceChildren(
       ...agents
         .slice(0, -1)
-        .map((_, at) => this.row(at))
+        .map((_, index) => this.createRow(index))
         .reverse(),
     );
     this.root.scrollTop = 0;
     this.draw();
   }
 
-  row(at) {
+  createRow(index) {
     const { first, agents, eaten, partners, eaten_by_partners, ancestors } = this.line;
-    const of = (agent, items) => el("td", {}, this.link(first + at, agent), format(items));
-    const other =
-      partners[at] === agents[at]
+    const createCell = (agent, items) =>
+      el("td", {}, this.createLink(first + index, agent), formatNumber(items));
+    const partnerCell =
+      partners[index] === agents[index]
         ? el("td", { class: "soft" }, "the same")
-        : of(partners[at], eaten_by_partners[at]);
+        : createCell(partners[index], eaten_by_partners[index]);
     return el(
       "tr",
       {},
-      el("th", { scope: "row" }, format(first + at)),
-      of(agents[at], eaten[at]),
-      other,
-      el("td", {}, format(ancestors[at])),
+      el("th", { scope: "row" }, formatNumber(first + index)),
+      createCell(agents[index], eaten[index]),
+      partnerCell,
+      el("td", {}, formatNumber(ancestors[index])),
     );
   }
 
-  link(generation, agent) {
+  createLink(generation, agent) {
     const name = `agent ${agent}`;
     const act = {
       "aria-label": `${name}, generation ${generation}`,
@@ -135,6 +136,9 @@ export class Ancestors {
     if (!this.line) return;
     const { first, agents, eaten } = this.line;
     const generation = first + agents.length - 1;
-    this.trace.draw(generation, `generation ${format(generation)}: ${format(eaten.at(-1))}`);
+    this.trace.draw(
+      generation,
+      `generation ${formatNumber(generation)}: ${formatNumber(eaten.at(-1))}`,
+    );
   }
 }

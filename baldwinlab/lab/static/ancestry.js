@@ -6,8 +6,10 @@
  * @param {number} agent
  * @returns {import("./ancestors.js").Line}
  */
-export function ancestorLine(generations, agent) {
-  const [agents, partners, ancestorSets] = [[agent], [], [new Set([agent])]];
+export function findAncestorLine(generations, agent) {
+  const agents = [agent];
+  const partners = [];
+  const ancestorSets = [new Set([agent])];
   let first = generations.length - 1;
   for (; generations[first].parents[2 * agents[0]] >= 0; first -= 1) {
     const couple = (child) =>

@@ -1,13 +1,14 @@
 // Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches.
 
 import { el } from "./common.js";
-import { gridLine, niceTicks, textLabel, svgFile, svg } from "./drawing.js";
+import { drawGridLine, chooseTicks, drawTextLabel, formatSvgFile, createSvg } from "./drawing.js";
 
-const TOP = 10,
-  BOTTOM = 8,
-  LEFT = 46,
-  // In CSS pixels. BOX_SHARE is half of the width of a box, relative to its slot.
-  SLOT = 0.34;
+// CSS pixels.
+const TOP = 10;
+const BOTTOM = 8;
+const LEFT = 46;
+// Half of the width of a box, relative to its slot.
+const BOX_SHARE = 0.34;
 const FILE = { width: 760, height: 400 };
 
 /**
@@ -18,7 +19,7 @@ const FILE = { width: 760, height: 400 };
  * @property {(index: number) => string} [describe] the text of a point, for tooltips and screen
  *   readers
  * @property {(index: number) => string} [href] the target of a point
- * @property {string} [leads] the description of the target
+ * @property {string} [targetText] the description of the target
  */
 
 /**
@@ -30,42 +31,42 @@ const FILE = { width: 760, height: 400 };
  * @param {{title: string, groups: Group[], height?: number}} options
  * @returns {{svg: () => string, destroy: () => void}} `svg` returns the text of a file
  */
-export function boxChart(root, options) {
+export function drawBoxChart(root, options) {
   const { title, groups } = options;
   const plot = el("div", { class: "chart-plot" });
   root.replaceChildren(el("div", { class: "chart-title" }, title), plot);
   const draw = () =>
     plot.replaceChildren(
-      picture(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
+      drawPlot(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
     );
   draw();
   const resized = new ResizeObserver(draw);
   resized.observe(root);
   // A file contains no links.
-  const unlinkedGroups = groups.map(({ href, ...group }) => group);
+  const unlinkedGroups = groups.map((group) => ({ ...group, href: undefined }));
   return {
     svg: () =>
-      svgFile(
+      formatSvgFile(
         title,
         FILE.width,
         FILE.height,
-        picture(title, unlinkedGroups, FILE.width, FILE.height),
+        drawPlot(title, unlinkedGroups, FILE.width, FILE.height),
       ),
     destroy: () => resized.disconnect(),
   };
 }
 
-function picture(title, groups, width, height) {
-  const slanted = (width - LEFT) / groups.length < 110;
+function drawPlot(title, groups, width, height) {
+  const isSlanted = (width - LEFT) / groups.length < 110;
   const longest = Math.max(...groups.map((group) => group.label.length));
   // Approximate height of the labels.
-  const bottom = BOTTOM + (slanted ? 14 + 4 * longest : 18);
+  const bottom = BOTTOM + (isSlanted ? 14 + 4 * longest : 18);
   const highest = Math.max(1e-9, ...groups.flatMap((group) => group.values));
-  const ticks = niceTicks(highest);
+  const ticks = chooseTicks(highest);
   const top = Math.max(highest, ticks.at(-1));
   const y = (value) => height - bottom - (value / top) * (height - TOP - bottom);
   const slot = (width - LEFT) / groups.length;
-  const drawing = svg("svg", {
+  const drawing = createSvg("svg", {
     width,
     height,
     viewBox: `0 0 ${width} ${height}`,
@@ -74,28 +75,28 @@ function picture(title, groups, width, height) {
   });
   for (const tick of ticks) {
     drawing.append(
-      gridLine(LEFT, y(tick), width, y(tick)),
-      textLabel(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }),
+      drawGridLine(LEFT, y(tick), width, y(tick)),
+      drawTextLabel(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }),
     );
   }
   groups.forEach((group, number) => {
     const middle = LEFT + slot * (number + 0.5);
-    drawing.append(label(group.label, middle, height - bottom + 16, slanted));
+    drawing.append(drawLabel(group.label, middle, height - bottom + 16, isSlanted));
     if (group.values.length)
-      drawing.append(box(group, middle, slot, y), ...points(group, middle, slot, y));
+      drawing.append(drawBox(group, middle, slot, y), ...drawPoints(group, middle, slot, y));
   });
   return drawing;
 }
 
-function box(group, middle, slot, y) {
-  const { low, first, median, third, high } = fiveNumbers(group.values);
-  const half = Math.min(slot * SLOT, 36);
+function drawBox(group, middle, slot, y) {
+  const { low, first, median, third, high } = computeBoxStatistics(group.values);
+  const half = Math.min(slot * BOX_SHARE, 36);
   const line = (x1, y1, x2, y2, width = 1.5) =>
-    svg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
-  return svg(
+    createSvg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
+  return createSvg(
     "g",
     { "aria-hidden": "true" },
-    svg("rect", {
+    createSvg("rect", {
       x: middle - half,
       width: 2 * half,
       y: y(third),
@@ -112,33 +113,33 @@ function box(group, middle, slot, y) {
   );
 }
 
-function points(group, middle, slot, y) {
-  const half = Math.min(slot * SLOT, 36) * 0.8;
+function drawPoints(group, middle, slot, y) {
+  const half = Math.min(slot * BOX_SHARE, 36) * 0.8;
   return group.values.map((value, index) => {
     // Deterministic, evenly spread positions.
     const x = middle + half * (2 * ((index * 0.618034) % 1) - 1);
     const described = group.describe?.(index) ?? String(value);
-    const name = group.href ? `${described}. ${group.leads}` : described;
-    const dot = svg(
+    const name = group.href ? `${described}. ${group.targetText}` : described;
+    const dot = createSvg(
       "circle",
       { cx: x, cy: y(value), r: 4, fill: group.color, "fill-opacity": 0.75 },
-      svg("title", {}, name),
+      createSvg("title", {}, name),
     );
     return group.href
-      ? svg("a", { href: group.href(index), "aria-label": name, class: "chart-point" }, dot)
+      ? createSvg("a", { href: group.href(index), "aria-label": name, class: "chart-point" }, dot)
       : dot;
   });
 }
 
-function label(text, x, y, slanted) {
-  const position = slanted
+function drawLabel(text, x, y, isSlanted) {
+  const position = isSlanted
     ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` }
     : { "text-anchor": "middle", x, y };
-  return textLabel(text, position);
+  return drawTextLabel(text, position);
 }
 
 /** Return the median, the quartiles and the farthest values within 1.5 times their distance. */
-export function fiveNumbers(values) {
+export function computeBoxStatistics(values) {
   const sorted = [...values].sort((a, b) => a - b);
   const quantile = (share) => {
     const position = share * (sorted.length - 1);
@@ -147,7 +148,9 @@ export function fiveNumbers(values) {
       sorted[below] + (position - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below])
     );
   };
-  const [first, median, third] = [quantile(0.25), quantile(0.5), quantile(0.75)];
+  const first = quantile(0.25);
+  const median = quantile(0.5);
+  const third = quantile(0.75);
   const reach = 1.5 * (third - first);
   const inliers = sorted.filter((value) => value >= first - reach && value <= third + reach);
   return { low: inliers[0], first, median, third, high: inliers.at(-1) };

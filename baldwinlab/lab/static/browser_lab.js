@@ -4,13 +4,15 @@
 
 import { validateTree } from "./validation.js";
 import { lookUp } from "./engine.js";
-import { BrowserFeed, WorkerPool } from "./browser_runs.js";
-import { changesOf, applyChanges } from "./live_setup.js";
+import { BrowserFeed } from "./browser_runs.js";
+import { WorkerPool } from "./worker_pool.js";
+import { findChanges, applyChanges } from "./experiment_changes.js";
 
 /**
  * @typedef {object} Laboratory the data that Python writes into the page
- * @property {{name: string, description: string, experiment: object, schema: number, appearance: object,
- *   has_parent_teachers: boolean, topics: import("./guide.js").Topic[]}[]} presets
+ * @property {{name: string, description: string, experiment: object, schema: number,
+ *   appearance: object, has_parent_teachers: boolean,
+ *   topics: import("./guide.js").Topic[]}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules
@@ -27,11 +29,11 @@ export class BrowserLab {
     this.feeds = new Map();
     const { experiment } = laboratory.presets[0];
     // The start of a run reports the error.
-    this.workers.warm(this.program(experiment), experiment).catch(() => {});
+    this.workers.warmUp(this.findProgram(experiment), experiment).catch(() => {});
   }
 
   async get(path) {
-    const { pathname, searchParams } = new URL(path, "http://here/");
+    const { pathname, searchParams } = new URL(path, "http://page/");
     const parameters = Object.fromEntries(searchParams);
     const { presets } = this.laboratory;
     if (pathname === "/api/presets")
@@ -39,10 +41,11 @@ export class BrowserLab {
         presets: presets.map(({ name, description }) => ({ name, description })),
         default: presets[0].name,
       };
-    if (pathname === "/api/preset") return structuredClone(this.preset(parameters.name).experiment);
+    if (pathname === "/api/preset")
+      return structuredClone(this.findPreset(parameters.name).experiment);
     if (pathname === "/api/live") return { runs: [] };
     if (pathname === "/api/sweep") return { sweep: null };
-    const openFeed = this.feeds.get(parameters.live);
+    const feed = this.feeds.get(parameters.live);
     const number = (name) =>
       parameters[name] === undefined ? undefined : Number(parameters[name]);
     const source = {
@@ -51,27 +54,35 @@ export class BrowserLab {
       first: number("first"),
       last: number("last"),
     };
-    if (pathname === "/api/recording") return openFeed.recording(parameters, source);
+    if (pathname === "/api/recording") return feed.loadRecording(parameters, source);
     const agentQuery = { ...source, agent: number("agent") };
     return pathname === "/api/ancestors"
-      ? openFeed.ancestors(agentQuery)
-      : openFeed.inspectAgent(agentQuery);
+      ? feed.findAncestors(agentQuery)
+      : feed.inspectAgent(agentQuery);
   }
 
   async post(path, { experiment, ...request }) {
     if (path === "/api/schema")
-      return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
+      return {
+        schema: this.findSchema(experiment),
+        experiment,
+        errors: this.findErrors(experiment),
+      };
     if (path === "/api/validate")
-      return { errors: [...this.faults(experiment), ...validateTree(ORDER, request, [])] };
+      return { errors: [...this.findErrors(experiment), ...validateTree(ORDER, request, [])] };
     if (path === "/api/appearance")
-      return { world: experiment.world, appearance: this.appearance(experiment), topics: [] };
-    const preset = this.preset(experiment.name);
-    // Makes the ids of equal runs different.
+      return {
+        world: experiment.world,
+        appearance: this.describeAppearance(experiment),
+        topics: [],
+      };
+    const preset = this.findPreset(experiment.name);
+    // Distinguishes the ids of equal runs.
     const suffix = Math.random().toString(36).slice(2, 6);
     return {
       id: encodeId({
         preset: preset.name,
-        changes: changesOf(experiment, preset.experiment),
+        changes: findChanges(experiment, preset.experiment),
         ...request,
         turn: suffix,
       }),
@@ -80,13 +91,13 @@ export class BrowserLab {
 
   /** Open the feed of a live run from its id. */
   openFeed(id) {
-    const openFeed = new BrowserFeed(id, this, this.request(decodeId(id)));
-    this.feeds.set(id, openFeed);
-    return openFeed;
+    const feed = new BrowserFeed(id, this, this.parseOrder(decodeId(id)));
+    this.feeds.set(id, feed);
+    return feed;
   }
 
   /** Return the order in an id, or null if the id is damaged. */
-  request(parameters) {
+  parseOrder(parameters) {
     const preset = this.laboratory.presets.find(({ name }) => name === parameters?.preset);
     if (
       !preset ||
@@ -100,23 +111,23 @@ export class BrowserLab {
     return { ...parameters, experiment: applyChanges(preset.experiment, parameters.changes ?? {}) };
   }
 
-  preset(name) {
+  findPreset(name) {
     const { presets } = this.laboratory;
     return presets.find((preset) => preset.name === name) ?? presets[0];
   }
 
-  schema(experiment) {
-    return this.laboratory.schemas[this.preset(experiment.name).schema];
+  findSchema(experiment) {
+    return this.laboratory.schemas[this.findPreset(experiment.name).schema];
   }
 
-  faults(experiment) {
-    return validateTree(this.schema(experiment), experiment, this.laboratory.rules);
+  findErrors(experiment) {
+    return validateTree(this.findSchema(experiment), experiment, this.laboratory.rules);
   }
 
   /**
    * Return the compiled module for an experiment. Throw an Error if the page does not contain it.
    */
-  program(experiment) {
+  findProgram(experiment) {
     const program = this.laboratory.programs.find(({ when }) =>
       Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
     );
@@ -130,22 +141,22 @@ export class BrowserLab {
 
   /** Return whether the parents teach their children. */
   hasParentTeachers(experiment) {
-    return this.preset(experiment.name).has_parent_teachers;
+    return this.findPreset(experiment.name).has_parent_teachers;
   }
 
   /** Return the appearance of the world of an experiment. */
-  appearance(experiment) {
-    return fillTemplate(this.preset(experiment.name).appearance, experiment);
+  describeAppearance(experiment) {
+    return fillTemplate(this.findPreset(experiment.name).appearance, experiment);
   }
 
   /** For scripts: simulate a run, bit-identical to `bl.simulate`. Rejects with a message. */
   async simulate({ seed, run = 0, generations, experiment = {} }) {
-    const base = this.preset(experiment.name).experiment;
+    const base = this.findPreset(experiment.name).experiment;
     const length = generations === undefined ? {} : { evolution: { generations } };
-    const completed = merge(merge(base, experiment), length);
-    const faults = [...validateTree(ORDER, { seed, run }, []), ...this.faults(completed)];
-    if (faults.length) throw new Error(faults.map(({ message }) => message).join("\n"));
-    return this.workers.simulate(this.program(completed), completed, seed, run);
+    const completed = mergeTables(mergeTables(base, experiment), length);
+    const errors = [...validateTree(ORDER, { seed, run }, []), ...this.findErrors(completed)];
+    if (errors.length) throw new Error(errors.map(({ message }) => message).join("\n"));
+    return this.workers.simulate(this.findProgram(completed), completed, seed, run);
   }
 }
 
@@ -160,13 +171,13 @@ const ORDER = {
 };
 
 /** Merge a tree into another, table by table. Lists are replaced. */
-function merge(base, changes) {
+function mergeTables(base, changes) {
   if (!isTable(base) || !isTable(changes)) return structuredClone(changes);
   const names = new Set([...Object.keys(base), ...Object.keys(changes)]);
   return Object.fromEntries(
     [...names].map((name) => [
       name,
-      name in changes ? merge(base[name], changes[name]) : structuredClone(base[name]),
+      name in changes ? mergeTables(base[name], changes[name]) : structuredClone(base[name]),
     ]),
   );
 }

@@ -1,89 +1,19 @@
 /** Live runs on an exported page: a pool of workers, and a feed of their results. */
 
-import { inflate } from "./common.js";
-import { ancestorLine } from "./ancestry.js";
+import { findAncestorLine } from "./ancestry.js";
 import { Feed } from "./live_feed.js";
 
-const MOST_WORKERS = 16;
-
-/** The workers of the page, one per core, with the compiled modules that they have loaded. */
-export class WorkerPool {
-  constructor(code, programs) {
-    this.address = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-    this.programs = programs;
-    // By number. One extra worker replays lifetimes, so that live runs do not wait.
-    this.pool = {};
-    this.nextWorker = 0;
-  }
-
-  /** Maximum number of workers. */
-  get maxWorkers() {
-    return Math.min(navigator.hardwareConcurrency || 2, MOST_WORKERS);
-  }
-
-  /** Return a worker, by its number or name, that has loaded a compiled module. */
-  async ready(name, program) {
-    const worker = (this.pool[name] ??= new WorkerClient(new Worker(this.address)));
-    await (worker.programs[program.name] ??= (async () => {
-      program.bytes ??= new Uint8Array(await inflate(program.module));
-      await worker.request("program", {
-        name: program.name,
-        bytes: program.bytes,
-        plan: program.plan,
-      });
-    })());
-    return worker;
-  }
-
-  /** Prepare the first worker in advance. */
-  async warm(program, experiment) {
-    const worker = await this.ready(0, program);
-    await worker.request("warm", { program: program.name, experiment });
-  }
-
-  /** Simulate a run on the next worker. */
-  async simulate(program, experiment, seed, run) {
-    const worker = await this.ready(this.nextWorker++ % this.maxWorkers, program);
-    return worker.request("simulate", { program: program.name, experiment, seed, run });
-  }
-}
-
-/** The page's side of a worker: requests and their responses. */
-class WorkerClient {
-  constructor(worker) {
-    Object.assign(this, { worker, waiting: new Map(), programs: {}, ticket: 0 });
-    worker.onmessage = ({ data: { ticket, answer, error } }) => {
-      const { resolve, reject } = this.waiting.get(ticket);
-      this.waiting.delete(ticket);
-      if (error === undefined) resolve(answer);
-      else reject(new Error(error));
-    };
-    worker.onerror = (event) => {
-      for (const { reject } of this.waiting.values())
-        reject(new Error(`The page's worker failed: ${event.message ?? "it does not start"}.`));
-      this.waiting.clear();
-    };
-  }
-
-  request(order, given) {
-    return new Promise((resolve, reject) => {
-      this.waiting.set(++this.ticket, { resolve, reject });
-      this.worker.postMessage({ ticket: this.ticket, command: order, parameters: given });
-    });
-  }
-}
-
 /**
- * The feed of a run of the browser engine, with the data of `recording`, `inspectAgent` and `ancestors`.
+ * The feed of a run of the browser engine, with recordings, data about one agent, and ancestors.
  */
 export class BrowserFeed extends Feed {
   /**
-   * @param {import("./browser_lab.js").BrowserLab} here
+   * @param {import("./browser_lab.js").BrowserLab} lab
    * @param {Object<string, any>|null} order null if the link is damaged
    */
-  constructor(id, here, order) {
+  constructor(id, lab, order) {
     super(id);
-    Object.assign(this, { lab: here, order, steps: 0, history: [], wakeUp: () => {} });
+    Object.assign(this, { lab, order, steps: 0, history: [], wakeUp: () => {} });
   }
 
   connect() {
@@ -91,43 +21,43 @@ export class BrowserFeed extends Feed {
   }
 
   async run() {
-    const faults = this.order
-      ? this.lab.faults(this.order.experiment)
+    const errors = this.order
+      ? this.lab.findErrors(this.order.experiment)
       : [{ message: "This link is damaged and does not describe a run" }];
-    if (faults.length) return this.setState("gone", `${faults[0].message}.`);
+    if (errors.length) return this.setState("removed", `${errors[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
     this.summary = { id: this.id, experiment, runs, seed, seconds, saved_as: "" };
     this.onUpdate();
     try {
       await this.prepare(experiment, runs, seed);
-      this.setState(this.wanted ?? "running");
+      this.setState(this.requestedState ?? "running");
       while (this.generationsDone < experiment.evolution.generations && !this.ended) {
         if (this.state === "paused" && !this.steps)
           await new Promise((resolve) => (this.wakeUp = resolve));
         else await this.simulateGeneration();
       }
       if (!this.ended) this.setState("done");
-    } catch (fault) {
-      if (!this.ended) this.setState("failed", fault.message);
+    } catch (error) {
+      if (!this.ended) this.setState("failed", error.message);
     }
   }
 
   /** Distribute the runs over the workers. */
   async prepare(experiment, runs, seed) {
     const { workers } = this.lab;
-    const program = this.lab.program(experiment);
+    const program = this.lab.findProgram(experiment);
     this.groups = [];
     for (let run = 0; run < runs; run++) (this.groups[run % workers.maxWorkers] ??= []).push(run);
     this.workers = await Promise.all(
-      this.groups.map((_, number) => workers.ready(number, program)),
+      this.groups.map((_, number) => workers.prepareWorker(number, program)),
     );
-    const given = { group: this.id, program: program.name, experiment, seed };
-    await this.requestAll((number) => ["begin", { ...given, runs: this.groups[number] }]);
+    const parameters = { group: this.id, program: program.name, experiment, seed };
+    await this.requestAll((number) => ["begin", { ...parameters, runs: this.groups[number] }]);
   }
 
-  requestAll(order) {
+  requestAll(createRequest) {
     return Promise.all(
-      (this.workers ?? []).map((worker, number) => worker.request(...order(number))),
+      (this.workers ?? []).map((worker, number) => worker.request(...createRequest(number))),
     );
   }
 
@@ -136,11 +66,11 @@ export class BrowserFeed extends Feed {
     this.steps = Math.max(0, this.steps - 1);
     const results = (await this.requestAll(() => ["next", { group: this.id }]))
       .flat()
-      .sort((value, other) => value.run - other.run);
+      .sort((first, second) => first.run - second.run);
     // The run was stopped within a lifetime.
     if (this.ended) return;
     this.history.push(results);
-    this.add(bandsOf(results, this.lab.laboratory.quantiles));
+    this.add(computeBands(results, this.lab.laboratory.quantiles));
     this.onUpdate();
     const pauseTime = 1000 * this.summary.seconds - (performance.now() - start);
     if (pauseTime > 0 && this.state === "running") {
@@ -151,11 +81,11 @@ export class BrowserFeed extends Feed {
     }
   }
 
-  send({ do: command, seconds }) {
+  send({ command, seconds }) {
     if (command === "pace") this.summary.seconds = seconds;
     else if (command === "step") this.steps += 1;
     else if (!this.workers || this.state === "preparing")
-      this.wanted = { pause: "paused", stop: "stopped" }[command];
+      this.requestedState = { pause: "paused", stop: "stopped" }[command];
     else this.setState({ pause: "paused", resume: "running", stop: "stopped" }[command]);
     if (command === "stop") this.requestAll(() => ["stop", { group: this.id }]);
     this.wakeUp();
@@ -167,9 +97,9 @@ export class BrowserFeed extends Feed {
   }
 
   /** Return the container of a recording. */
-  async recording(source, { run, generation, first, last }) {
+  async loadRecording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.summary;
-    const appearance = this.lab.appearance(experiment);
+    const appearance = this.lab.describeAppearance(experiment);
     const { part, sizes, arrays } = await this.replay("recording", {
       run,
       generation,
@@ -213,7 +143,7 @@ export class BrowserFeed extends Feed {
   /** Return the container about one agent. */
   async inspectAgent({ run, generation, agent, first, last }) {
     const { experiment } = this.summary;
-    const appearance = this.lab.appearance(experiment);
+    const appearance = this.lab.describeAppearance(experiment);
     const { part, sizes, arrays } = await this.replay("agent", {
       run,
       generation,
@@ -240,27 +170,27 @@ export class BrowserFeed extends Feed {
       biases: experiment.network.biases,
     };
     const teachers = this.lab.hasParentTeachers(experiment) ? couple(teacherPairs) : null;
-    const kin = {
+    const relatives = {
       parents: couple(parentPairs),
       teachers,
       children,
       food: arrays.eaten_in_life.at(-1),
       rank: 1 + energy.filter((value) => value > energy[agent]).length,
     };
-    return { header: { ...header, ...kin }, arrays };
+    return { header: { ...header, ...relatives }, arrays };
   }
 
   /** Return the ancestors of an agent. */
-  ancestors({ run, generation, agent }) {
-    return ancestorLine(
+  findAncestors({ run, generation, agent }) {
+    return findAncestorLine(
       this.history.slice(0, generation + 1).map((results) => results[run]),
       agent,
     );
   }
 
   /** Replay a lifetime on a worker. */
-  async replay(order, wanted) {
-    const { run, generation } = wanted;
+  async replay(command, parameters) {
+    const { run, generation } = parameters;
     const { workers } = this.lab;
     const genome = await this.workers[run % workers.maxWorkers].request("genome", {
       group: this.id,
@@ -268,13 +198,13 @@ export class BrowserFeed extends Feed {
       generation,
     });
     const { experiment, seed } = this.summary;
-    const program = this.lab.program(experiment);
-    return (await workers.ready("replay", program)).request(order, {
+    const program = this.lab.findProgram(experiment);
+    return (await workers.prepareWorker("replay", program)).request(command, {
       program: program.name,
       experiment,
       seed,
       genome,
-      ...wanted,
+      ...parameters,
     });
   }
 
@@ -287,10 +217,10 @@ export class BrowserFeed extends Feed {
 }
 
 /** Return best fitness, mean fitness and the share of agents that eat, as bands over runs. */
-function bandsOf(results, quantiles) {
+function computeBands(results, quantiles) {
   const measures = {
     best: results.map(({ energy }) => Math.max(...energy)),
-    mean: results.map(({ energy }) => meanOf(energy)),
+    mean: results.map(({ energy }) => computeMean(energy)),
     share: results.map(
       ({ food_eaten }) => food_eaten.filter((items) => items > 0).length / food_eaten.length,
     ),
@@ -298,25 +228,25 @@ function bandsOf(results, quantiles) {
   return Object.fromEntries(
     Object.entries(measures).map(([name, values]) => [
       name,
-      band(values, quantiles, name === "share" ? 1 : Infinity),
+      computeBand(values, quantiles, name === "share" ? 1 : Infinity),
     ]),
   );
 }
 
 /**
- * Return the mean of several values with its 95 % interval, which stays within 0 and `most`.
+ * Return the mean of several values with its 95 % interval, which is between 0 and `upperLimit`.
  *
  * The interval can be negative if a value is negative.
  */
-function band(values, quantiles, maxWorkers) {
-  const mean = meanOf(values);
+function computeBand(values, quantiles, upperLimit) {
+  const mean = computeMean(values);
   if (values.length === 1) return { mean: [mean] };
   const spread = values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1);
   const half = Math.sqrt(spread / values.length) * quantiles[values.length];
   const low = values.some((value) => value < 0) ? mean - half : Math.max(0, mean - half);
-  return { mean: [mean], low: [low], high: [Math.min(maxWorkers, mean + half)], runs: [values] };
+  return { mean: [mean], low: [low], high: [Math.min(upperLimit, mean + half)], runs: [values] };
 }
 
-function meanOf(values) {
+function computeMean(values) {
   return values.reduce((sum, value) => sum + value, 0) / values.length;
 }

@@ -46,14 +46,15 @@ export class ChartSlider {
   }
 
   /**
-   * Return the empty canvas in device pixels if its size, the colors or the data (`what`) have
+   * Return the empty canvas in device pixels if its size, the colors or the data have
    * changed.
    */
-  redrawIfChanged(...what) {
+  redrawIfChanged(...data) {
     const dots = Math.min(devicePixelRatio || 1, 2);
-    const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
-    const key = [width, height, palette.map, ...what];
-    if (key.length === this.key.length && key.every((value, at) => value === this.key[at]))
+    const width = this.canvas.clientWidth * dots;
+    const height = this.canvas.clientHeight * dots;
+    const key = [width, height, palette.map, ...data];
+    if (key.length === this.key.length && key.every((value, index) => value === this.key[index]))
       return null;
     this.key = key;
     this.canvas.width = Math.max(1, width);

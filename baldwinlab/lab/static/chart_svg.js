@@ -2,16 +2,27 @@
  * A chart of curves as an SVG file, with the same curves, bands, axes and legend as on the page.
  */
 
-import { gridLine, textLabel, svgFile, svg, ticksBetween } from "./drawing.js";
+import {
+  drawGridLine,
+  drawTextLabel,
+  formatSvgFile,
+  createSvg,
+  chooseTicksBetween,
+} from "./drawing.js";
 
-// SVG units. PLOT is the height of the plot without margins.
-const [WIDTH, PLOT] = [760, 340];
-const [LEFT, RIGHT, TOP, BELOW] = [64, 20, 8, 52];
+// SVG units. PLOT_HEIGHT is without margins.
+const WIDTH = 760;
+const PLOT_HEIGHT = 340;
+const LEFT = 64;
+const RIGHT = 20;
+const TOP = 8;
+const BOTTOM = 52;
 // The height of a legend row, and the approximate width of a letter.
-const [ROW, LETTER] = [22, 6.8];
+const LEGEND_ROW = 22;
+const LETTER_WIDTH = 6.8;
 
 /** Return the range of the y axis. It includes 0. */
-export function axisRange(low, high) {
+export function computeAxisRange(low, high) {
   if (low == null) return [0, 1];
   return [Math.min(low, 0), high > Math.max(low, 0) ? high * 1.05 : Math.max(low, 0) + 1];
 }
@@ -27,127 +38,140 @@ export function axisRange(low, high) {
  * @param {string} [chart.xLabel]
  * @param {string} [chart.yLabel]
  */
-export function curvesSvg({ title, x, names, series, xLabel = "", yLabel = "" }) {
-  const scale = scaleOf(x, names, series);
-  const keys = legend(series);
-  const drawing = svg(
+export function drawCurvesFile({ title, x, names, series, xLabel = "", yLabel = "" }) {
+  const scale = computeScale(x, names, series);
+  const keys = drawLegend(series);
+  const drawing = createSvg(
     "g",
     {},
-    axes(scale, x, names, xLabel, yLabel),
-    ...series.map((line) => band(scale, x, line)),
+    drawAxes(scale, x, names, xLabel, yLabel),
+    ...series.map((line) => drawBand(scale, x, line)),
     ...series.flatMap((line) =>
       (line.runs ?? []).map(({ values }) =>
-        curve(scale, x, values, {
+        drawCurve(scale, x, values, {
           stroke: line.color,
           "stroke-width": 0.8,
           "stroke-opacity": 0.45,
         }),
       ),
     ),
-    ...series.map((line) => mean(scale, x, line)),
+    ...series.map((line) => drawMean(scale, x, line)),
     keys.drawing,
   );
-  return svgFile(title, WIDTH, TOP + PLOT + BELOW + keys.height, drawing);
+  return formatSvgFile(title, WIDTH, TOP + PLOT_HEIGHT + BOTTOM + keys.height, drawing);
 }
 
-function scaleOf(x, names, series) {
+function computeScale(x, names, series) {
   const all = series.flatMap(({ values, low, high, runs = [] }) =>
     [values, low, high, ...runs.map((run) => run.values)].filter(Boolean),
   );
   // Math.min(...values) fails for very many values.
-  let [minimum, maximum] = [Infinity, -Infinity];
-  for (const values of all)
-    for (const value of values)
-      if (value !== null) [minimum, maximum] = [Math.min(minimum, value), Math.max(maximum, value)];
-  const [low, high] = axisRange(minimum > maximum ? null : minimum, maximum);
-  const [first, last] = names
-    ? [-0.5, names.length - 0.5]
-    : x.length > 1
-      ? [x[0], x[x.length - 1]]
-      : [x[0] - 1, x[0] + 1];
+  let minimum = Infinity;
+  let maximum = -Infinity;
+  for (const values of all) {
+    for (const value of values) {
+      if (value === null) continue;
+      minimum = Math.min(minimum, value);
+      maximum = Math.max(maximum, value);
+    }
+  }
+  const [low, high] = computeAxisRange(minimum > maximum ? null : minimum, maximum);
+  const [first, last] = computeDomain(x, names);
   return {
     low,
     high,
     first,
     last,
-    x: (at) => LEFT + ((at - first) / (last - first)) * (WIDTH - LEFT - RIGHT),
-    y: (value) => TOP + (1 - (value - low) / (high - low)) * PLOT,
+    x: (index) => LEFT + ((index - first) / (last - first)) * (WIDTH - LEFT - RIGHT),
+    y: (value) => TOP + (1 - (value - low) / (high - low)) * PLOT_HEIGHT,
   };
 }
 
-function axes(scale, x, names, xLabel, yLabel) {
-  const rows = ticksBetween(scale.low, scale.high).map((tick) => [
-    gridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
-    textLabel(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" }),
+/** Return the first and the last position of the x axis. */
+function computeDomain(x, names) {
+  if (names) return [-0.5, names.length - 0.5];
+  return x.length > 1 ? [x[0], x[x.length - 1]] : [x[0] - 1, x[0] + 1];
+}
+
+function drawAxes(scale, x, names, xLabel, yLabel) {
+  const rows = chooseTicksBetween(scale.low, scale.high).map((tick) => [
+    drawGridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
+    drawTextLabel(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" }),
   ]);
   // Generations are whole numbers.
-  const ticks = names ? Array.from(x) : ticksBetween(scale.first, scale.last, 1);
+  const ticks = names ? Array.from(x) : chooseTicksBetween(scale.first, scale.last, 1);
   const columns = ticks.map((tick) => [
-    gridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT),
-    textLabel(names ? names[tick] : String(tick), {
+    drawGridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT_HEIGHT),
+    drawTextLabel(names ? names[tick] : String(tick), {
       x: scale.x(tick),
-      y: TOP + PLOT + 18,
+      y: TOP + PLOT_HEIGHT + 18,
       "text-anchor": "middle",
     }),
   ]);
-  const [middle, height] = [LEFT + (WIDTH - LEFT - RIGHT) / 2, TOP + PLOT / 2];
-  return svg(
+  const middle = LEFT + (WIDTH - LEFT - RIGHT) / 2;
+  const height = TOP + PLOT_HEIGHT / 2;
+  return createSvg(
     "g",
     {},
     ...rows.flat(),
     ...columns.flat(),
-    textLabel(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
-    textLabel(yLabel, {
+    drawTextLabel(xLabel, { x: middle, y: TOP + PLOT_HEIGHT + 38, "text-anchor": "middle" }),
+    drawTextLabel(yLabel, {
       transform: `translate(16 ${height}) rotate(-90)`,
       "text-anchor": "middle",
     }),
   );
 }
 
-/** Return the runs of consecutive indices at which all edges have a value. */
-function definedStretches(x, ...edges) {
-  const runs = [[]];
+/** Return the ranges of consecutive indices at which all edges have a value. */
+function findDefinedRanges(x, ...edges) {
+  const ranges = [[]];
   for (let index = 0; index < x.length; index++) {
     if (edges.every((values) => values[index] !== null && values[index] !== undefined))
-      runs.at(-1).push(index);
-    else if (runs.at(-1).length) runs.push([]);
+      ranges.at(-1).push(index);
+    else if (ranges.at(-1).length) ranges.push([]);
   }
-  return runs.filter((stretch) => stretch.length);
+  return ranges.filter((range) => range.length);
 }
 
-function band(scale, x, { low, high, color }) {
+function drawBand(scale, x, { low, high, color }) {
   const point = (values) => (index) =>
     `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`;
-  const areas = low && high ? definedStretches(x, low, high) : [];
+  const areas = low && high ? findDefinedRanges(x, low, high) : [];
   const outline = areas
     .map(
       (area) =>
         `M${area.map(point(high)).join("L")}L${area.toReversed().map(point(low)).join("L")}Z`,
     )
     .join("");
-  return svg("path", { d: outline, fill: color, "fill-opacity": 0.18 });
+  return createSvg("path", { d: outline, fill: color, "fill-opacity": 0.18 });
 }
 
-function curve(scale, x, values, drawn) {
+function drawCurve(scale, x, values, attributes) {
   const point = (index) => `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`;
-  const lines = definedStretches(x, values).map((stretch) => `M${stretch.map(point).join("L")}`);
-  return svg("path", { d: lines.join(""), fill: "none", "stroke-linejoin": "round", ...drawn });
+  const lines = findDefinedRanges(x, values).map((range) => `M${range.map(point).join("L")}`);
+  return createSvg("path", {
+    d: lines.join(""),
+    fill: "none",
+    "stroke-linejoin": "round",
+    ...attributes,
+  });
 }
 
 /** Draw the curve of a mean. A curve with few values also has points. */
-function mean(scale, x, { values, color, dash = [], label }) {
-  const points = x.length > 12 ? [] : definedStretches(x, values).flat();
-  return svg(
+function drawMean(scale, x, { values, color, dash = [], label }) {
+  const points = x.length > 12 ? [] : findDefinedRanges(x, values).flat();
+  return createSvg(
     "g",
     {},
-    svg("title", {}, label),
-    curve(scale, x, values, {
+    createSvg("title", {}, label),
+    drawCurve(scale, x, values, {
       stroke: color,
       "stroke-width": 2,
       "stroke-dasharray": dash.join(" "),
     }),
     ...points.map((index) =>
-      svg("circle", {
+      createSvg("circle", {
         cx: round(scale.x(x[index])),
         cy: round(scale.y(values[index])),
         r: 3,
@@ -157,17 +181,22 @@ function mean(scale, x, { values, color, dash = [], label }) {
   );
 }
 
-function legend(series) {
-  let [left, row] = [LEFT, 0];
+function drawLegend(series) {
+  let left = LEFT;
+  let row = 0;
   const entries = series.map(({ label, color, dash = [] }) => {
-    const width = 40 + LETTER * label.length;
-    if (left > LEFT && left + width > WIDTH - RIGHT) [left, row] = [LEFT, row + 1];
-    const [x, y] = [left, TOP + PLOT + BELOW + row * ROW + 8];
+    const width = 40 + LETTER_WIDTH * label.length;
+    if (left > LEFT && left + width > WIDTH - RIGHT) {
+      left = LEFT;
+      row += 1;
+    }
+    const x = left;
+    const y = TOP + PLOT_HEIGHT + BOTTOM + row * LEGEND_ROW + 8;
     left += width;
-    return svg(
+    return createSvg(
       "g",
       {},
-      svg("line", {
+      createSvg("line", {
         x1: x,
         x2: x + 22,
         y1: y,
@@ -176,12 +205,12 @@ function legend(series) {
         "stroke-width": 3,
         "stroke-dasharray": dash.join(" "),
       }),
-      textLabel(label, { x: x + 28, y: y + 4 }),
+      drawTextLabel(label, { x: x + 28, y: y + 4 }),
     );
   });
-  return { drawing: svg("g", {}, ...entries), height: (row + 1) * ROW + 6 };
+  return { drawing: createSvg("g", {}, ...entries), height: (row + 1) * LEGEND_ROW + 6 };
 }
 
-function round(index) {
-  return Math.round(index * 100) / 100;
+function round(number) {
+  return Math.round(number * 100) / 100;
 }

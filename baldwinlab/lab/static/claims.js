@@ -1,9 +1,9 @@
 /** The claims: verdict, measured effect, the value in the paper, and links to lifetimes. */
 
-import { el, format } from "./common.js";
+import { el, formatNumber } from "./common.js";
 
+// The tone, and the singular and plural forms of the count.
 export const VERDICTS = {
-  // The tone, and the singular and plural forms of the count.
   holds: ["good", "holds", "hold"],
   undecided: ["", "is undecided", "are undecided"],
   "does not hold": ["warm", "does not hold", "do not hold"],
@@ -23,7 +23,7 @@ const MEASURES = {
  * @param {(condition: string) => number} lastGeneration
  * @param {string | null} problem the error if the claims are not valid
  */
-export function claimList(claims, study, typicalRun, lastGeneration, problem) {
+export function createClaimList(claims, study, typicalRun, lastGeneration, problem) {
   const section = el(
     "section",
     { class: "card", "data-testid": "claims" },
@@ -67,7 +67,7 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
       run: typicalRun(condition),
       generation: lastGeneration(condition),
     }));
-    section.append(claimEntry(claim, lifetimes));
+    section.append(createClaimEntry(claim, lifetimes));
   }
   return section;
 }
@@ -88,7 +88,7 @@ function countVerdicts(claims) {
     .join(", ")}.`;
 }
 
-function claimEntry(claim, lifetimes) {
+function createClaimEntry(claim, lifetimes) {
   return el(
     "article",
     { class: "claim", "data-testid": `claim-${claim.id}` },
@@ -105,14 +105,14 @@ function claimEntry(claim, lifetimes) {
     el(
       "dl",
       { class: "claim-facts" },
-      ...factRows("Measured", describeEffect(claim)),
-      ...(claim.paper ? factRows("The paper", claim.paper) : []),
-      ...(lifetimes.length ? factRows("Watch", watchLink(lifetimes)) : []),
+      ...createFactRows("Measured", describeEffect(claim)),
+      ...(claim.paper ? createFactRows("The paper", claim.paper) : []),
+      ...(lifetimes.length ? createFactRows("Watch", createWatchLink(lifetimes)) : []),
     ),
   );
 }
 
-function factRows(name, ...values) {
+function createFactRows(name, ...values) {
   return [el("dt", {}, name), el("dd", {}, ...values)];
 }
 
@@ -123,22 +123,20 @@ function describeEffect(claim) {
     claim.p === null ? claim.condition : `${claim.condition} minus ${claim.comparison}`;
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval
-    ? ` (95 % interval ${claim.interval.map(format).join(" to ")})`
+    ? ` (95 % interval ${claim.interval.map(formatNumber).join(" to ")})`
     : "";
-  const p =
-    claim.p_holm === null
-      ? ""
-      : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
+  const pValue = claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm?.toFixed(3);
+  const p = claim.p_holm === null ? "" : `, corrected p ${pValue}`;
   const weakest =
     claim.comparisons.length > 1 ? `; the weakest of ${claim.comparisons.length} comparisons` : "";
   return (
-    `${sign}${format(claim.effect)}${interval}${p}; ` +
+    `${sign}${formatNumber(claim.effect)}${interval}${p}; ` +
     `${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}`
   );
 }
 
 /** Return the link to one lifetime, or to two lifetimes for comparison. */
-function watchLink([life, reference]) {
+function createWatchLink([life, reference]) {
   const second = reference
     ? Object.entries(reference).map(([key, value]) => [`b.${key}`, value])
     : [];

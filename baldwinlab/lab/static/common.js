@@ -22,7 +22,7 @@ export function el(tag, attributes = {}, ...children) {
 }
 
 /** Create an icon of 20 x 20 units in the text color. `path` is the data of an SVG path. */
-export function icon(path) {
+export function createIcon(path) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("viewBox", "0 0 20 20");
   svg.setAttribute("class", "icon");
@@ -34,9 +34,9 @@ export function icon(path) {
 }
 
 /** An error message of the server. */
-export class Refusal extends Error {
-  constructor(readError, status) {
-    super(readError);
+export class RequestError extends Error {
+  constructor(text, status) {
+    super(text);
     this.status = status;
   }
 }
@@ -46,10 +46,10 @@ let localServer = null;
 
 /**
  * @param {{get: (path: string, signal?: AbortSignal) => Promise<any>, post: (path: string, body:
- *   any) => Promise<any>}} answerer
+ *   any) => Promise<any>}} server
  */
-export function useLocalServer(answerer) {
-  localServer = answerer;
+export function useLocalServer(server) {
+  localServer = server;
 }
 
 /** Return whether there is no server. Features that need a server are then hidden. */
@@ -105,13 +105,13 @@ export function unpack(buffer) {
   for (const { name, dtype, shape, offset, differences } of header.arrays) {
     const count = shape.reduce((product, size) => product * size, 1);
     arrays[name] = new TYPES[dtype](buffer, 8 + length + offset, count);
-    if (differences) arrays[name] = summed(arrays[name], shape);
+    if (differences) arrays[name] = decodeDifferences(arrays[name], shape);
   }
   return { header, arrays };
 }
 
 /** Decode an array [row, column] that is stored as bit differences, column by column. */
-function summed(encoded, [rows, columns]) {
+function decodeDifferences(encoded, [rows, columns]) {
   const bits = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[encoded.BYTES_PER_ELEMENT];
   const differences = new bits(encoded.buffer, encoded.byteOffset, encoded.length);
   const sums = new bits(encoded.length);
@@ -140,41 +140,41 @@ export async function inflate(text) {
  */
 export async function request(path, options) {
   for (;;) {
-    let answer;
+    let response;
     try {
-      answer = await fetch(path, options);
-    } catch (fault) {
-      if (fault.name === "AbortError") throw fault;
-      connection(false);
+      response = await fetch(path, options);
+    } catch (error) {
+      if (error.name === "AbortError") throw error;
+      showConnection(false);
       await new Promise((resolve) => setTimeout(resolve, 1000));
       options.signal?.throwIfAborted();
       continue;
     }
-    connection(true);
-    if (answer.ok) return answer;
-    const refusal = new Refusal(await readError(answer), answer.status);
+    showConnection(true);
+    if (response.ok) return response;
+    const error = new RequestError(await readError(response), response.status);
     // The banner stays, because the server rejects all further requests.
-    if (answer.status === 401) connection(false, refusal.message);
-    throw refusal;
+    if (response.status === 401) showConnection(false, error.message);
+    throw error;
   }
 }
 
-async function readError(answer) {
+async function readError(response) {
   try {
-    return (await answer.json()).error;
+    return (await response.json()).error;
   } catch {
-    return `The server answered ${answer.status} ${answer.statusText}.`;
+    return `The server answered ${response.status} ${response.statusText}.`;
   }
 }
 
-const LOST = "There is no connection to baldwinlab. Trying again …";
+const CONNECTION_LOST = "There is no connection to baldwinlab. Trying again …";
 
 /**
  * Show or hide the banner about the connection.
  * @param {boolean} isConnected
  * @param {string} [reason]
  */
-export function connection(isConnected, reason = LOST) {
+export function showConnection(isConnected, reason = CONNECTION_LOST) {
   const banner = document.getElementById("connection");
   if (!banner) return;
   banner.hidden = isConnected;
@@ -186,7 +186,7 @@ export function connection(isConnected, reason = LOST) {
  * @param {string} text
  * @param {"error"|"done"|"info"} [kind]
  */
-export function message(text, kind = "info") {
+export function showMessage(text, kind = "info") {
   const container = document.getElementById("messages");
   for (const old of container.children) if (old.firstChild.textContent === text) old.remove();
   const note = el(
@@ -210,11 +210,11 @@ const formats = [0, 1, 2, 3].map(
 );
 
 /** Format a number for reading: 12,345 or 12.3 or 0.012. */
-export function format(number) {
+export function formatNumber(number) {
   if (number === null || number === undefined || Number.isNaN(number)) return "–";
   const size = Math.abs(number);
   if (size !== 0 && size < 0.001) return number.toExponential(1);
-  return formats[
-    Number.isInteger(number) || size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3
-  ].format(number);
+  if (Number.isInteger(number) || size >= 100) return formats[0].format(number);
+  if (size >= 10) return formats[1].format(number);
+  return formats[size >= 1 ? 2 : 3].format(number);
 }

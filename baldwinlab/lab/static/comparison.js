@@ -1,18 +1,18 @@
 /** The comparison of conditions: verdict, effect, p-value and number of runs, as in the report. */
 
-import { el, format } from "./common.js";
+import { el, formatNumber } from "./common.js";
 
 const MEASURES = { mean: "average agent", best: "best agent" };
 const TONES = { higher: "good", lower: "warm" };
 const HEADINGS = ["Condition", "Verdict", "Effect [95 % interval]", "Corrected p", "A12", "Runs"];
 // A longer table is folded.
-const MOST_OPEN = 4;
+const MAX_OPEN_ROWS = 4;
 
 /**
  * Return the table of a comparison.
  * @param {{pairing: string, too_few: string, rows: object[]}|undefined} comparison
  */
-export function comparisonTable(comparison) {
+export function createComparisonTable(comparison) {
   if (!comparison?.rows.length) return "";
   const { pairing, too_few: tooFew, rows } = comparison;
   const table = el(
@@ -31,7 +31,7 @@ export function comparisonTable(comparison) {
         {},
         el("tr", {}, ...HEADINGS.map((heading) => el("th", { scope: "col" }, heading))),
       ),
-      el("tbody", {}, ...rows.map(comparisonRow)),
+      el("tbody", {}, ...rows.map(createComparisonRow)),
     ),
   );
   const explanation =
@@ -39,7 +39,7 @@ export function comparisonTable(comparison) {
     "the Mann-Whitney test with Holm's correction.";
   return el(
     "details",
-    { class: "card", open: rows.length <= MOST_OPEN, "data-testid": "comparison" },
+    { class: "card", open: rows.length <= MAX_OPEN_ROWS, "data-testid": "comparison" },
     el("summary", {}, "Comparison of conditions"),
     el("p", { class: "soft" }, `${pairing} ${explanation}`),
     ...(tooFew ? [el("p", {}, tooFew)] : []),
@@ -47,8 +47,8 @@ export function comparisonTable(comparison) {
   );
 }
 
-function comparisonRow(row) {
-  const interval = row.low === null ? "" : ` [${format(row.low)}, ${format(row.high)}]`;
+function createComparisonRow(row) {
+  const interval = row.low === null ? "" : ` [${formatNumber(row.low)}, ${formatNumber(row.high)}]`;
   return el(
     "tr",
     {},
@@ -59,7 +59,7 @@ function comparisonRow(row) {
       el("small", {}, `compared with ${row.condition_b}, ${MEASURES[row.measure]}`),
     ),
     el("td", {}, el("span", { class: `badge ${TONES[row.verdict] ?? ""}` }, row.verdict)),
-    el("td", {}, `${row.effect > 0 ? "+" : ""}${format(row.effect)}${interval}`),
+    el("td", {}, `${row.effect > 0 ? "+" : ""}${formatNumber(row.effect)}${interval}`),
     el("td", {}, row.p_holm < 0.001 ? "below 0.001" : row.p_holm.toFixed(3)),
     el("td", {}, row.a12.toFixed(2)),
     el("td", {}, `${row.n_a}, ${row.n_b}`),

@@ -9,19 +9,19 @@ const TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" 
  * @param {string} name of the files, without suffix
  * @param {string[]} columns
  * @param {() => Object<string, any>[]} rows
- * @param {() => string} picture returns the text of an SVG file
+ * @param {() => string} drawFile returns the text of an SVG file
  */
-export function chartDownloads(name, columns, rows, picture) {
+export function createChartDownloads(name, columns, rows, drawFile) {
   return el(
     "div",
     { class: "row chart-saves" },
-    downloadButton(`${name}.csv`, () => csv(columns, rows()), "Save as CSV"),
-    downloadButton(`${name}.svg`, picture, "Save as SVG"),
+    createDownloadButton(`${name}.csv`, () => formatCsv(columns, rows()), "Save as CSV"),
+    createDownloadButton(`${name}.svg`, drawFile, "Save as SVG"),
   );
 }
 
 /** Return a button that downloads a text. `text` is called when the button is pressed. */
-export function downloadButton(name, text, label = `Save as ${name}`) {
+export function createDownloadButton(name, text, label = `Save as ${name}`) {
   const save = () => {
     const url = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
     el("a", { href: url, download: name }).click();
@@ -41,13 +41,11 @@ export function downloadButton(name, text, label = `Save as ${name}`) {
 }
 
 /** Return rows as CSV. A missing number is an empty cell. */
-export function csv(columns, rows) {
-  const cell = (value) =>
-    value === null || value === undefined
-      ? ""
-      : /[",\n]/.test(value)
-        ? `"${String(value).replaceAll('"', '""')}"`
-        : value;
+export function formatCsv(columns, rows) {
+  const formatCell = (value) => {
+    if (value === null || value === undefined) return "";
+    return /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : value;
+  };
   const table = [columns, ...rows.map((row) => columns.map((column) => row[column]))];
-  return `${table.map((cells) => cells.map(cell).join(",")).join("\n")}\n`;
+  return `${table.map((cells) => cells.map(formatCell).join(",")).join("\n")}\n`;
 }

@@ -1,8 +1,8 @@
 /** The worker of an exported page: simulate runs, and replay lifetimes. */
 
-import { REFUSED, load } from "./engine.js";
+import { MEMORY_ERROR, compileProgram } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
-import { inspectAgent, spanOf, record } from "./lifetime_recorder.js";
+import { inspectAgent, limitSpan, recordLifetime } from "./lifetime_recorder.js";
 
 // Milliseconds.
 const WARM_UP_TIME = 150;
@@ -22,7 +22,7 @@ const groups = new Map();
 
 const COMMANDS = {
   async program({ name, bytes, plan }) {
-    loaded.set(name, await load(bytes, plan));
+    loaded.set(name, await compileProgram(bytes, plan));
   },
   /**
    * Simulate for a moment and discard the result, because browsers optimize code that runs often.
@@ -36,12 +36,12 @@ const COMMANDS = {
       step < experiment.lifetime.steps && performance.now() < until;
       step += CHUNK_STEPS
     )
-      run.live(step, Math.min(step + CHUNK_STEPS, experiment.lifetime.steps));
+      run.simulateSteps(step, Math.min(step + CHUNK_STEPS, experiment.lifetime.steps));
   },
   begin({ group, program, experiment, seed, runs }) {
     const members = runs.map((run) => ({
       run,
-      living: new Run(loaded.get(program), experiment, seed, run),
+      simulation: new Run(loaded.get(program), experiment, seed, run),
       genomes: [],
     }));
     groups.set(group, { members });
@@ -51,10 +51,10 @@ const COMMANDS = {
     const state = groups.get(group);
     const { members } = state;
     const results = [];
-    for (const { run, living, genomes } of members) {
+    for (const { run, simulation, genomes } of members) {
       // The teachers of the current generation. Reproduction replaces them.
-      const { teachers } = living;
-      const { genome, ...outcome } = await simulateInterruptibly(living, () => !state.stopped);
+      const { teachers } = simulation;
+      const { genome, ...outcome } = await simulateInterruptibly(simulation, () => !state.stopped);
       genomes.push(genome);
       genomes[
         genomes.length - 1 - Math.floor(MAX_GENOME_BYTES / members.length / genome.byteLength)
@@ -72,8 +72,8 @@ const COMMANDS = {
       );
     return genome;
   },
-  recording: (options) => replay(options, record),
-  agent: (options) => replay(options, inspectAgent),
+  recording: (options) => replayLifetime(options, recordLifetime),
+  agent: (options) => replayLifetime(options, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
     simulate(loaded.get(program), experiment, seed, run),
   /** Stop a group within a lifetime. Finished generations remain available. */
@@ -87,29 +87,32 @@ const COMMANDS = {
 };
 
 /** Simulate the next generation of a run. Stop as soon as `shouldContinue` returns false. */
-async function simulateInterruptibly(living, shouldContinue) {
+async function simulateInterruptibly(simulation, shouldContinue) {
   const {
     lifetime: { steps },
     population: { size },
-  } = living.experiment;
-  const piece = Math.max(1, Math.floor(CHUNK_AGENT_STEPS / size));
-  const genome = living.startNext();
+  } = simulation.experiment;
+  const chunkSteps = Math.max(1, Math.floor(CHUNK_AGENT_STEPS / size));
+  const genome = simulation.startNext();
   let lastPause = performance.now();
-  for (let step = 0; step < steps && shouldContinue(); step += piece) {
-    living.live(step, Math.min(step + piece, steps));
+  for (let step = 0; step < steps && shouldContinue(); step += chunkSteps) {
+    simulation.simulateSteps(step, Math.min(step + chunkSteps, steps));
     if (performance.now() - lastPause < YIELD_INTERVAL) continue;
     // Let the worker handle messages.
     await new Promise((resolve) => setTimeout(resolve));
     lastPause = performance.now();
   }
-  return living.finishGeneration(genome);
+  return simulation.finishGeneration(genome);
 }
 
 /** Replay a lifetime from the genomes of its generation, and record it. */
-function replay({ program, experiment, seed, run, genome, first, last, ...options }, recordArrays) {
+function replayLifetime(
+  { program, experiment, seed, run, genome, first, last, ...options },
+  recordArrays,
+) {
   const replayRun = new Run(loaded.get(program), experiment, seed, run);
   replayRun.engine.array("population.genome").set(genome);
-  const part = spanOf(experiment, first, last);
+  const part = limitSpan(experiment, first, last);
   return {
     part,
     sizes: Array.from(replayRun.engine.array("setting.sizes"), Number),
@@ -121,7 +124,7 @@ addEventListener("message", async ({ data: { ticket, command, parameters } }) =>
   try {
     const answer = await COMMANDS[command](parameters);
     postMessage({ ticket, answer });
-  } catch (fault) {
-    postMessage({ ticket, error: fault instanceof RangeError ? REFUSED : fault.message });
+  } catch (error) {
+    postMessage({ ticket, error: error instanceof RangeError ? MEMORY_ERROR : error.message });
   }
 });

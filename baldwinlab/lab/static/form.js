@@ -6,16 +6,25 @@
  */
 
 import { el } from "./common.js";
+import {
+  createCheckbox,
+  createChoice,
+  createEntryInput,
+  createNumberInput,
+  createSlider,
+  createTextInput,
+} from "./form_inputs.js";
+import { chooseNewEntry, formatName, resolve } from "./form_schema.js";
 
 /**
  * @typedef {object} Form
  * @property {HTMLElement} element
  * @property {Object<string, any>} value the current values
- * @property {(faults: {path: string, message: string}[]) => void} show shows each error at its
+ * @property {(errors: {path: string, message: string}[]) => void} show shows each error at its
  *   field
- * @property {(path: string) => void} go scrolls to a field or its group
+ * @property {(path: string) => void} scrollTo scrolls to a field or its group
  *
- * @typedef {object} Place a field or a group
+ * @typedef {object} FieldElements a field or a group
  * @property {HTMLElement|null} fault the element for errors; null: that of the enclosing group
  * @property {HTMLElement|null} input the input that is marked as invalid
  */
@@ -28,36 +37,37 @@ import { el } from "./common.js";
  *   the change
  * @returns {Form}
  */
-export function schemaForm(schema, start, onChange, onChoose) {
+export function createForm(schema, start, onChange, onChoose) {
   const value = structuredClone(start);
-  /** @type {Map<string, Place>} */
+  /** @type {Map<string, FieldElements>} */
   const fields = new Map();
   const form = {
     schema,
-    places: fields,
+    fields,
     changed: () => onChange(value),
     chosen: () => onChoose(value),
   };
   const fault = el("p", { class: "fault", hidden: true });
   fields.set("", { fault, input: null });
-  const element = el("div", { class: "form" }, fault, ...fieldsOf(form, schema, value, ""));
+  const element = el("div", { class: "form" }, fault, ...createFields(form, schema, value, ""));
   return {
     element,
     value,
-    show: (faults) => showFaults(fields, faults),
-    go: (path) => go(fields, path),
+    show: (errors) => showErrors(fields, errors),
+    scrollTo: (path) => scrollToField(fields, path),
   };
 }
 
-function go(fields, path) {
-  const [input, fault] = [fields.get(path)?.input, errorElement(fields, path)];
-  open(fault);
+function scrollToField(fields, path) {
+  const input = fields.get(path)?.input;
+  const errorElement = findErrorElement(fields, path);
+  openGroups(errorElement);
   input?.focus({ preventScroll: true });
-  (input ?? fault).scrollIntoView({ block: "center" });
+  (input ?? errorElement).scrollIntoView({ block: "center" });
 }
 
 /** Open all groups that contain an element. */
-function open(element) {
+function openGroups(element) {
   for (
     let group = element.closest("details");
     group;
@@ -66,55 +76,38 @@ function open(element) {
     group.open = true;
 }
 
-function showFaults(fields, faults) {
+function showErrors(fields, errors) {
   for (const { fault, input } of fields.values()) {
     if (fault) fault.textContent = "";
     if (fault) fault.hidden = true;
     input?.removeAttribute("aria-invalid");
   }
-  for (const { path, message } of faults) {
-    const fault = errorElement(fields, path);
-    fault.textContent += `${fault.textContent ? "\n" : ""}${message}`;
-    fault.hidden = false;
+  for (const { path, message } of errors) {
+    const errorElement = findErrorElement(fields, path);
+    errorElement.textContent += `${errorElement.textContent ? "\n" : ""}${message}`;
+    errorElement.hidden = false;
     const input = fields.get(path)?.input;
     input?.setAttribute("aria-invalid", "true");
-    if (input && input === document.activeElement) fault.scrollIntoView({ block: "nearest" });
-    open(fault);
+    if (input && input === document.activeElement)
+      errorElement.scrollIntoView({ block: "nearest" });
+    openGroups(errorElement);
   }
 }
 
 /** Return the error element of a path: that of the field, or of the smallest enclosing group. */
-function errorElement(fields, path) {
+function findErrorElement(fields, path) {
   for (
     let ancestor = path;
     ancestor;
     ancestor = ancestor.slice(0, Math.max(0, ancestor.lastIndexOf(".")))
   ) {
-    const fault = fields.get(ancestor)?.fault;
-    if (fault) return fault;
+    const errorElement = fields.get(ancestor)?.fault;
+    if (errorElement) return errorElement;
   }
   return fields.get("").fault;
 }
 
-export function resolve(form, node) {
-  if (node.anyOf?.length === 2 && node.anyOf.some(({ type }) => type === "null")) {
-    const { anyOf, ...rest } = node;
-    return {
-      ...resolve(
-        form,
-        anyOf.find(({ type }) => type !== "null"),
-      ),
-      ...rest,
-      empty: true,
-      // null if the input is empty.
-    };
-  }
-  if (!node.$ref) return node;
-  const { $ref, ...rest } = node;
-  return { ...resolve(form, form.schema.$defs[$ref.split("/").pop()]), ...rest };
-}
-
-function fieldsOf(form, node, holder, path) {
+function createFields(form, node, holder, path) {
   const at = (name) => (path ? `${path}.${name}` : name);
   const visible = Object.entries(node.properties ?? {}).filter(
     ([name]) => holder[name] !== undefined,
@@ -122,14 +115,14 @@ function fieldsOf(form, node, holder, path) {
   const unknown = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
     ...visible.map(([name, below]) =>
-      field(form, resolve(form, below), holder, name, at(name), below.title),
+      createField(form, resolve(form, below), holder, name, at(name), below.title),
     ),
-    ...unknown.map((name) => constantField(words(name), holder[name], at(name))),
+    ...unknown.map((name) => createConstantField(formatName(name), holder[name], at(name))),
   ];
 }
 
 /** Return a field that cannot be changed here. */
-function constantField(title, value, path) {
+function createConstantField(title, value, path) {
   const text = typeof value === "string" ? value : JSON.stringify(value, null, 1);
   return el(
     "div",
@@ -140,34 +133,47 @@ function constantField(title, value, path) {
 }
 
 /** Return the element of `holder[key]`, which it updates. A group can have its own title. */
-function field(form, node, holder, key, path, title) {
-  if (node.const !== undefined) return constantField(words(key), node.const, path);
-  if (node.type === "object") return group(form, node, holder[key], path, title ?? words(key));
+function createField(form, node, holder, key, path, title) {
+  if (node.const !== undefined) return createConstantField(formatName(key), node.const, path);
+  if (node.type === "object")
+    return createGroup(form, node, holder[key], path, title ?? formatName(key));
   if (node.type === "boolean")
-    return labelledField(form, node, path, words(key), [checkbox(form, holder, key)]);
+    return createLabeledField(form, node, path, formatName(key), [
+      createCheckbox(form, holder, key),
+    ]);
   if (node.enum)
-    return labelledField(form, node, path, words(key), [choice(form, node, holder, key)]);
+    return createLabeledField(form, node, path, formatName(key), [
+      createChoice(form, node, holder, key),
+    ]);
   if (node.prefixItems)
-    return labelledField(
+    return createLabeledField(
       form,
       node,
       path,
-      words(key),
-      numberPair(form, node, holder[key], path, words(key)),
+      formatName(key),
+      createNumberInputs(form, node, holder[key], path, formatName(key)),
     );
-  if (node.type === "array" && node.items) return list(form, node, holder, key, path);
+  if (node.type === "array" && node.items) return createList(form, node, holder, key, path);
   if (node.type === "string")
-    return labelledField(form, node, path, words(key), [text(form, node, holder, key)]);
+    return createLabeledField(form, node, path, formatName(key), [
+      createTextInput(form, node, holder, key),
+    ]);
   if (node.type !== "number" && node.type !== "integer")
-    return constantField(words(key), holder[key], path);
-  const number = numberInput(form, node, holder, key);
-  const slider = sliderOf(form, node, holder, key, number, words(key));
-  return labelledField(form, node, path, words(key), slider ? [slider, number] : [number]);
+    return createConstantField(formatName(key), holder[key], path);
+  const number = createNumberInput(form, node, holder, key);
+  const slider = createSlider(form, node, holder, key, number, formatName(key));
+  return createLabeledField(
+    form,
+    node,
+    path,
+    formatName(key),
+    slider ? [slider, number] : [number],
+  );
 }
 
-function group(form, node, value, path, title) {
+function createGroup(form, node, value, path, title) {
   const fault = el("p", { class: "fault", hidden: true });
-  form.places.set(path, { fault, input: null });
+  form.fields.set(path, { fault, input: null });
   const hint = node.description ? el("p", { class: "hint" }, node.description) : null;
   return el(
     "details",
@@ -175,21 +181,20 @@ function group(form, node, value, path, title) {
     el("summary", {}, title),
     fault,
     hint,
-    ...fieldsOf(form, node, value, path),
+    ...createFields(form, node, value, path),
   );
 }
 
 /** Return a field: name, inputs, error and description. The last input is labeled. */
-function labelledField(form, node, path, title, inputs) {
-  const [input, id] = [inputs.at(-1), `field-${path}`];
-  const [hint, fault] = [
-    el("span", { class: "hint", id: `${id}-hint` }, node.description),
-    el("p", { class: "fault", id: `${id}-fault`, hidden: true }),
-  ];
+function createLabeledField(form, node, path, title, inputs) {
+  const input = inputs.at(-1);
+  const id = `field-${path}`;
+  const hint = el("span", { class: "hint", id: `${id}-hint` }, node.description);
+  const fault = el("p", { class: "fault", id: `${id}-fault`, hidden: true });
   input.id = id;
   input.setAttribute("data-testid", id);
   input.setAttribute("aria-describedby", `${id}-hint ${id}-fault`);
-  form.places.set(path, { fault, input });
+  form.fields.set(path, { fault, input });
   return el(
     "div",
     { class: "form-field" },
@@ -200,107 +205,33 @@ function labelledField(form, node, path, title, inputs) {
   );
 }
 
-/** @returns {HTMLInputElement} */
-function numberInput(form, node, holder, key) {
-  const input = el("input", {
-    type: "number",
-    min: node.minimum ?? node.exclusiveMinimum ?? null,
-    max: node.maximum ?? null,
-    step: node.type === "integer" ? 1 : "any",
-    value: holder[key],
-    required: !node.empty,
-  });
-  const nothing = node.empty ? null : "";
-  input.addEventListener("input", () =>
-    set(form, holder, key, input.value === "" ? nothing : Number(input.value)),
-  );
-  return input;
-}
-
-/** Return a slider for a number with two limits. It covers at most four times the initial value. */
-function sliderOf(form, node, holder, key, number, title) {
-  const low = node.minimum ?? node.exclusiveMinimum;
-  if (low === undefined || node.maximum === undefined || node.empty) return null;
-  const [resolved, distance] = [node.type === "integer", holder[key] - low];
-  const range = distance > 0 ? 4 * distance : resolved ? 20 : 1;
-  const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + range);
-  const step = Math.max(resolved ? 1 : 0, 10 ** Math.floor(Math.log10((high - low) / 50)));
-  const first = node.minimum === undefined ? low + step : low;
-  const slider = el("input", {
-    type: "range",
-    min: first,
-    max: high,
-    step,
-    "aria-label": `${title}, slider`,
-  });
-  slider.value = String(holder[key]);
-  slider.addEventListener("input", () => {
-    number.value = String(Number(Number(slider.value).toPrecision(6)));
-    set(form, holder, key, Number(number.value));
-  });
-  number.addEventListener("input", () => (slider.value = number.value));
-  return slider;
-}
-
-function checkbox(form, holder, key) {
-  const input = el("input", { type: "checkbox", checked: holder[key] });
-  input.addEventListener("change", () => set(form, holder, key, input.checked));
-  return input;
-}
-
-function choice(form, node, holder, key) {
-  const input = el(
-    "select",
-    {},
-    ...node.enum.map((option) => el("option", { value: option }, option)),
-  );
-  input.value = holder[key];
-  input.addEventListener("change", () => {
-    holder[key] = input.value;
-    node["x-chooses"] ? form.chosen() : form.changed();
-  });
-  return input;
-}
-
-function text(form, node, holder, key) {
-  const input = el("input", {
-    type: "text",
-    maxlength: node.maxLength ?? null,
-    spellcheck: "false",
-    value: holder[key],
-  });
-  input.addEventListener("input", () => set(form, holder, key, input.value));
-  return input;
-}
-
 /** Return a fixed number of inputs in a row. */
-function numberPair(form, node, values, path, title) {
+function createNumberInputs(form, node, values, path, title) {
   return node.prefixItems.map((item, number) => {
-    const input = numberInput(form, resolve(form, item), values, number);
+    const input = createNumberInput(form, resolve(form, item), values, number);
     input.setAttribute("aria-label", `${title}, ${number === 0 ? "from" : "to"}`);
-    form.places.set(`${path}.${number}`, { fault: null, input });
+    form.fields.set(`${path}.${number}`, { fault: null, input });
     return input;
   });
 }
 
 /** Return a list that can grow and shrink: numbers in a row, or groups. */
-function list(form, node, holder, key, path) {
-  const [item, title] = [resolve(form, node.items), words(key)];
-  const [fault, entries] = [
-    el("p", { class: "fault", hidden: true }),
-    el("div", { class: item.type === "object" ? "form-groups" : "form-row" }),
-  ];
+function createList(form, node, holder, key, path) {
+  const item = resolve(form, node.items);
+  const title = formatName(key);
+  const fault = el("p", { class: "fault", hidden: true });
+  const entries = el("div", { class: item.type === "object" ? "form-groups" : "form-row" });
   const add = el(
     "button",
     { type: "button", class: "quiet", "data-testid": `add-${path}` },
-    item.type === "object" ? `Add a ${words(item.title)}` : "Add",
+    item.type === "object" ? `Add a ${formatName(item.title)}` : "Add",
   );
   const draw = () => {
-    for (const old of [...form.places.keys()])
-      if (old.startsWith(`${path}.`)) form.places.delete(old);
+    for (const old of [...form.fields.keys()])
+      if (old.startsWith(`${path}.`)) form.fields.delete(old);
     entries.replaceChildren(
       ...holder[key].map((_, number) =>
-        entry(form, item, holder, key, number, path, title, redraw),
+        createEntry(form, item, holder, key, number, path, title, redraw),
       ),
     );
     add.disabled = node.maxItems !== undefined && holder[key].length >= node.maxItems;
@@ -308,12 +239,15 @@ function list(form, node, holder, key, path) {
   const redraw = (values) => {
     holder[key] = values;
     draw();
-    item["x-chooses"] ? form.chosen() : form.changed();
+    if (item["x-chooses"]) form.chosen();
+    else form.changed();
   };
   // There are no options.
   add.hidden = item.enum?.length === 0;
-  add.addEventListener("click", () => redraw([...holder[key], newEntry(form, item, holder[key])]));
-  form.places.set(path, { fault, input: null });
+  add.addEventListener("click", () =>
+    redraw([...holder[key], chooseNewEntry(form, item, holder[key])]),
+  );
+  form.fields.set(path, { fault, input: null });
   draw();
   return el(
     "div",
@@ -326,7 +260,7 @@ function list(form, node, holder, key, path) {
   );
 }
 
-function entry(form, item, holder, key, number, path, title, redraw) {
+function createEntry(form, item, holder, key, number, path, title, redraw) {
   const entryLabel = `${title} ${number + 1}`;
   const remove = el(
     "button",
@@ -339,52 +273,23 @@ function entry(form, item, holder, key, number, path, title, redraw) {
     item.type === "object" ? `Remove ${entryLabel}` : "×",
   );
   remove.addEventListener("click", () =>
-    redraw(holder[key].filter((_, other) => other !== number)),
+    redraw(holder[key].filter((_, index) => index !== number)),
   );
   if (item.type === "object") {
-    const entryGroup = group(form, item, holder[key][number], `${path}.${number}`, entryLabel);
+    const entryGroup = createGroup(
+      form,
+      item,
+      holder[key][number],
+      `${path}.${number}`,
+      entryLabel,
+    );
     entryGroup.open = true;
     entryGroup.append(remove);
     return entryGroup;
   }
-  const make = item.enum ? choice : item.type === "string" ? text : numberInput;
-  const input = make(form, item, holder[key], number);
+  const input = createEntryInput(form, item, holder[key], number);
   input.setAttribute("aria-label", entryLabel);
   input.setAttribute("data-testid", `field-${path}.${number}`);
-  form.places.set(`${path}.${number}`, { fault: null, input });
+  form.fields.set(`${path}.${number}`, { fault: null, input });
   return el("span", { class: "form-entry" }, input, remove);
-}
-
-/**
- * Return the initial value of a new entry: an unused option, a copy of the last entry, or a
- * default.
- */
-function newEntry(form, item, entries) {
-  if (item.enum) return item.enum.find((option) => !entries.includes(option)) ?? item.enum[0];
-  return structuredClone(entries.at(-1)) ?? defaultValue(form, item);
-}
-
-/** Return the default value of a field, or a value within its limits. */
-function defaultValue(form, node) {
-  const resolved = resolve(form, node);
-  if (resolved.default !== undefined) return structuredClone(resolved.default);
-  if (resolved.type === "object")
-    return Object.fromEntries(
-      Object.entries(resolved.properties).map(([name, below]) => [name, defaultValue(form, below)]),
-    );
-  if (resolved.prefixItems) return resolved.prefixItems.map((_, number) => 100 * number);
-  return resolved.minimum ?? 0;
-}
-
-function set(form, holder, key, value) {
-  holder[key] = value;
-  form.changed();
-}
-
-/** Return `FoodRegion` and `food_region` as "food region". */
-function words(name) {
-  return name
-    .replace(/_/g, " ")
-    .replace(/([a-z])([A-Z])/g, "$1 $2")
-    .toLowerCase();
 }

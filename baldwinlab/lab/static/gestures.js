@@ -1,10 +1,10 @@
 /** Pointer gestures on a map: wheel and pinch zoom, dragging moves, a click or tap selects. */
 
 // CSS pixels that the pointer may move during a click.
-const STILL = 5;
+const CLICK_TOLERANCE = 5;
 
 /** Return whether the wheel scrolls the page, which has priority over zooming. */
-function scrolls(page) {
+function isScrollable(page) {
   return page !== null && page.scrollHeight > page.clientHeight + 1;
 }
 
@@ -22,7 +22,7 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
   canvas.addEventListener(
     "wheel",
     (event) => {
-      if (!event.ctrlKey && scrolls(canvas.closest("main"))) return;
+      if (!event.ctrlKey && isScrollable(canvas.closest("main"))) return;
       event.preventDefault();
       const lines = event.deltaMode === 1 ? 16 : 1;
       view.zoomAt(
@@ -51,35 +51,35 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
   canvas.addEventListener("pointermove", (event) => {
     const old = pointers.get(event.pointerId);
     if (!old) {
-      const under = view.agentAt(...position(event));
-      canvas.style.cursor = under === null ? "grab" : "pointer";
-      if (event.pointerType === "mouse") hovered?.(under, ...position(event));
+      const agent = view.findAgent(...position(event));
+      canvas.style.cursor = agent === null ? "grab" : "pointer";
+      if (event.pointerType === "mouse") hovered?.(agent, ...position(event));
       return;
     }
-    const now = position(event);
-    const delta = [now[0] - old[0], now[1] - old[1]];
+    const current = position(event);
+    const delta = [current[0] - old[0], current[1] - old[1]];
     moved += Math.hypot(...delta);
-    if (pointers.size === 2) pinch(event.pointerId, old, now);
-    else if (moved > STILL) view.pan(...delta);
-    pointers.set(event.pointerId, now);
-    if (moved > STILL) changed();
+    if (pointers.size === 2) pinch(event.pointerId, old, current);
+    else if (moved > CLICK_TOLERANCE) view.pan(...delta);
+    pointers.set(event.pointerId, current);
+    if (moved > CLICK_TOLERANCE) changed();
   });
 
   /** Zoom around the center between two fingers. */
-  function pinch(id, old, now) {
+  function pinch(id, old, current) {
     const [, second] = [...pointers].find(([key]) => key !== id);
     const distanceTo = (from) => Math.max(1, Math.hypot(from[0] - second[0], from[1] - second[1]));
     view.zoomAt(
-      distanceTo(now) / distanceTo(old),
-      (now[0] + second[0]) / 2,
-      (now[1] + second[1]) / 2,
+      distanceTo(current) / distanceTo(old),
+      (current[0] + second[0]) / 2,
+      (current[1] + second[1]) / 2,
     );
-    view.pan((now[0] - old[0]) / 2, (now[1] - old[1]) / 2);
+    view.pan((current[0] - old[0]) / 2, (current[1] - old[1]) / 2);
   }
 
   canvas.addEventListener("pointerup", (event) => {
-    if (pointers.delete(event.pointerId) && moved <= STILL)
-      picked(view.agentAt(...position(event), event.pointerType === "touch" ? 28 : 16));
+    if (pointers.delete(event.pointerId) && moved <= CLICK_TOLERANCE)
+      picked(view.findAgent(...position(event), event.pointerType === "touch" ? 28 : 16));
   });
   canvas.addEventListener("pointerleave", () => hovered?.(null, 0, 0));
   canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));

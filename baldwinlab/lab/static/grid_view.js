@@ -1,8 +1,8 @@
 /** A lifetime on a grid of cells: agent, items and path, step by step. */
 
-import { el, format, icon } from "./common.js";
-import { cssColor, palette, resolveColor } from "./palette.js";
-import { Player, defaultSpeed } from "./player.js";
+import { el, formatNumber, createIcon } from "./common.js";
+import { formatColor, palette, resolveColor } from "./palette.js";
+import { Player, chooseSpeed } from "./player.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";
@@ -80,11 +80,11 @@ export class GridView {
       );
     this.legend.replaceChildren(
       mark("agent", "var(--agent)", "round"),
-      ...Object.entries(header.marks).map(([name, color]) => mark(name, cssColor(color))),
+      ...Object.entries(header.marks).map(([name, color]) => mark(name, formatColor(color))),
     );
     Object.assign(this.player, {
       last: steps - 1,
-      ...(first && { speed: Math.min(defaultSpeed(steps), 2) }),
+      ...(first && { speed: Math.min(chooseSpeed(steps), 2) }),
     });
     this.slider.max = String(steps - 1);
     this.player.seek(this.player.time);
@@ -100,7 +100,7 @@ export class GridView {
 
   changed() {
     this.toggle.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
-    this.toggle.replaceChildren(icon(this.player.playing ? PAUSE : PLAY));
+    this.toggle.replaceChildren(createIcon(this.player.playing ? PAUSE : PLAY));
     this.onStep();
   }
 
@@ -116,14 +116,14 @@ export class GridView {
     canvas.height = Math.max(1, canvas.clientHeight * dots);
     const pen = canvas.getContext("2d");
     pen.scale(canvas.width / life.columns, canvas.height / life.rows);
-    this.drawGround(pen, step);
+    this.drawCells(pen, step);
     this.drawPath(pen, step);
     this.drawAgent(pen, step);
     if (this.player.playing) this.onStep();
     return true;
   }
 
-  drawGround(pen, step) {
+  drawCells(pen, step) {
     const { cells, rows, columns, marks } = this.life;
     const colors = Object.values(marks).map(resolveColor);
     pen.fillStyle = palette.map;
@@ -143,8 +143,8 @@ export class GridView {
   drawPath(pen, step) {
     const { position, visit } = this.life;
     pen.beginPath();
-    for (let at = step; at >= 0 && visit[at] === visit[step]; at--)
-      pen.lineTo(position[2 * at + 1] + 0.5, position[2 * at] + 0.5);
+    for (let index = step; index >= 0 && visit[index] === visit[step]; index--)
+      pen.lineTo(position[2 * index + 1] + 0.5, position[2 * index] + 0.5);
     Object.assign(pen, {
       strokeStyle: palette.trail,
       lineWidth: 0.1,
@@ -182,7 +182,7 @@ export class GridView {
     return (
       `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ` +
       `${step - first + 1} of ${end - first + 1}: row ${position[2 * step] + 1}, ` +
-      `column ${position[2 * step + 1] + 1}${facing}; gained ${format(gained[step])} ` +
+      `column ${position[2 * step + 1] + 1}${facing}; gained ${formatNumber(gained[step])} ` +
       `in this ${visits} so far`
     );
   }

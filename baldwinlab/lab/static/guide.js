@@ -1,13 +1,13 @@
 /** The guide "What is this?". It is shown until the user closes it, and on request. */
 
 import { navigate } from "./address.js";
-import { el, icon } from "./common.js";
+import { el, createIcon } from "./common.js";
 
 // The prefix of the keys in localStorage. The name of a view follows.
-const CLOSED = "baldwinlab.closed-guide.";
+const STORAGE_PREFIX = "baldwinlab.closed-guide.";
 // Replaces localStorage if the browser does not allow it.
 const closed = new Set();
-const CROSS = "M5 5l10 10M15 5L5 15";
+const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
 
 /** @typedef {{title: string, text: string|Node}} Topic */
 
@@ -24,7 +24,7 @@ export class Guide {
         "aria-label": "Close",
         "data-testid": "close-guide",
       },
-      icon(CROSS),
+      createIcon(CLOSE_ICON),
     );
     const head = el("div", { class: "row" }, el("h2", {}, "What is this?"), close);
     this.root = el(
@@ -106,7 +106,7 @@ export class Guide {
 
 function wasClosed(view) {
   try {
-    return closed.has(view) || localStorage.getItem(CLOSED + view) !== null;
+    return closed.has(view) || localStorage.getItem(STORAGE_PREFIX + view) !== null;
   } catch {
     return false;
   }
@@ -115,7 +115,7 @@ function wasClosed(view) {
 function rememberClosed(view) {
   closed.add(view);
   try {
-    localStorage.setItem(CLOSED + view, "");
+    localStorage.setItem(STORAGE_PREFIX + view, "");
   } catch {
     // The guide opens again at the next visit.
   }

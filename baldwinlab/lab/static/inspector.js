@@ -3,17 +3,16 @@
  */
 
 import { Ancestors } from "./ancestors.js";
-import { el, format, getBinary, icon, message } from "./common.js";
-import { drawGraph, drawNetwork, largestOutput } from "./network.js";
+import { el, formatNumber, getBinary, createIcon, showMessage } from "./common.js";
+import { drawModules } from "./modules_view.js";
+import { findLargestOutput } from "./network.js";
+import { createRelatives } from "./relatives.js";
 import { Responses } from "./responses.js";
-import { query } from "./sources.js";
-import { LifetimeChart, colorKey } from "./lifetime_chart.js";
-import { FONT, palette } from "./palette.js";
+import { lifetimeQuery } from "./sources.js";
+import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
 
 // Maximum number of weights in the chart.
-const MOST_LINES = 200;
-// CSS pixels of a network.
-const ROOM = 150;
+const MAX_LINES = 200;
 
 export class Inspector {
   /**
@@ -25,8 +24,8 @@ export class Inspector {
     this.title = el("h2", { "data-testid": "agent" });
     this.facts = el("p", { class: "soft number" });
     this.inputs = el("div", { class: "row inputs" });
-    this.action = el("span", { class: "doing", "data-testid": "action" });
-    this.nets = el("canvas", {
+    this.action = el("span", { class: "action", "data-testid": "action" });
+    this.canvas = el("canvas", {
       role: "img",
       "aria-label": "The networks, with activations and weights",
       "data-testid": "networks",
@@ -37,8 +36,10 @@ export class Inspector {
       eaten: new LifetimeChart("items eaten", callbacks.seek),
     };
     this.responses = new Responses();
-    this.kin = el("div", { class: "kin", "data-testid": "kin" });
-    this.traces.weights.root.append(colorKey(["lit", "first layer"], ["agent", "later layers"]));
+    this.relatives = el("div", { class: "relatives", "data-testid": "relatives" });
+    this.traces.weights.root.append(
+      createColorKey(["lit", "first layer"], ["agent", "later layers"]),
+    );
     this.body = el(
       "div",
       {
@@ -51,12 +52,12 @@ export class Inspector {
       el(
         "figure",
         {},
-        this.nets,
-        colorKey(["agent", "positive weight"], ["chosen", "negative weight (wider: larger)"]),
+        this.canvas,
+        createColorKey(["agent", "positive weight"], ["chosen", "negative weight (wider: larger)"]),
       ),
       this.responses.root,
       ...Object.values(this.traces).map(({ root }) => root),
-      this.kin,
+      this.relatives,
     );
     this.ancestors = new Ancestors(callbacks.open);
     const showAncestors = () => {
@@ -82,7 +83,7 @@ export class Inspector {
         "data-testid": "close-agent",
         onclick: callbacks.close,
       },
-      icon("M5 5l10 10M15 5L5 15"),
+      createIcon("M5 5l10 10M15 5L5 15"),
     );
     this.root = el(
       "section",
@@ -125,7 +126,7 @@ export class Inspector {
    * `first`.
    */
   async show(source, agent, first = null) {
-    const requested = `${query(source)}&agent=${agent}`;
+    const requested = `${lifetimeQuery(source)}&agent=${agent}`;
     this.root.hidden = false;
     if (requested === this.requested && (first === null || first === this.first)) return;
     Object.assign(this, { requested, first: first ?? 0, source, agent });
@@ -139,9 +140,9 @@ export class Inspector {
         source,
         await getBinary(`api/agent?${requested}&first=${this.first}`, this.stop.signal),
       );
-    } catch (fault) {
-      if (fault.name === "AbortError") return;
-      message(fault.message, "error");
+    } catch (error) {
+      if (error.name === "AbortError") return;
+      showMessage(error.message, "error");
       this.callbacks.close();
     }
   }
@@ -170,13 +171,13 @@ export class Inspector {
         [{ values: arrays.error, first, color: "chosen" }],
         steps,
         0,
-        maximumOf(arrays.error),
+        findMaximum(arrays.error),
       );
     const count = arrays.weights.length / arrays.sample_step.length;
-    const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
-    const maximum = maximumOf(changes);
+    const changes = arrays.weights.map((weight, index) => weight - arrays.weights[index % count]);
+    const maximum = findMaximum(changes);
     const firstLayer = (header.layer_sizes[0] + Number(header.biases)) * header.layer_sizes[1];
-    const lines = Array.from({ length: Math.min(count, MOST_LINES) }, (_, offset) => ({
+    const lines = Array.from({ length: Math.min(count, MAX_LINES) }, (_, offset) => ({
       x: arrays.sample_step,
       values: changes,
       stride: count,
@@ -188,52 +189,8 @@ export class Inspector {
     }));
     this.traces.weights.set(lines, steps, -maximum, maximum);
     this.currentWeights = new Float32Array(count);
-    this.showRelatives(source, header);
+    this.relatives.replaceChildren(...createRelatives(source, header, this.callbacks.open));
     this.callbacks.seek(null);
-  }
-
-  showRelatives(source, { parents, teachers, children }) {
-    const link = (agent, by) =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: "chip",
-          "data-testid": by < 0 ? "parent" : "child",
-          onclick: () =>
-            this.callbacks.open({ ...source, generation: source.generation + by }, agent),
-        },
-        `agent ${agent}`,
-      );
-    const line = (title, links, none) =>
-      el(
-        "div",
-        {},
-        el("h3", {}, title),
-        el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)),
-      );
-    const couple = parents ? [...new Set(parents)] : [];
-    this.kin.replaceChildren(
-      line(
-        couple.length ? `parents, in generation ${source.generation - 1}` : "parents",
-        couple.map((agent) => link(agent, -1)),
-        "none (random weights)",
-      ),
-      ...(teachers
-        ? [
-            el(
-              "p",
-              { class: "soft", "data-testid": "teachers" },
-              describeTeachers([...new Set(teachers)], source.generation - 1),
-            ),
-          ]
-        : []),
-      line(
-        children.length ? `children, in generation ${source.generation + 1}` : "children",
-        children.map((agent) => link(agent, 1)),
-        "none",
-      ),
-    );
   }
 
   /** Show the state at a step. */
@@ -249,40 +206,40 @@ export class Inspector {
     const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
     [...this.inputs.children].forEach((light, input) =>
-      this.light(light, header.appearance, input, active[input]),
+      this.showInput(light, header.appearance, input, active[input]),
     );
     this.showAction(
       header.appearance.actions,
       arrays.action[row],
-      largestOutput(active, header.layer_sizes.at(-1)),
+      findLargestOutput(active, header.layer_sizes.at(-1)),
     );
     this.responses.draw(step, active.subarray(0, header.appearance.inputs.length));
-    this.weightsAt(step);
-    this.drawNets(active, row, units);
+    this.interpolateWeights(step);
+    drawModules(this.canvas, this.data, row, active, this.currentWeights);
     const { error, weights, eaten } = this.traces;
-    if (arrays.error) error.draw(step, format(arrays.error[row]));
-    weights.draw(step, `distance from birth ${format(this.weightDistance())}`);
-    eaten.draw(step, format(arrays.eaten_in_life[row]));
+    if (arrays.error) error.draw(step, formatNumber(arrays.error[row]));
+    weights.draw(step, `distance from birth ${formatNumber(this.computeWeightDistance())}`);
+    eaten.draw(step, formatNumber(arrays.eaten_in_life[row]));
   }
 
   /** Show an input. A real-valued input also shows its number. */
-  light(light, { inputs, is_continuous: isContinuous }, input, value) {
+  showInput(light, { inputs, is_continuous: isContinuous }, input, value) {
     light.classList.toggle("lit", value > 0);
     if (isContinuous[input]) light.textContent = `${inputs[input]} ${value.toFixed(2)}`;
   }
 
   /** Show the performed action, and whether it was due to noise. */
-  showAction(actions, done, maximumOf) {
-    const noise = done !== maximumOf;
-    const text = noise ? `${actions[done]} (noise)` : actions[done];
+  showAction(actions, performed, largest) {
+    const isNoise = performed !== largest;
+    const text = isNoise ? `${actions[performed]} (noise)` : actions[performed];
     if (this.action.textContent === text) return;
     this.action.textContent = text;
-    this.action.classList.toggle("noise", noise);
-    this.action.title = noise ? `The largest output was ${actions[maximumOf]}.` : "";
+    this.action.classList.toggle("noise", isNoise);
+    this.action.title = isNoise ? `The largest output was ${actions[largest]}.` : "";
   }
 
   /** Interpolate the weights at a step between two samples. */
-  weightsAt(step) {
+  interpolateWeights(step) {
     const { sample_step: at, weights } = this.data.arrays;
     let after = at.findIndex((sampled) => sampled > step);
     if (after <= 0) after = at.length - 1;
@@ -295,75 +252,15 @@ export class Inspector {
   }
 
   /** Return the distance between the current weights and those at birth. */
-  weightDistance() {
+  computeWeightDistance() {
     const { weights } = this.data.arrays;
     return Math.sqrt(
-      this.currentWeights.reduce((sum, weight, at) => sum + (weight - weights[at]) ** 2, 0),
+      this.currentWeights.reduce((sum, weight, index) => sum + (weight - weights[index]) ** 2, 0),
     );
   }
-
-  drawNets(active, row, units) {
-    const { header, arrays } = this.data;
-    const { inputs, actions, answers, memory, modules } = header.appearance;
-    const nets = [
-      { weights: this.currentWeights, activations: active, actions, action: arrays.action[row] },
-    ];
-    if (arrays.teacher) {
-      const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
-      // Only if it has one output per action.
-      const action = arrays.error ? largestOutput(activations, actions.length) : null;
-      const outputNames = answers.length
-        ? actions.map((_, at) => answers[at] ?? "not used")
-        : actions;
-      nets.push({ weights: arrays.teacher, activations, actions: outputNames, action });
-    }
-    const dots = Math.min(devicePixelRatio || 1, 2);
-    const width = this.nets.parentElement.clientWidth;
-    const height = nets.length * (ROOM + 28);
-    if (
-      this.nets.width !== Math.round(width * dots) ||
-      this.nets.height !== Math.round(height * dots)
-    ) {
-      Object.assign(this.nets, {
-        width: Math.round(width * dots),
-        height: Math.round(height * dots),
-      });
-      this.nets.style.height = `${height}px`;
-    }
-    const pen = this.nets.getContext("2d");
-    pen.setTransform(dots, 0, 0, dots, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    nets.forEach((net, number) => {
-      const top = number * (ROOM + 28);
-      pen.fillStyle = palette.soft;
-      pen.font = `600 12px ${FONT}`;
-      pen.textAlign = "left";
-      pen.textBaseline = "alphabetic";
-      pen.fillText(modules[number], 0, top + 13, width);
-      const box = { left: 0, top: top + 20, width, height: ROOM };
-      if (arrays.links) drawGraph(pen, box, { ...net, links: arrays.links, inputs });
-      else
-        drawNetwork(pen, box, {
-          ...net,
-          sizes: header.layer_sizes,
-          biases: header.biases,
-          inputs,
-          memory,
-        });
-    });
-  }
 }
 
-/** Return the sentence about the parents that taught the agent. */
-function describeTeachers(teachers, generation) {
-  const agents = `${teachers.length > 1 ? "agents" : "agent"} ${teachers.join(" and ")}`;
-  return (
-    `Taught by ${agents} of generation ${generation}. ` +
-    "Its reinforcement module contains the weights that they had learned by their death."
-  );
-}
-
-function maximumOf(values) {
+function findMaximum(values) {
   let maximum = 0.001;
   for (const value of values) maximum = Math.max(maximum, Math.abs(value));
   return maximum;

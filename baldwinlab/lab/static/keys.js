@@ -92,9 +92,9 @@ function usesKey({ target, key }, slider) {
 }
 
 /** Return the dialog that lists the shortcuts. */
-export function keyboardDialog() {
-  const lines = Object.entries(KEYS).map(([key, what]) =>
-    el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, what)),
+export function createKeyboardDialog() {
+  const lines = Object.entries(KEYS).map(([key, description]) =>
+    el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, description)),
   );
   return el(
     "dialog",

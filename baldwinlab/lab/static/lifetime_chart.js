@@ -1,12 +1,12 @@
 /** A small chart over a lifetime with many thin lines and a time cursor. A click goes to a step. */
 
-import { curvesSvg } from "./chart_svg.js";
-import { el, format } from "./common.js";
-import { FONT, cssColor, palette } from "./palette.js";
-import { chartDownloads } from "./downloads.js";
+import { drawCurvesFile } from "./chart_svg.js";
+import { el, formatNumber } from "./common.js";
+import { FONT, formatColor, palette } from "./palette.js";
+import { createChartDownloads } from "./downloads.js";
 
 // Maximum number of points of a line in a file.
-const MOST_SAVED = 1000;
+const MAX_SAVED_POINTS = 1000;
 const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
 /**
@@ -19,11 +19,11 @@ export class LifetimeChart {
   constructor(title, seek, height = 84) {
     this.value = el("span", { class: "number" });
     this.canvas = el("canvas", { style: `height:${height}px`, role: "img", "aria-label": title });
-    const saves = chartDownloads(
+    const saves = createChartDownloads(
       title.split(",")[0].replaceAll(" ", "-"),
       ["line", "step", "value"],
-      () => this.rows(),
-      () => this.picture(title),
+      () => this.listRows(),
+      () => this.drawFile(title),
     );
     this.root = el(
       "figure",
@@ -37,7 +37,7 @@ export class LifetimeChart {
         (event.offsetX - MARGIN.left) / (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
       seek(Math.round(Math.min(1, Math.max(0, share)) * this.steps));
     });
-    this.still = document.createElement("canvas");
+    this.layer = document.createElement("canvas");
     this.key = "";
     this.set([], 1, 0, 1);
   }
@@ -48,16 +48,16 @@ export class LifetimeChart {
   }
 
   /** Return one row per point. */
-  rows() {
+  listRows() {
     return this.lines.flatMap((line, number) =>
-      points(line).map(([step, value]) => ({ line: number, step, value })),
+      listPoints(line).map(([step, value]) => ({ line: number, step, value })),
     );
   }
 
   /** Return the text of an SVG file. Lines of the same color form one series. */
-  picture(title) {
-    const every = Math.ceil(points(this.lines[0]).length / MOST_SAVED);
-    const thinned = (line) => points(line).filter((_, at) => at % every === 0);
+  drawFile(title) {
+    const interval = Math.ceil(listPoints(this.lines[0]).length / MAX_SAVED_POINTS);
+    const thinned = (line) => listPoints(line).filter((_, index) => index % interval === 0);
     const series = [...new Set(this.lines.map(({ color }) => color))].map((color) => {
       const sameColor = this.lines.filter((line) => line.color === color);
       const drawn = sameColor.map((line, run) => ({
@@ -67,7 +67,7 @@ export class LifetimeChart {
       const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
       return { label: sameColor[0].label ?? title, color: palette[color], ...lines };
     });
-    return curvesSvg({
+    return drawCurvesFile({
       title,
       x: thinned(this.lines[0]).map(([step]) => step),
       series,
@@ -78,7 +78,8 @@ export class LifetimeChart {
 
   draw(step, text) {
     const dots = Math.min(devicePixelRatio || 1, 2);
-    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const width = this.canvas.clientWidth;
+    const height = this.canvas.clientHeight;
     if (!width) return;
     const key = `${width} ${height} ${dots} ${palette.map}`;
     if (key !== this.key) this.drawLines(width, height, dots);
@@ -86,11 +87,11 @@ export class LifetimeChart {
     const pen = this.canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    pen.drawImage(this.still, 0, 0);
+    pen.drawImage(this.layer, 0, 0);
     pen.fillStyle = palette.text;
     pen.globalAlpha = 0.65;
     pen.fillRect(
-      Math.round(this.xAt(step, width) * dots),
+      Math.round(this.computeX(step, width) * dots),
       MARGIN.top * dots,
       Math.max(1, dots),
       (height - MARGIN.top - MARGIN.bottom) * dots,
@@ -99,16 +100,16 @@ export class LifetimeChart {
     if (this.value.textContent !== text) this.value.textContent = text;
   }
 
-  xAt(step, width) {
+  computeX(step, width) {
     return MARGIN.left + (step / this.steps) * (width - MARGIN.left - MARGIN.right);
   }
 
   drawLines(width, height, dots) {
-    for (const canvas of [this.canvas, this.still]) {
+    for (const canvas of [this.canvas, this.layer]) {
       canvas.width = width * dots;
       canvas.height = height * dots;
     }
-    const pen = this.still.getContext("2d");
+    const pen = this.layer.getContext("2d");
     pen.setTransform(dots, 0, 0, dots, 0, 0);
     const yAt = (value) =>
       MARGIN.top +
@@ -120,7 +121,7 @@ export class LifetimeChart {
     for (const value of edges) {
       pen.fillStyle = palette.soft;
       pen.fillText(
-        format(Math.abs(value) >= 10 ? Math.round(value) : value),
+        formatNumber(Math.abs(value) >= 10 ? Math.round(value) : value),
         MARGIN.left - 5,
         yAt(value),
       );
@@ -132,32 +133,35 @@ export class LifetimeChart {
 
   drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, color, alpha = 1 }, width, yAt) {
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
-    const every = Math.max(1, Math.floor(count / (2 * width)));
+    const interval = Math.max(1, Math.floor(count / (2 * width)));
     pen.strokeStyle = palette[color];
     pen.globalAlpha = alpha;
     pen.lineWidth = 1.2;
     pen.beginPath();
-    for (let at = 0; at < count; at += every)
-      pen.lineTo(this.xAt(x ? x[at] : first + at, width), yAt(values[offset + at * stride]));
+    for (let index = 0; index < count; index += interval)
+      pen.lineTo(
+        this.computeX(x ? x[index] : first + index, width),
+        yAt(values[offset + index * stride]),
+      );
     pen.stroke();
     pen.globalAlpha = 1;
   }
 }
 
 /** Return a line that explains colors. */
-export function colorKey(...colors) {
+export function createColorKey(...colors) {
   const entries = colors.map(([color, text]) => [
-    el("i", { style: `background: ${cssColor(color)}` }),
+    el("i", { style: `background: ${formatColor(color)}` }),
     text,
   ]);
   return el("p", { class: "soft hint" }, entries.flat());
 }
 
 /** Return the steps and values of a line. */
-function points({ x, values, first = 0, stride = 1, offset = 0 }) {
+function listPoints({ x, values, first = 0, stride = 1, offset = 0 }) {
   const count = Math.floor((values.length - offset - 1) / stride) + 1;
-  return Array.from({ length: count }, (_, at) => [
-    x ? x[at] : first + at,
-    values[offset + at * stride],
+  return Array.from({ length: count }, (_, index) => [
+    x ? x[index] : first + index,
+    values[offset + index * stride],
   ]);
 }

@@ -3,32 +3,30 @@
  */
 
 // Samples of the weights over a lifetime, including birth and death.
-const SAMPLES = 201;
+const WEIGHT_SAMPLES = 201;
 // With more inputs, the table of all input combinations is left out.
-const MOST_INPUTS = 4;
+const MAX_TABLE_INPUTS = 4;
 // Bytes of one recording.
-const MOST_BYTES = 64_000_000;
+const MAX_BYTES = 64_000_000;
 
 /** Return the steps of one recording from `first`, limited by its size. */
-export function spanOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
+export function limitSpan({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
   return {
     first,
-    last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (20 * size))), steps),
+    last: Math.min(last, first + Math.max(1, Math.floor(MAX_BYTES / (20 * size))), steps),
   };
 }
 
 /**
  * @param {import("./simulation.js").Run} run prepared, with the genomes of a generation
- * @param {{generation: number, first: number, last: number, appearance: Object<string, any>}} wanted
+ * @param {{generation: number, first: number, last: number, appearance: object}} span
  * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
  */
-export function record(run, { generation, first, last, appearance }) {
+export function recordLifetime(run, { generation, first, last, appearance }) {
   const { engine } = run;
-  const [agents, inputs, steps] = [
-    run.experiment.population.size,
-    appearance.inputs.length,
-    last - first,
-  ];
+  const agents = run.experiment.population.size;
+  const inputs = appearance.inputs.length;
+  const steps = last - first;
   const inputBytes = Math.ceil(inputs / 8);
   // Inputs are numbers instead of bits.
   const numbers = appearance.is_continuous.some(Boolean);
@@ -42,7 +40,7 @@ export function record(run, { generation, first, last, appearance }) {
     action: new Uint8Array(steps * agents),
     eaten_in_life: new Uint32Array(steps * agents),
   };
-  const state = views(engine, [
+  const state = openArrays(engine, [
     "positions",
     "heading",
     "activations",
@@ -55,14 +53,13 @@ export function record(run, { generation, first, last, appearance }) {
   const teachers = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
   // A rule can store any integer type.
   if (teachers) arrays.teacher = new Uint32Array(steps * agents);
-  const [lanes, regions] = [
-    state.heading.length,
-    state.eaten_in_life.length / state.heading.length,
-  ];
+  const lanes = state.heading.length;
+  const regions = state.eaten_in_life.length / state.heading.length;
   const moves = { step: [], item: [], x: [], y: [] };
   run.startGeneration(generation);
-  run.live(0, first);
-  [arrays.item_x, arrays.item_y] = [state.item_x.slice(), state.item_y.slice()];
+  run.simulateSteps(0, first);
+  arrays.item_x = state.item_x.slice();
+  arrays.item_y = state.item_y.slice();
   // A world feature can also move items.
   const previous = { x: state.item_x.slice(), y: state.item_y.slice() };
   for (let step = first; step < last; step++) {
@@ -70,7 +67,7 @@ export function record(run, { generation, first, last, appearance }) {
     arrays.x.set(state.positions.subarray(0, agents), row);
     arrays.y.set(state.positions.subarray(lanes, lanes + agents), row);
     arrays.heading.set(state.heading.subarray(0, agents), row);
-    run.live(step, step + 1);
+    run.simulateSteps(step, step + 1);
     arrays.action.set(state.action.subarray(0, agents), row);
     arrays.teacher?.set(Uint32Array.from(teachers.subarray(0, agents), Number), row);
     for (let agent = 0; agent < agents; agent++) {
@@ -113,23 +110,35 @@ export function record(run, { generation, first, last, appearance }) {
 export function inspectAgent(run, { generation, first, last, appearance, agent }) {
   const { engine, experiment } = run;
   const steps = experiment.lifetime.steps;
-  const state = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);
+  const state = openArrays(engine, [
+    "weights",
+    "activations",
+    "action",
+    "eaten_in_life",
+    "heading",
+  ]);
   const lanes = state.heading.length;
   const column = (array) =>
     Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
   const samples = [
     ...new Set(
-      Array.from({ length: SAMPLES }, (_, number) => Math.floor((steps * number) / (SAMPLES - 1))),
+      Array.from({ length: WEIGHT_SAMPLES }, (_, number) =>
+        Math.floor((steps * number) / (WEIGHT_SAMPLES - 1)),
+      ),
     ),
   ];
-  const [weights, activations, action, eaten, teacherUnits] = [[], [], [], [], []];
+  const weights = [];
+  const activations = [];
+  const action = [];
+  const eaten = [];
+  const teacherUnits = [];
   const teacher =
     "state.lookup.activations" in engine.arrays ? engine.array("state.lookup.activations") : null;
   run.startGeneration(generation);
   for (let step = 0; step <= steps; step++) {
     if (samples[weights.length] === step) weights.push(column(state.weights));
     if (step === steps) break;
-    run.live(step, step + 1);
+    run.simulateSteps(step, step + 1);
     if (step < first || step >= last) continue;
     activations.push(column(state.activations));
     action.push(state.action[agent]);
@@ -146,34 +155,36 @@ export function inspectAgent(run, { generation, first, last, appearance, agent }
   const inputs = appearance.inputs.length;
   // Outputs may be from a lookup table, without values of hidden units.
   const isMemoryless = !appearance.has_memory && !appearance.is_continuous.some(Boolean);
-  const hasTable = inputs <= MOST_INPUTS && isMemoryless;
+  const hasTable = inputs <= MAX_TABLE_INPUTS && isMemoryless;
   const evaluateAll = (of) =>
-    activations.map((row) => evaluate(engine, of, row.subarray(0, inputs)));
-  const units = isMemoryless && !learns(engine) ? evaluateAll(module(0)) : activations;
+    activations.map((row) => evaluateModule(engine, of, row.subarray(0, inputs)));
+  const units = isMemoryless && !hasLearning(engine) ? evaluateAll(module(0)) : activations;
   const arrays = {
     sample_step: Uint32Array.from(samples),
-    weights: flat(weights),
-    activations: flat(units),
+    weights: flattenRows(weights),
+    activations: flattenRows(units),
     action: Uint16Array.from(action),
     eaten_in_life: Uint32Array.from(eaten),
   };
-  const linked = links(engine, weights[0]);
+  const linked = findLinks(engine, weights[0]);
   if (linked.length) arrays.links = linked;
-  if (hasTable) arrays.responses = responses(engine, weights, inputs, appearance.actions.length);
+  if (hasTable)
+    arrays.responses = tabulateResponses(engine, weights, inputs, appearance.actions.length);
   if (engine.plan.taught) {
     const targets = teacher ? teacherUnits : evaluateAll(module(1));
-    Object.assign(arrays, { teacher: module(1), teacher_activations: flat(targets) });
-    if (!appearance.answers.length) arrays.error = errors(units, targets, appearance.actions.length);
+    Object.assign(arrays, { teacher: module(1), teacher_activations: flattenRows(targets) });
+    if (!appearance.answers.length)
+      arrays.error = computeErrors(units, targets, appearance.actions.length);
   }
   return arrays;
 }
 
-function learns(engine) {
-  return engine.value(engine.plan.tuples.population.leaves.learns.value);
+function hasLearning(engine) {
+  return engine.resolveValue(engine.plan.tuples.population.leaves.learns.value);
 }
 
 /** Return the activations of a module without memory for some inputs. */
-function evaluate(engine, weights, inputs) {
+function evaluateModule(engine, weights, inputs) {
   const units = engine.array("population.asked_units");
   engine.array("population.asked_weights").set(weights);
   units.set(inputs);
@@ -182,7 +193,7 @@ function evaluate(engine, weights, inputs) {
 }
 
 /** Return the links of a network without layers [link, (from unit, to unit, weight)]. */
-function links(engine, weights) {
+function findLinks(engine, weights) {
   engine.array("population.asked_weights").set(weights);
   engine.call("find_links");
   return engine
@@ -191,14 +202,14 @@ function links(engine, weights) {
 }
 
 /** Return the action of the largest output for each combination of inputs [sample, code]. */
-function responses(engine, weights, inputs, actions) {
+function tabulateResponses(engine, weights, inputs, actions) {
   const codes = Array.from({ length: 2 ** inputs }, (_, code) =>
     Array.from({ length: inputs }, (_, input) => (code >> input) & 1),
   );
   return Uint8Array.from(
     weights.flatMap((row) =>
       codes.map((code) => {
-        const outputs = evaluate(engine, row, code).slice(-actions);
+        const outputs = evaluateModule(engine, row, code).slice(-actions);
         return outputs.indexOf(Math.max(...outputs));
       }),
     ),
@@ -206,7 +217,7 @@ function responses(engine, weights, inputs, actions) {
 }
 
 /** Return the root mean square difference between the outputs of two modules [step]. */
-function errors(outputs, targets, actions) {
+function computeErrors(outputs, targets, actions) {
   return Float32Array.from(outputs, (units, step) => {
     const square = units
       .slice(-actions)
@@ -215,11 +226,11 @@ function errors(outputs, targets, actions) {
   });
 }
 
-function views(engine, names) {
+function openArrays(engine, names) {
   return Object.fromEntries(names.map((name) => [name, engine.array(`state.${name}`)]));
 }
 
-function flat(rows) {
+function flattenRows(rows) {
   const values = new Float32Array(rows.length * (rows[0]?.length ?? 0));
   rows.forEach((row, number) => values.set(row, number * row.length));
   return values;

@@ -3,10 +3,18 @@
  * slider.
  */
 
-import { el, icon } from "./common.js";
+import { el, createIcon } from "./common.js";
 import { RunCurve } from "./run_curve.js";
-import { PRESETS, hasWorld, lifeAddress, nearestLifetime, query } from "./sources.js";
+import {
+  PRESETS,
+  hasWorld,
+  formatLifetimeAddress,
+  findNearestLifetime,
+  lifetimeQuery,
+} from "./sources.js";
 
+// The names of studies with a special id.
+const STUDY_NAMES = { [PRESETS]: "built-in presets", ".": "this study" };
 const PLAY_ALL = "Play the generations one after another (g)";
 
 export class LifetimeSelector {
@@ -33,11 +41,7 @@ export class LifetimeSelector {
       run: select("Run", "run"),
     };
     const options = this.studies.map(({ id }) =>
-      el(
-        "option",
-        { value: id },
-        id === PRESETS ? "built-in presets" : id === "." ? "this study" : id,
-      ),
+      el("option", { value: id }, STUDY_NAMES[id] ?? id),
     );
     this.lists.study.append(...options);
     this.number = el("input", {
@@ -61,7 +65,7 @@ export class LifetimeSelector {
           title: label,
           onclick: () => this.goTo(this.source.generation + offset),
         },
-        icon(path),
+        createIcon(path),
       );
     const tourAttributes = {
       type: "button",
@@ -73,7 +77,7 @@ export class LifetimeSelector {
     this.playButton = el(
       "button",
       { ...tourAttributes, title: PLAY_ALL, "aria-label": PLAY_ALL },
-      icon("M3 5l6 5-6 5zM10 5l6 5-6 5z"),
+      createIcon("M3 5l6 5-6 5zM10 5l6 5-6 5z"),
     );
     return el(
       "div",
@@ -115,9 +119,9 @@ export class LifetimeSelector {
     const requested = { ...this.source, study: this.lists.study.value };
     if (changed !== "study") requested.condition = this.lists.condition.value;
     if (changed === "run") requested.run = Number(this.lists.run.value);
-    const source = nearestLifetime(this.studies, requested);
+    const source = findNearestLifetime(this.studies, requested);
     if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source))
-      return void (location.hash = lifeAddress(source));
+      return void (location.hash = formatLifetimeAddress(source));
     this.choose(source);
     this.callbacks.chosen();
   }
@@ -136,7 +140,8 @@ export class LifetimeSelector {
    * @returns {boolean}
    */
   choose(source) {
-    if (this.source && String(query(source)) === String(query(this.source))) return false;
+    if (this.source && String(lifetimeQuery(source)) === String(lifetimeQuery(this.source)))
+      return false;
     this.source = source;
     this.showSource();
     return true;
@@ -147,7 +152,7 @@ export class LifetimeSelector {
     const options = (list, values) => {
       const same =
         list.options.length === values.length &&
-        values.every((value, at) => list.options[at].value === String(value));
+        values.every((value, index) => list.options[index].value === String(value));
       if (!same) list.replaceChildren(...values.map((value) => el("option", { value }, value)));
     };
     this.lists.study.hidden = this.studies.length < 2;

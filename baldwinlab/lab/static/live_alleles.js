@@ -1,8 +1,8 @@
 /** The alleles of a live run of a model without a world: newest or selected generation. */
 
 import { AlleleBars } from "./allele_bars.js";
-import { el, getBinary, message } from "./common.js";
-import { runPicker, wholeNumber } from "./live_world.js";
+import { el, getBinary, showMessage } from "./common.js";
+import { createRunPicker, parseWholeNumber } from "./run_picker.js";
 
 export class LiveAlleles {
   /**
@@ -21,8 +21,8 @@ export class LiveAlleles {
       savedStudy: null,
       stop: new AbortController(),
     });
-    this.run = Math.min(wholeNumber(state.run) ?? 0, runs - 1);
-    this.picked = wholeNumber(state.generation);
+    this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
+    this.picked = parseWholeNumber(state.generation);
     this.bars = new AlleleBars();
     const newest = "Follow the newest generation";
     this.newest = el(
@@ -35,13 +35,13 @@ export class LiveAlleles {
       },
       "Newest",
     );
+    // Visible after the run is saved.
     this.open = el(
       "a",
       { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
       "Open in World",
-      // Visible after the run is saved.
     );
-    this.picker = runPicker(runs, this.run, (run) => this.pick(this.picked, run));
+    this.picker = createRunPicker(runs, this.run, (run) => this.pick(this.picked, run));
     this.element = el(
       "section",
       { class: "card live-alleles", "aria-label": "Genomes", "data-testid": "live-alleles" },
@@ -82,14 +82,14 @@ export class LiveAlleles {
     const { id, run, generation } = this;
     const url = `/api/alleles?${new URLSearchParams({ live: id, run, generation })}`;
     if (this.isLoading || generation < 0 || url === this.requestedUrl) return;
-    Object.assign(this, { asked: url, isLoading: true });
+    Object.assign(this, { requestedUrl: url, isLoading: true });
     try {
       const { header, arrays } = await getBinary(url, this.stop.signal);
       this.bars.setData(header, arrays);
       this.bars.show(generation);
-    } catch (fault) {
-      if (fault.name === "AbortError") return;
-      message(fault.message, "error");
+    } catch (error) {
+      if (error.name === "AbortError") return;
+      showMessage(error.message, "error");
     }
     this.isLoading = false;
     this.showState();

@@ -1,10 +1,10 @@
 /** The state of a live run from the server. A feed remains when the user opens another view. */
 
-import { connection, request } from "./common.js";
+import { showConnection, request } from "./common.js";
 
 // Milliseconds until the next attempt to connect.
-const AGAIN = 1000;
-const ENDS = ["done", "stopped", "failed", "gone"];
+const RETRY_INTERVAL = 1000;
+const END_STATES = ["done", "stopped", "failed", "removed"];
 
 /** @type {Map<string, Feed>} */
 const feeds = new Map();
@@ -57,16 +57,16 @@ export class Feed {
   }
 
   get ended() {
-    return ENDS.includes(this.state);
+    return END_STATES.includes(this.state);
   }
 
   connect() {
     this.socket = new WebSocket(`ws://${location.host}/api/live/${encodeURIComponent(this.id)}`);
     this.socket.onmessage = (event) => this.receive(JSON.parse(event.data));
     this.socket.onclose = () => {
-      if (this.closed || this.state === "gone") return;
-      connection(false);
-      this.retry = setTimeout(() => this.reconnect(), AGAIN);
+      if (this.closed || this.state === "removed") return;
+      showConnection(false);
+      this.retry = setTimeout(() => this.reconnect(), RETRY_INTERVAL);
     };
   }
 
@@ -80,14 +80,14 @@ export class Feed {
 
   receive(update) {
     if (update.type === "run") {
-      connection(true);
+      showConnection(true);
       this.summary = update;
       // All generations follow, also after a lost connection.
       this.reset();
     } else if (update.type === "generations") this.add(update);
     else if (update.type === "state") [this.state, this.message] = [update.state, update.message];
     else this.onError(update.message);
-    if (this.state === "gone") connection(true);
+    if (this.state === "removed") showConnection(true);
     this.onUpdate();
   }
 
@@ -98,9 +98,9 @@ export class Feed {
     }
   }
 
-  /** @param {{do: "pause"|"resume"|"stop"}|{do: "pace", seconds: number}} command */
-  send(command) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(command));
+  /** @param {{command: "pause"|"resume"|"stop"}|{command: "pace", seconds: number}} order */
+  send(order) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(order));
     else this.onError("There is no connection to the lab. The page tries again.");
   }
 

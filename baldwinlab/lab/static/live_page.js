@@ -2,8 +2,8 @@
  * An exported page: the Live run tab with an engine in the browser instead of a server (export.py).
  */
 
-import { readAddress, setCurrentView, currentView, navigate } from "./address.js";
-import { useLocalServer, message } from "./common.js";
+import { readAddress, setCurrentView, getCurrentView, navigate } from "./address.js";
+import { useLocalServer, showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { BrowserLab } from "./browser_lab.js";
 import { setFeedFactory } from "./live_feed.js";
@@ -15,7 +15,7 @@ import { mount } from "./view_live.js";
  * @param {import("./browser_lab.js").Laboratory} laboratory
  * @param {string} code of a worker
  */
-export function open(root, laboratory, code) {
+export function openPage(root, laboratory, code) {
   const lab = new BrowserLab(laboratory, code);
   useLocalServer(lab);
   setFeedFactory((id) => lab.openFeed(id));
@@ -23,7 +23,7 @@ export function open(root, laboratory, code) {
   addEventListener("unhandledrejection", (event) => {
     event.preventDefault();
     if (event.reason?.name !== "AbortError")
-      message(event.reason?.message ?? String(event.reason), "error");
+      showMessage(event.reason?.message ?? String(event.reason), "error");
   });
   const target = readAddress(["live"], "live");
   setCurrentView({ ...target, state: { seed: laboratory.seed, ...target.state } });
@@ -33,12 +33,12 @@ export function open(root, laboratory, code) {
     ...LIVE,
     ...topics.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
   ]);
-  guide.applyState(currentView().state);
+  guide.applyState(getCurrentView().state);
   root.append(guide.root);
-  const view = mount(root, currentView().state, navigate, guide);
+  const view = mount(root, getCurrentView().state, navigate, guide);
   addEventListener("hashchange", () => {
     setCurrentView(readAddress(["live"], "live"));
-    guide.applyState(currentView().state);
-    view.update(currentView().state);
+    guide.applyState(getCurrentView().state);
+    view.update(getCurrentView().state);
   });
 }

@@ -1,18 +1,20 @@
 /** The world of a live run: the newest generation, or a selected one. */
 
-import { el, getBinary, message } from "./common.js";
+import { el, getBinary, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Lifetime, Recording } from "./recording.js";
+import { createRunPicker, parseWholeNumber } from "./run_picker.js";
 import { mountShare } from "./share.js";
-import { query } from "./sources.js";
+import { lifetimeQuery } from "./sources.js";
 import { TimeBar } from "./time_bar.js";
 import { WorldFigure } from "./world_figure.js";
 
 // Milliseconds that a generation is shown before a newer one replaces it.
-const HOLD = 1000;
-const SPEED = 100;
+const MIN_DISPLAY_TIME = 1000;
+
+const DEFAULT_SPEED = 100;
 
 export class LiveWorld {
   /**
@@ -34,23 +36,23 @@ export class LiveWorld {
       since: 0,
       waiting: 0,
     });
-    this.run = Math.min(wholeNumber(state.run) ?? 0, runs - 1);
+    this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
     this.initial = {
-      generation: wholeNumber(state.generation),
-      step: wholeNumber(state.step) ?? 0,
+      generation: parseWholeNumber(state.generation),
+      step: parseWholeNumber(state.step) ?? 0,
     };
     this.followsNewest = this.initial.generation === null;
     this.player = new Player((time) => this.draw(time));
-    this.player.setSpeed(Number(state.speed) || SPEED);
+    this.player.setSpeed(Number(state.speed) || DEFAULT_SPEED);
     this.figure = new WorldFigure("World of the generation shown", "live-canvas", {
       invalidate: () => this.player.invalidate(),
       picked: (agent) => this.picked(agent),
     });
-    this.figure.agent = wholeNumber(state.agent);
+    this.figure.agent = parseWholeNumber(state.agent);
     this.bar = new TimeBar(this.player, "live", () => this.stopFollowing());
     this.legend = new Legend();
     this.inspector = new Inspector({
-      open: (source, agent) => this.openKin(source, agent),
+      open: (source, agent) => this.openRelative(source, agent),
       close: () => this.figure.pick(null),
       seek: (step) => (step === null ? this.player.invalidate() : this.goTo(step)),
       toggled: () => this.remember(),
@@ -74,17 +76,17 @@ export class LiveWorld {
         "aria-pressed": this.followsNewest,
         title: newest,
         "data-testid": "live-newest",
-        onclick: () => this.follow(),
+        onclick: () => this.followNewest(),
       },
       "Newest",
     );
+    // Visible after the run is saved.
     this.open = el(
       "a",
       { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
       "Open in World",
-      // Visible after the run is saved.
     );
-    this.picker = runPicker(runs, this.run, (run) => {
+    this.picker = createRunPicker(runs, this.run, (run) => {
       this.run = run;
       if (this.generation !== null) this.load(this.generation);
     });
@@ -122,11 +124,11 @@ export class LiveWorld {
         Math.min(this.initial.generation ?? generationsDone - 1, generationsDone - 1),
         this.initial.step,
       );
-    else this.next();
+    else this.showNewest();
   }
 
   /** Show the newest generation, if the user follows it and has seen the previous one. */
-  next() {
+  showNewest() {
     if (
       !this.followsNewest ||
       this.loadingLife ||
@@ -134,19 +136,19 @@ export class LiveWorld {
       this.generationsDone - 1 <= this.generation
     )
       return;
-    const remaining = this.since + HOLD - performance.now();
+    const remaining = this.since + MIN_DISPLAY_TIME - performance.now();
     if (remaining <= 0) return this.load(this.generationsDone - 1);
     this.waiting = setTimeout(() => {
       this.waiting = 0;
-      this.next();
+      this.showNewest();
     }, remaining);
   }
 
-  follow() {
+  followNewest() {
     this.followsNewest = true;
     this.figure.pick(null);
     this.remember();
-    this.next();
+    this.showNewest();
     this.player.play();
   }
 
@@ -176,7 +178,7 @@ export class LiveWorld {
         ),
       () =>
         life === this.loadingLife ? this.showLife(life, source, step) : this.player.invalidate(),
-      (fault) => message(fault.message, "error"),
+      (error) => showMessage(error.message, "error"),
     );
     this.loadingLife = life;
   }
@@ -187,17 +189,17 @@ export class LiveWorld {
     const first = this.generation === null;
     this.life?.close();
     Object.assign(this, { life, source, generation: source.generation, since: performance.now() });
-    this.share ??= mountShare(document.getElementById("actions"), () => this.shared());
+    this.share ??= mountShare(document.getElementById("actions"), () => this.describeShared());
     this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
     this.figure.show(life);
     this.legend.show([life.header.appearance]);
     this.player.last = life.steps - 1;
     this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
-    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (first && this.followsNewest && !still) this.player.play();
+    const prefersStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (first && this.followsNewest && !prefersStill) this.player.play();
     this.inspect();
     this.remember();
-    this.next();
+    this.showNewest();
   }
 
   picked(agent) {
@@ -213,7 +215,7 @@ export class LiveWorld {
   }
 
   /** Open the lifetime of a parent or a child. */
-  openKin({ generation }, agent) {
+  openRelative({ generation }, agent) {
     this.followsNewest = false;
     this.figure.agent = agent;
     this.load(generation, 0);
@@ -253,16 +255,16 @@ export class LiveWorld {
       run: run || null,
       agent: figure.agent,
       inside,
-      speed: player.speed === SPEED ? null : player.speed,
+      speed: player.speed === DEFAULT_SPEED ? null : player.speed,
     });
     this.open.hidden = !this.savedStudy;
     this.open.href = `#/world?${new URLSearchParams({ ...this.savedStudy, run, generation })}`;
   }
 
   /** Return the state for the share menu. */
-  shared() {
+  describeShared() {
     return {
-      panels: [{ source: String(query(this.source)), canvas: this.figure.canvas }],
+      panels: [{ source: String(lifetimeQuery(this.source)), canvas: this.figure.canvas }],
       step: Math.floor(this.player.time),
     };
   }
@@ -306,24 +308,4 @@ export class LiveWorld {
     this.loadingLife = null;
     this.life?.close();
   }
-}
-
-/**
- * Return the list of runs, or null for a single run.
- * @param {(run: number) => void} chosen
- */
-export function runPicker(runs, run, chosen) {
-  if (runs === 1) return null;
-  const options = Array.from({ length: runs }, (_, number) =>
-    el("option", { value: number }, `run ${number}`),
-  );
-  const picker = el("select", { "aria-label": "Run shown", "data-testid": "live-run" }, ...options);
-  picker.value = String(run);
-  picker.addEventListener("change", () => chosen(Number(picker.value)));
-  return picker;
-}
-
-/** Return a whole number of an address, or null. */
-export function wholeNumber(text) {
-  return /^\d+$/.test(text ?? "") ? Number(text) : null;
 }

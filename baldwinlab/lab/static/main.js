@@ -1,7 +1,7 @@
 /** The page: select the view from the address. */
 
-import { address, readAddress, setCurrentView, currentView, navigate } from "./address.js";
-import { message } from "./common.js";
+import { formatAddress, readAddress, setCurrentView, getCurrentView, navigate } from "./address.js";
+import { showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
 import { LIVE, PAPERS, RESULTS, SAVING } from "./topics.js";
@@ -10,21 +10,21 @@ const VIEWS = {
   papers: { title: "Papers", load: () => import("./view_papers.js"), topics: PAPERS },
   world: {
     title: "World",
-    ofStudy: true,
-    lives: true,
+    hasStudy: true,
+    simulates: true,
     load: () => import("./view_world.js"),
-    topics: [],
     // The recording provides the topics.
+    topics: [],
   },
   live: {
     title: "Live run",
-    lives: true,
+    simulates: true,
     load: () => import("./view_live.js"),
     topics: [...LIVE, SAVING],
   },
   results: {
     title: "Results",
-    ofStudy: true,
+    hasStudy: true,
     load: () => import("./view_results.js"),
     topics: RESULTS,
   },
@@ -41,7 +41,7 @@ let scrollObserver = null;
 
 async function show() {
   const target = readAddress(Object.keys(VIEWS), "world");
-  const current = currentView();
+  const current = getCurrentView();
   if (current && current.name !== target.name) {
     savedViews.delete(current.name);
     savedViews.set(current.name, { state: current.state, top: root.scrollTop });
@@ -52,9 +52,8 @@ async function show() {
     target.state = current?.name === target.name ? current.state : restoreState(target.name);
   const { name, state } = target;
   for (const tab of document.querySelectorAll("[data-view]")) {
-    tab.dataset.view === name
-      ? tab.setAttribute("aria-current", "page")
-      : tab.removeAttribute("aria-current");
+    if (tab.dataset.view === name) tab.setAttribute("aria-current", "page");
+    else tab.removeAttribute("aria-current");
   }
   if (shown?.name === name) {
     applyAddress(target, isTabLink);
@@ -71,17 +70,17 @@ async function show() {
   document.title = `${VIEWS[name].title} · baldwinlab`;
   applyAddress(target, isTabLink);
   const instance = (shown = { name, view: { update() {}, unmount() {} } });
-  if (VIEWS[name].lives) await engineReady(() => shown === instance);
+  if (VIEWS[name].simulates) await waitUntilReady(() => shown === instance);
   const { mount } = await VIEWS[name].load();
   // The user has opened another view in the meantime.
   if (shown !== instance) return;
   root.prepend(guide.root);
-  instance.view = mount(root, currentView().state, navigate, guide);
+  instance.view = mount(root, getCurrentView().state, navigate, guide);
   if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
 }
 
 /** Wait for the engine before views that simulate. */
-async function engineReady(isCurrent) {
+async function waitUntilReady(isCurrent) {
   const { waitForEngine } = await import("./waiting_screen.js");
   await waitForEngine(root, isCurrent);
 }
@@ -89,7 +88,7 @@ async function engineReady(isCurrent) {
 /** Apply an address to the page and the guide. */
 function applyAddress(target, isTabLink) {
   setCurrentView(target);
-  if (isTabLink) address();
+  if (isTabLink) formatAddress();
   guide.applyState(target.state);
 }
 
@@ -97,7 +96,7 @@ function applyAddress(target, isTabLink) {
 function restoreState(name) {
   const saved = savedViews.get(name)?.state ?? {};
   const last = [...savedViews.values()].at(-1)?.state.study;
-  return last && last !== PRESETS && last !== saved.study && VIEWS[name].ofStudy
+  return last && last !== PRESETS && last !== saved.study && VIEWS[name].hasStudy
     ? { study: last }
     : { ...saved };
 }
@@ -119,6 +118,6 @@ addEventListener("hashchange", show);
 addEventListener("unhandledrejection", (event) => {
   event.preventDefault();
   if (event.reason?.name !== "AbortError")
-    message(event.reason?.message ?? String(event.reason), "error");
+    showMessage(event.reason?.message ?? String(event.reason), "error");
 });
 show();

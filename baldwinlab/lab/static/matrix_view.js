@@ -3,7 +3,7 @@
 import { el } from "./common.js";
 
 // Percentage of color for the largest number, with readable text.
-const MOST = 55;
+const MAX_COLOR_SHARE = 55;
 
 export class MatrixView {
   constructor() {
@@ -12,7 +12,7 @@ export class MatrixView {
     this.value = el("p", { class: "soft" });
     const scrolled = el(
       "div",
-      { class: "matrix-room", tabindex: "0", role: "group", "aria-label": "Matrix" },
+      { class: "matrix-scroll", tabindex: "0", role: "group", "aria-label": "Matrix" },
       this.table,
     );
     this.root = el("div", { class: "view" }, this.heading, this.value, scrolled);
@@ -29,11 +29,13 @@ export class MatrixView {
    */
   setData({ rows, columns, value }, { values }, title) {
     const numbers = [...values].filter((number) => !Number.isNaN(number));
-    const [minimum, maximum] = [Math.min(...numbers), Math.max(...numbers)];
-    const share = (number) =>
-      Number.isNaN(number) ? 0 : maximum > minimum ? (number - minimum) / (maximum - minimum) : 0.5;
-    // The same for all numbers, so that columns are comparable.
-    const digits = numbers.every(Number.isInteger) || maximum >= 100 ? 0 : maximum >= 10 ? 1 : 2;
+    const minimum = Math.min(...numbers);
+    const maximum = Math.max(...numbers);
+    const computeShare = (number) => {
+      if (Number.isNaN(number)) return 0;
+      return maximum > minimum ? (number - minimum) / (maximum - minimum) : 0.5;
+    };
+    const digits = chooseDigits(numbers, maximum);
     const formatted = (number) => (Number.isNaN(number) ? "–" : number.toFixed(digits));
     const cell = (number) =>
       el(
@@ -41,7 +43,7 @@ export class MatrixView {
         {
           style:
             "background: color-mix(in srgb, var(--sky) " +
-            `${Math.round(MOST * share(number))}%, transparent)`,
+            `${Math.round(MAX_COLOR_SHARE * computeShare(number))}%, transparent)`,
         },
         formatted(number),
       );
@@ -72,4 +74,10 @@ export class MatrixView {
   show(generation) {
     this.heading.textContent = `${this.title}, generation ${generation}`;
   }
+}
+
+/** Return the number of decimals of all numbers, which makes columns comparable. */
+function chooseDigits(numbers, maximum) {
+  if (numbers.every(Number.isInteger) || maximum >= 100) return 0;
+  return maximum >= 10 ? 1 : 2;
 }

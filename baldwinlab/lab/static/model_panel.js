@@ -65,7 +65,7 @@ export class ModelPanel extends LifetimeSelector {
   }
 
   /** Return a message if the address names an unknown view or agent, else "". */
-  missingMessage({ look, agent }) {
+  explainMissing({ look, agent }) {
     const { name, agents } = this.condition;
     if (look && look !== this.view.name)
       return (
@@ -101,19 +101,19 @@ export class ModelPanel extends LifetimeSelector {
       this.view.name === ALLELES
         ? `api/alleles?${new URLSearchParams(runQuery)}`
         : `api/view?${new URLSearchParams(viewQuery)}`;
-    if (url === this.asked) return this.header && this.show();
+    if (url === this.requestedUrl) return this.header && this.show();
     this.stop?.abort();
-    Object.assign(this, { asked: url, header: null, stop: new AbortController() });
+    Object.assign(this, { requestedUrl: url, header: null, stop: new AbortController() });
     delete this.root.dataset.ready;
     try {
       this.setData(await getBinary(url, this.stop.signal));
-    } catch (fault) {
-      if (fault.name === "AbortError") return;
+    } catch (error) {
+      if (error.name === "AbortError") return;
       // Allow another attempt.
-      this.asked = null;
+      this.requestedUrl = null;
       // Remove the old view, because the selectors show another source.
       this.drawer?.clear();
-      this.callbacks.failed(fault);
+      this.callbacks.failed(error);
     }
   }
 
@@ -125,7 +125,7 @@ export class ModelPanel extends LifetimeSelector {
       this.body.replaceChildren(this.drawer.root);
     }
     this.header = header;
-    this.drawer.setData(header, arrays, this.title());
+    this.drawer.setData(header, arrays, this.formatTitle());
     this.root.dataset.ready = "";
     this.show();
   }
@@ -136,11 +136,11 @@ export class ModelPanel extends LifetimeSelector {
   }
 
   /** Return the title: view and agent. */
-  title() {
+  formatTitle() {
     const { agent } = this.header;
-    const runQuery =
+    const suffix =
       agent === null ? "" : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
-    return `${this.view.name[0].toUpperCase()}${this.view.name.slice(1)}${runQuery}`;
+    return `${this.view.name[0].toUpperCase()}${this.view.name.slice(1)}${suffix}`;
   }
 
   showViewLists() {

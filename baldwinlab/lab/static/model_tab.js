@@ -1,28 +1,33 @@
 /** The World tab of models without a world: alleles and views of each generation. */
 
-import { el, message } from "./common.js";
+import { el, showMessage } from "./common.js";
 import { handleGenerationKey } from "./keys.js";
 import { ModelPanel } from "./model_panel.js";
-import { nearestLifetime, requireViewable, lifetimeTitle, addTypicalRun } from "./sources.js";
+import {
+  findNearestLifetime,
+  requireViewable,
+  formatLifetimeTitle,
+  addTypicalRun,
+} from "./sources.js";
 import { CURVE, VIEWS } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 
 // Milliseconds that a generation is shown during playback.
-const EVERY = 200;
+const DISPLAY_TIME = 200;
 
 export class ModelTab {
-  /** @param {{studies: object[], worldless: object[]}} there from `loadStudies` */
+  /** @param {{studies: object[], worldless: object[]}} stored from `loadStudies` */
   constructor(root, navigate, guide, { studies, worldless }) {
     Object.assign(this, { root, navigate, guide, studies, worldless, latestRequest: 0, timer: 0 });
     this.panel = new ModelPanel(studies, {
       invalidate: () => requestAnimationFrame(() => this.panel.curve.draw()),
-      chosen: () => this.remember(this.generationPlayer.on),
+      chosen: () => this.remember(this.generationPlayer.isPlaying),
       shown: () => this.shown(),
-      failed: (fault) => this.failed(fault),
+      failed: (error) => this.failed(error),
       playAllClicked: () => this.generationPlayer.toggle(),
       moved: () => this.remember(),
     });
-    const now = () => ({
+    const getGeneration = () => ({
       generation: this.panel.source.generation,
       last: this.panel.condition.generations - 1,
     });
@@ -30,9 +35,9 @@ export class ModelTab {
       Array.from({ length: last + 1 }, (_, generation) => generation);
     this.generationPlayer = new GenerationPlayer(
       {
-        now,
+        now: getGeneration,
         visit: (generation) => this.showGeneration(generation),
-        changed: (on) => this.setPlaying(on),
+        changed: (isPlaying) => this.setPlaying(isPlaying),
       },
       allGenerations,
     );
@@ -63,17 +68,17 @@ export class ModelTab {
     this.startAt = state.step;
     try {
       requireViewable(this, completeState);
-      this.panel.choose(nearestLifetime(this.studies, completeState, true), {
+      this.panel.choose(findNearestLifetime(this.studies, completeState, true), {
         view: state.look,
         agent: state.agent ?? null,
       });
-      const missing = this.panel.missingMessage(state);
+      const missing = this.panel.explainMissing(state);
       if (missing) throw new Error(missing);
-    } catch (fault) {
-      message(fault.message, "error");
+    } catch (error) {
+      showMessage(error.message, "error");
       if (!this.panel.source)
         this.panel.choose(
-          nearestLifetime(this.studies, { study: state.study, condition: state.condition }),
+          findNearestLifetime(this.studies, { study: state.study, condition: state.condition }),
         );
     }
     this.remember();
@@ -102,17 +107,17 @@ export class ModelTab {
     const { source, header, view, drawer } = this.panel;
     if (drawer.player) this.startPlayer(drawer.player);
     this.startAt = undefined;
-    const shown = el("div", {}, el("p", {}, lifetimeTitle(source)), el("p", {}, CURVE));
-    const named = header.meaning
+    const shown = el("div", {}, el("p", {}, formatLifetimeTitle(source)), el("p", {}, CURVE));
+    const meaning = header.meaning
       ? [{ title: view.name[0].toUpperCase() + view.name.slice(1), text: header.meaning }]
       : [];
     this.guide.setTopics([
       { title: "Shown here", text: shown },
       { title: "The model", text: header.description },
-      ...named,
+      ...meaning,
       ...VIEWS[header.kind],
     ]);
-    if (this.generationPlayer.on) this.scheduleNext();
+    if (this.generationPlayer.isPlaying) this.scheduleNext();
   }
 
   /** Go to the step of the address. Without a step, the first lifetime starts to play. */
@@ -122,9 +127,9 @@ export class ModelTab {
     this.watched = true;
   }
 
-  failed(fault) {
+  failed(error) {
     this.generationPlayer.set(false);
-    message(fault.message, "error");
+    showMessage(error.message, "error");
   }
 
   redraw() {
@@ -133,8 +138,8 @@ export class ModelTab {
   }
 
   /** Move by some generations. Negative numbers move back. */
-  changeGeneration(by) {
-    this.panel.goTo(this.panel.source.generation + by);
+  changeGeneration(offset) {
+    this.panel.goTo(this.panel.source.generation + offset);
   }
 
   showGeneration(generation) {
@@ -144,12 +149,12 @@ export class ModelTab {
 
   scheduleNext() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.generationPlayer.next(), EVERY);
+    this.timer = setTimeout(() => this.generationPlayer.next(), DISPLAY_TIME);
   }
 
-  setPlaying(on) {
+  setPlaying(isPlaying) {
     clearTimeout(this.timer);
-    this.panel.playButton.setAttribute("aria-pressed", on);
+    this.panel.playButton.setAttribute("aria-pressed", isPlaying);
   }
 
   close() {

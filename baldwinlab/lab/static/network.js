@@ -2,7 +2,7 @@
 
 import { FONT, palette } from "./palette.js";
 
-const WORDS = `11px ${FONT}`;
+const LABEL_FONT = `11px ${FONT}`;
 
 /**
  * Draw a network into a box, in CSS pixels.
@@ -18,24 +18,25 @@ export function drawNetwork(pen, box, net) {
     0,
     net.sizes[0],
   );
-  const positions = unitPlaces(net.sizes, box, labelWidths(pen, names, net.actions));
+  const positions = placeUnits(net.sizes, box, measureLabels(pen, names, net.actions));
   if (net.weights) drawWeights(pen, positions, net);
   drawMemory(pen, positions.flat(), net.memory);
   drawUnits(pen, positions, net);
-  label(pen, positions[0], names, "right", -11);
-  label(pen, positions.at(-1), net.actions, "left", 11);
+  drawLabels(pen, positions[0], names, "right", -11);
+  drawLabels(pen, positions.at(-1), net.actions, "left", 11);
 }
 
 /** Return the widths of the labels of the first and the last layer. */
-function labelWidths(pen, names, actions) {
-  pen.font = WORDS;
+function measureLabels(pen, names, actions) {
+  pen.font = LABEL_FONT;
   return [names, actions].map(
     (texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)),
   );
 }
 
-function unitPlaces(sizes, { left, top, width, height }, [leftWidth, rightWidth]) {
-  const [inner, innerWidth] = [left + leftWidth, width - leftWidth - rightWidth];
+function placeUnits(sizes, { left, top, width, height }, [leftWidth, rightWidth]) {
+  const inner = left + leftWidth;
+  const innerWidth = width - leftWidth - rightWidth;
   return sizes.map((count, layer) => {
     const x = inner + (innerWidth * layer) / (sizes.length - 1);
     const spacing = Math.min(height / count, count <= 4 ? 30 : 14.5);
@@ -49,7 +50,8 @@ function unitPlaces(sizes, { left, top, width, height }, [leftWidth, rightWidth]
 function drawWeights(pen, positions, { sizes, biases, weights }) {
   // Of a large network, only the first links are drawn.
   const mostLines = 800;
-  let [at, lines] = [0, 0];
+  let index = 0;
+  let lines = 0;
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
     for (let from = 0; from < sizes[layer]; from++) {
       for (let to = 0; to < sizes[layer + 1] && lines < mostLines; to++, lines++) {
@@ -57,11 +59,11 @@ function drawWeights(pen, positions, { sizes, biases, weights }) {
           pen,
           positions[layer][from],
           positions[layer + 1][to],
-          weights[at + from * sizes[layer + 1] + to],
+          weights[index + from * sizes[layer + 1] + to],
         );
       }
     }
-    at += (sizes[layer] + Number(biases)) * sizes[layer + 1];
+    index += (sizes[layer] + Number(biases)) * sizes[layer + 1];
   }
 }
 
@@ -94,32 +96,33 @@ function drawMemory(pen, positions, memory) {
 function drawUnits(pen, positions, { activations, action }) {
   let unit = 0;
   positions.forEach((layer, number) => {
-    const radius =
-      layer.length > 12 ? 3.5 : number === 0 || number === positions.length - 1 ? 7 : 4.8;
-    layer.forEach((position, at) => {
+    const isEnd = number === 0 || number === positions.length - 1;
+    const endRadius = isEnd ? 7 : 4.8;
+    const radius = layer.length > 12 ? 3.5 : endRadius;
+    layer.forEach((position, index) => {
       drawUnit(
         pen,
         position,
         radius,
         activations[unit++],
         number === 0,
-        number === positions.length - 1 && at === action,
+        number === positions.length - 1 && index === action,
       );
     });
   });
 }
 
-function drawUnit(pen, [x, y], radius, active, senses, chosen) {
+function drawUnit(pen, [x, y], radius, activation, isInput, isChosen) {
   pen.beginPath();
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.fillStyle = palette.map;
   pen.fill();
-  pen.fillStyle = senses ? palette.lit : palette.agent;
-  pen.globalAlpha = Math.min(1, Math.max(0, active));
+  pen.fillStyle = isInput ? palette.lit : palette.agent;
+  pen.globalAlpha = Math.min(1, Math.max(0, activation));
   pen.fill();
   pen.globalAlpha = 1;
-  pen.lineWidth = chosen ? 2.5 : 1.2;
-  pen.strokeStyle = chosen ? palette.text : palette.soft;
+  pen.lineWidth = isChosen ? 2.5 : 1.2;
+  pen.strokeStyle = isChosen ? palette.text : palette.soft;
   pen.stroke();
 }
 
@@ -134,15 +137,17 @@ export function drawGraph(pen, box, net) {
   );
   const outputs = net.activations.length - net.actions.length;
   const inputs = [...net.inputs.keys(), -1];
-  const columns = byDepth(links, inputs, outputs, net.activations.length);
+  const columns = groupByDepth(links, inputs, outputs, net.activations.length);
   const names = [...net.inputs, "bias"];
-  const positions = unitPlaces(
+  const positions = placeUnits(
     columns.map((column) => column.length),
     box,
-    labelWidths(pen, names, net.actions),
+    measureLabels(pen, names, net.actions),
   );
   const positionOf = new Map(
-    columns.flatMap((column, depth) => column.map((unit, at) => [unit, positions[depth][at]])),
+    columns.flatMap((column, depth) =>
+      column.map((unit, index) => [unit, positions[depth][index]]),
+    ),
   );
   for (const [from, to, weight] of links)
     drawLink(pen, positionOf.get(from), positionOf.get(to), weight);
@@ -157,12 +162,12 @@ export function drawGraph(pen, box, net) {
       unit - outputs === net.action,
     );
   }
-  label(pen, positions[0], names, "right", -11);
-  label(pen, positions.at(-1), net.actions, "left", 11);
+  drawLabels(pen, positions[0], names, "right", -11);
+  drawLabels(pen, positions.at(-1), net.actions, "left", 11);
 }
 
 /** Return the units in columns: inputs first, outputs last, each after its sources. */
-function byDepth(links, inputs, firstOutput, units) {
+function groupByDepth(links, inputs, firstOutput, units) {
   const depths = new Map(inputs.map((unit) => [unit, 0]));
   for (const unit of links.flatMap(([from, to]) => [from, to]))
     if (!depths.has(unit)) depths.set(unit, 1);
@@ -182,7 +187,7 @@ function byDepth(links, inputs, firstOutput, units) {
 }
 
 /** Return the first of the largest outputs. */
-export function largestOutput(activations, outputs) {
+export function findLargestOutput(activations, outputs) {
   const first = activations.length - outputs;
   let best = 0;
   for (let output = 1; output < outputs; output++)
@@ -190,9 +195,9 @@ export function largestOutput(activations, outputs) {
   return best;
 }
 
-function label(pen, layer, texts, align, offset) {
+function drawLabels(pen, layer, texts, align, offset) {
   pen.fillStyle = palette.soft;
-  pen.font = WORDS;
+  pen.font = LABEL_FONT;
   pen.textAlign = align;
   pen.textBaseline = "middle";
   layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + offset, y));

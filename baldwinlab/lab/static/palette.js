@@ -28,6 +28,6 @@ export function resolveColor(color) {
 }
 
 /** Return a color for CSS, which follows the light or dark scheme. */
-export function cssColor(color) {
+export function formatColor(color) {
   return color.startsWith("#") ? color : `var(--${color})`;
 }

@@ -3,8 +3,8 @@
  * birth.
  */
 
-import { lineChart } from "./charts.js";
-import { el, format } from "./common.js";
+import { createLineChart } from "./charts.js";
+import { el, formatNumber } from "./common.js";
 
 export class PathView {
   constructor() {
@@ -30,8 +30,8 @@ export class PathView {
     }));
     this.close();
     this.title = title;
-    if (length === 1) return this.plot.append(...birthValues(names, step, value, lines));
-    this.chart = lineChart(this.plot, {
+    if (length === 1) return this.plot.append(...listBirthValues(names, step, value, lines));
+    this.chart = createLineChart(this.plot, {
       title: value,
       x: Array.from({ length }, (_, index) => index),
       xLabel: step,
@@ -52,8 +52,8 @@ export class PathView {
   }
 }
 
-function birthValues(names, step, value, lines) {
-  const numbers = names.map((name, line) => el("li", {}, `${name}: ${format(lines[line])}`));
+function listBirthValues(names, step, value, lines) {
+  const numbers = names.map((name, line) => el("li", {}, `${name}: ${formatNumber(lines[line])}`));
   return [
     el(
       "p",

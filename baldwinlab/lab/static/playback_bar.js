@@ -1,11 +1,11 @@
 /** The bar below the worlds: playback, display options and help. */
 
-import { el, icon } from "./common.js";
-import { keyboardDialog } from "./keys.js";
+import { el, createIcon } from "./common.js";
+import { createKeyboardDialog } from "./keys.js";
 import { Legend } from "./legend.js";
 import { SPEEDS } from "./player.js";
 
-const PATHS = {
+const ICONS = {
   play: "M6 4l10 6-10 6z",
   pause: "M7 4v12M13 4v12",
   back: "M12 5l-6 5 6 5zM15 5v10",
@@ -13,7 +13,7 @@ const PATHS = {
   mealBefore: "M8 5l-5 5 5 5M12 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
   mealAfter: "M12 5l5 5-5 5M3.6 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
   fit: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
-  beside: "M3 4h6v12H3zM11 4h6v12h-6z",
+  compare: "M3 4h6v12H3zM11 4h6v12h-6z",
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
   agents: "M7 5h10M7 10h10M7 15h10M3 5h.01M3 10h.01M3 15h.01",
 };
@@ -24,60 +24,69 @@ export class PlaybackBar {
    * @param {import("./player.js").Player} player
    * @param {import("./timeline.js").Timeline} timeline
    * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void,
-   *   toggleComparison: () => void, fit: () => void, meal: (way: number) => void}} callbacks
+   *   toggleComparison: () => void, fit: () => void, goToMeal: (direction: number) => void}}
+   *   callbacks
    */
   constructor(player, timeline, callbacks) {
     this.player = player;
-    this.play = button("play", "Play (space)", () => player.toggle(), "primary round");
+    this.play = createButton("play", "Play (space)", () => player.toggle(), "primary round");
     const setSpeed = () => player.setSpeed(this.speed.value);
-    this.speed = list(
+    this.speed = createList(
       "speed",
       "Speed",
       Object.fromEntries(SPEEDS.map((speed) => [speed, `${speed}×`])),
       setSpeed,
     );
     this.clock = el("span", { class: "clock number", "data-testid": "step" });
-    this.trails = list("trails", "Trails", TRAILS, () =>
+    this.trails = createList("trails", "Trails", TRAILS, () =>
       callbacks.set({ trails: this.trails.value }),
     );
     const toggleSight = () => callbacks.set({ sight: this.sight.checked });
     this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: toggleSight });
-    const compare = {
+    const compareAttributes = {
       type: "button",
       "data-testid": "compare",
       title: "Compare two lifetimes step by step (c)",
     };
-    this.beside = el(
+    this.compare = el(
       "button",
-      { ...compare, onclick: callbacks.toggleComparison },
-      icon(PATHS.beside),
+      { ...compareAttributes, onclick: callbacks.toggleComparison },
+      createIcon(ICONS.compare),
       el("span", { class: "wide" }, "Compare"),
     );
-    this.agents = button(
+    this.agents = createButton(
       "agents",
       "All agents (a)",
       () => callbacks.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }),
       "quiet square lister",
     );
     this.legend = new Legend();
-    this.help = keyboardDialog();
+    this.help = createKeyboardDialog();
     this.root = el(
       "div",
       { class: "transport" },
       timeline.root,
-      this.controls(callbacks),
+      this.createControls(callbacks),
       this.help,
     );
   }
 
-  controls({ fit, meal }) {
+  createControls({ fit, goToMeal }) {
     const { player } = this;
-    const back = button("back", "One step back (←)", () => player.step(-1), "quiet square stepper");
-    const on = button("on", "One step forward (→)", () => player.step(1), "quiet square stepper");
-    const [previousMeal, nextMeal] = [
-      button("mealBefore", "Previous meal (p)", () => meal(-1)),
-      button("mealAfter", "Next meal (n)", () => meal(1)),
-    ];
+    const back = createButton(
+      "back",
+      "One step back (←)",
+      () => player.step(-1),
+      "quiet square stepper",
+    );
+    const forward = createButton(
+      "on",
+      "One step forward (→)",
+      () => player.step(1),
+      "quiet square stepper",
+    );
+    const previousMeal = createButton("mealBefore", "Previous meal (p)", () => goToMeal(-1));
+    const nextMeal = createButton("mealAfter", "Next meal (n)", () => goToMeal(1));
     return el(
       "div",
       { class: "controls" },
@@ -87,7 +96,7 @@ export class PlaybackBar {
         previousMeal,
         back,
         this.play,
-        on,
+        forward,
         nextMeal,
         this.speed,
         this.clock,
@@ -98,17 +107,17 @@ export class PlaybackBar {
         { class: "row options" },
         this.trails,
         el("label", { class: "inline" }, this.sight, "sight"),
-        this.beside,
+        this.compare,
         this.agents,
-        button("fit", "Show the whole map (0)", fit),
-        button("keys", "Keyboard shortcuts", () => this.help.showModal()),
+        createButton("fit", "Show the whole map (0)", fit),
+        createButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
       ),
     );
   }
 
   showTime() {
     const { playing, speed } = this.player;
-    this.play.replaceChildren(icon(PATHS[playing ? "pause" : "play"]));
+    this.play.replaceChildren(createIcon(ICONS[playing ? "pause" : "play"]));
     this.play.setAttribute("aria-label", playing ? "Pause (space)" : "Play (space)");
     this.play.dataset.playing = playing;
     this.speed.value = String(speed);
@@ -119,15 +128,15 @@ export class PlaybackBar {
     if (this.clock.textContent !== text) this.clock.textContent = text;
   }
 
-  showOptions({ trails, sight, beside, listing }) {
+  showOptions({ trails, sight, isComparing, listing }) {
     this.trails.value = trails;
     this.agents.setAttribute("aria-pressed", listing);
     this.sight.checked = sight;
-    this.beside.setAttribute("aria-pressed", beside);
+    this.compare.setAttribute("aria-pressed", isComparing);
   }
 }
 
-function button(name, label, action, kind = "quiet square") {
+function createButton(name, label, action, kind = "quiet square") {
   return el(
     "button",
     {
@@ -138,11 +147,11 @@ function button(name, label, action, kind = "quiet square") {
       "data-testid": name,
       onclick: action,
     },
-    icon(PATHS[name]),
+    createIcon(ICONS[name]),
   );
 }
 
-function list(name, label, options, changed) {
+function createList(name, label, options, changed) {
   const entries = Object.entries(options).map(([value, text]) => el("option", { value }, text));
   return el("select", { "aria-label": label, "data-testid": name, onchange: changed }, entries);
 }

@@ -2,19 +2,21 @@
 
 export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 // At speed 1.
-const STEPS_A_SECOND = 10;
+const STEPS_PER_SECOND = 10;
 // Minimum duration of a lifetime at its default speed, in seconds.
-const WHOLE_LIFE = 6;
+const MIN_DURATION = 6;
 
 /** Return the default speed for a lifetime with this number of steps. */
-export function defaultSpeed(steps) {
-  return SPEEDS.findLast((speed) => steps / (speed * STEPS_A_SECOND) >= WHOLE_LIFE) ?? SPEEDS[0];
+export function chooseSpeed(steps) {
+  return (
+    SPEEDS.findLast((speed) => steps / (speed * STEPS_PER_SECOND) >= MIN_DURATION) ?? SPEEDS[0]
+  );
 }
 
 export class Player {
   /**
-   * @param {(time: number) => boolean} show draws a moment; returns false if it is not loaded, so
-   *   time waits
+   * @param {(time: number) => boolean} show draws a moment. It returns false if the moment is not
+   *   loaded; the time then waits.
    */
   constructor(show) {
     this.show = show;
@@ -27,24 +29,24 @@ export class Player {
     this.changed = () => {};
     // Called after the last step.
     this.ended = () => {};
-    this.asked = 0;
-    this.before = 0;
+    this.frameRequest = 0;
+    this.lastFrame = 0;
   }
 
   /** Draw in the next frame. */
   invalidate() {
-    this.asked ||= requestAnimationFrame((now) => this.frame(now));
+    this.frameRequest ||= requestAnimationFrame((now) => this.drawFrame(now));
   }
 
-  frame(now) {
-    this.asked = 0;
+  drawFrame(now) {
+    this.frameRequest = 0;
     // A page that was hidden does not jump ahead.
-    const elapsed = this.before ? Math.min(now - this.before, 100) : 0;
-    this.before = this.playing ? now : 0;
+    const elapsed = this.lastFrame ? Math.min(now - this.lastFrame, 100) : 0;
+    this.lastFrame = this.playing ? now : 0;
     const isLoaded = this.show(this.time);
     if (!this.playing) return;
     if (isLoaded) {
-      this.time = Math.min(this.time + (elapsed / 1000) * this.speed * STEPS_A_SECOND, this.last);
+      this.time = Math.min(this.time + (elapsed / 1000) * this.speed * STEPS_PER_SECOND, this.last);
       if (this.time >= this.last) {
         this.show(this.time);
         this.pause();
@@ -64,7 +66,7 @@ export class Player {
     if (this.playing) return;
     if (this.time >= this.last) this.time = 0;
     this.playing = true;
-    this.before = 0;
+    this.lastFrame = 0;
     this.changed();
     this.invalidate();
   }
@@ -90,9 +92,9 @@ export class Player {
   }
 
   /** Pause, and move by some steps. */
-  step(by) {
+  step(offset) {
     this.pause();
-    this.seek(Math.floor(this.time) + by);
+    this.seek(Math.floor(this.time) + offset);
   }
 
   setSpeed(speed) {
@@ -101,13 +103,13 @@ export class Player {
   }
 
   /** Select the next higher or lower speed. */
-  changeSpeed(by) {
-    const at = SPEEDS.indexOf(this.speed) + by;
-    this.setSpeed(SPEEDS[Math.min(Math.max(0, at), SPEEDS.length - 1)]);
+  changeSpeed(offset) {
+    const index = SPEEDS.indexOf(this.speed) + offset;
+    this.setSpeed(SPEEDS[Math.min(Math.max(0, index), SPEEDS.length - 1)]);
   }
 
   close() {
-    cancelAnimationFrame(this.asked);
+    cancelAnimationFrame(this.frameRequest);
     this.playing = false;
   }
 }

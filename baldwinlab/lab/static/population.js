@@ -3,9 +3,9 @@
 import { el } from "./common.js";
 
 // Maximum number of listed agents.
-const SHOWN = 40;
+const MAX_LISTED = 40;
 // Milliseconds between two updates.
-const EVERY = 120;
+const UPDATE_INTERVAL = 120;
 
 export class Population {
   /** @param {(agent: number) => void} pick */
@@ -30,16 +30,16 @@ export class Population {
     if (
       !this.root.clientWidth ||
       (recording === this.recording &&
-        (step === this.step || (playing && now - this.drawn < EVERY)))
+        (step === this.step || (playing && now - this.drawn < UPDATE_INTERVAL)))
     )
       return;
     if (recording !== this.recording) this.buildLines(recording, totals);
     Object.assign(this, { recording, step, drawn: now });
     this.lines.forEach(({ agent, bar, number, line }) => {
-      const eaten = recording.eatenBefore(step + 1, agent);
+      const eaten = recording.countEaten(step + 1, agent);
       if (number.textContent === String(eaten)) return;
       number.textContent = eaten;
-      line.setAttribute("aria-label", agentLabel(agent, eaten));
+      line.setAttribute("aria-label", formatAgent(agent, eaten));
       bar.style.transform = `scaleX(${eaten / this.best})`;
       line.classList.toggle("fed", eaten > 0);
     });
@@ -50,19 +50,20 @@ export class Population {
     this.best = Math.max(1, ...[...lifetimeTotals]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
     const shown =
-      agents.length <= SHOWN
+      agents.length <= MAX_LISTED
         ? agents
         : agents
             .sort((first, second) => lifetimeTotals[second] - lifetimeTotals[first])
-            .slice(0, SHOWN);
+            .slice(0, MAX_LISTED);
     this.facts.textContent =
-      agents.length <= SHOWN
+      agents.length <= MAX_LISTED
         ? "Items eaten so far. Click an agent to inspect it."
-        : `The ${SHOWN} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
+        : `The ${MAX_LISTED} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
     this.lines = shown.map((agent) => {
-      const [bar, number] = [el("i", {}), el("b", { class: "number" })];
+      const bar = el("i", {});
+      const number = el("b", { class: "number" });
       const attributes = {
-        "aria-label": agentLabel(agent, 0),
+        "aria-label": formatAgent(agent, 0),
         "data-testid": `agent-${agent}`,
         onclick: () => this.pick(agent),
       };
@@ -84,6 +85,6 @@ export class Population {
 }
 
 /** Return a label such as: agent 3, 12 items eaten. */
-export function agentLabel(agent, eaten) {
+export function formatAgent(agent, eaten) {
   return `agent ${agent}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
 }

@@ -1,10 +1,11 @@
 /** Reaction norms: fitness of the last generation when one setting differs from evolution. */
 
-import { lineChart, seriesStyle } from "./charts.js";
+import { selectSeriesStyle } from "./chart_series.js";
+import { createLineChart } from "./charts.js";
 import { el } from "./common.js";
-import { chartDownloads } from "./downloads.js";
+import { createChartDownloads } from "./downloads.js";
 
-const WORDS =
+const EXPLANATION =
   "Each curve shows the fitness of the last generation when one setting differs from its " +
   "value during evolution. Parentheses mark the value during evolution. Lines are " +
   "medians over runs. Bands are 95 % intervals, shown for six runs or more.";
@@ -18,20 +19,21 @@ const WORDS =
  * @param {(patch: Object<string, any>) => void} choose
  * @returns {{section: HTMLElement, destroy: () => void}}
  */
-export function reactionNorms(response, study, groups, field, choose) {
+export function createReactionNorms(response, study, groups, field, choose) {
   const section = el(
     "section",
     { class: "card", "data-testid": "reaction" },
     el("h2", {}, "Reaction norms"),
   );
-  let [charts, isDestroyed] = [[], false];
-  const fill = (answer) => {
+  let charts = [];
+  let isDestroyed = false;
+  const fill = (response) => {
     if (!isDestroyed)
-      charts = answer.panels.length
-        ? showCharts(section, answer, groups, field, choose)
+      charts = response.panels.length
+        ? showCharts(section, response, groups, field, choose)
         : showMissing(section, study);
   };
-  response.then(fill).catch((fault) => section.append(el("p", { class: "soft" }, fault.message)));
+  response.then(fill).catch((error) => section.append(el("p", { class: "soft" }, error.message)));
   return {
     section,
     destroy() {
@@ -74,7 +76,7 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
     .filter((panel) => panel.field === chosen)
     .map((panel) => [panel, el("div")]);
   section.append(
-    el("p", { class: "soft" }, WORDS),
+    el("p", { class: "soft" }, EXPLANATION),
     el(
       "label",
       { class: "field norm-field" },
@@ -91,11 +93,19 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
       ...containers.map(([, container]) => container),
     ),
   );
-  return containers.map(([panel, container]) => norms(container, panel, unit, conditions, groups));
+  return containers.map(([panel, container]) =>
+    createChart(container, panel, unit, conditions, groups),
+  );
 }
 
 /** Draw the curves of one changed setting on one map. */
-function norms(container, { field, name, map, values, evolved, norms }, unit, conditions, groups) {
+function createChart(
+  container,
+  { field, name, map, values, evolved, norms },
+  unit,
+  conditions,
+  groups,
+) {
   const root = el("div");
   const series = Object.entries(norms)
     .filter(([condition]) => conditions.has(condition))
@@ -105,13 +115,13 @@ function norms(container, { field, name, map, values, evolved, norms }, unit, co
   );
   series.forEach(
     (line, number) =>
-      Object.assign(line, seriesStyle(indices.includes(-1) ? number : indices[number])),
+      Object.assign(line, selectSeriesStyle(indices.includes(-1) ? number : indices[number])),
     // Use the style of the curves above, if each condition has one.
   );
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
-  const chart = lineChart(root, {
+  const chart = createLineChart(root, {
     title: map ? `Evolved on map ${map}: fitness by ${name}` : `Fitness by ${name}`,
-    x: values.map((_, at) => at),
+    x: values.map((_, index) => index),
     names,
     xLabel: name,
     yLabel: unit,
@@ -120,17 +130,17 @@ function norms(container, { field, name, map, values, evolved, norms }, unit, co
   });
   const rows = () =>
     series.flatMap((line) =>
-      values.map((value, at) => ({
+      values.map((value, index) => ({
         condition: line.label,
         value,
-        median: line.values[at],
-        low: line.low[at],
-        high: line.high[at],
+        median: line.values[index],
+        low: line.low[index],
+        high: line.high[index],
       })),
     );
   container.append(
     root,
-    chartDownloads(
+    createChartDownloads(
       `reaction-${field}${map && `-${map}`}`,
       ["condition", "value", "median", "low", "high"],
       rows,

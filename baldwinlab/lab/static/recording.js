@@ -1,7 +1,7 @@
 /** The recording of a lifetime, and a lifetime that loads its parts. Needs no page. */
 
 // Item moves between two stored states of all items.
-const KEYFRAME_EVERY = 256;
+const KEYFRAME_INTERVAL = 256;
 // Maximum number of loaded parts of a long lifetime.
 const MAX_PARTS = 4;
 
@@ -31,24 +31,24 @@ export class Recording {
     // Number of moves that `positions` contains.
     this.movesApplied = 0;
     this.keyframes = [{ x: arrays.item_x, y: arrays.item_y }];
-    this.meals = mealsOf(this);
+    this.meals = countMeals(this);
   }
 
   /** Return the positions of items at a step, {x, y}. The arrays are reused by the next call. */
-  itemsAt(step) {
+  findItems(step) {
     const moveCount = countMovesUntil(this.arrays.move_step, step);
-    const keyframe = Math.min(Math.floor(moveCount / KEYFRAME_EVERY), this.keyframes.length - 1);
-    if (moveCount < this.movesApplied || this.movesApplied < keyframe * KEYFRAME_EVERY) {
+    const keyframe = Math.min(Math.floor(moveCount / KEYFRAME_INTERVAL), this.keyframes.length - 1);
+    if (moveCount < this.movesApplied || this.movesApplied < keyframe * KEYFRAME_INTERVAL) {
       this.positions.x.set(this.keyframes[keyframe].x);
       this.positions.y.set(this.keyframes[keyframe].y);
-      this.movesApplied = keyframe * KEYFRAME_EVERY;
+      this.movesApplied = keyframe * KEYFRAME_INTERVAL;
     }
     const { move_item, move_x, move_y } = this.arrays;
     while (this.movesApplied < moveCount) {
       this.positions.x[move_item[this.movesApplied]] = move_x[this.movesApplied];
       this.positions.y[move_item[this.movesApplied]] = move_y[this.movesApplied];
       this.movesApplied += 1;
-      if (this.movesApplied === this.keyframes.length * KEYFRAME_EVERY) {
+      if (this.movesApplied === this.keyframes.length * KEYFRAME_INTERVAL) {
         this.keyframes.push({ x: this.positions.x.slice(), y: this.positions.y.slice() });
       }
     }
@@ -58,7 +58,7 @@ export class Recording {
   /**
    * Return an input of an agent at a step: 0 or 1, or a number between them if it is real-valued.
    */
-  sensed(step, agent, input) {
+  readInput(step, agent, input) {
     const row = (step - this.first) * this.agents + agent;
     if (this.numbers) return this.arrays.sensor[row * this.inputs.length + input];
     return (this.arrays.sensor[row * this.inputBytes + (input >> 3)] >> (input & 7)) & 1;
@@ -68,40 +68,43 @@ export class Recording {
    * Return the names of the active inputs of an agent at a step, with values if they are
    * real-valued.
    */
-  senses(step, agent) {
+  listActiveInputs(step, agent) {
     const values = this.inputs.map(({ name, isContinuous }, input) => ({
       name,
       isContinuous,
-      value: this.sensed(step, agent, input),
+      value: this.readInput(step, agent, input),
     }));
     return values
       .filter(({ value }) => value > 0)
-      .map(({ name, isContinuous, value }) => (isContinuous ? `${name} ${value.toFixed(2)}` : name));
+      .map(({ name, isContinuous, value }) =>
+        isContinuous ? `${name} ${value.toFixed(2)}` : name,
+      );
   }
 
   /** Return the agent that another agent learns from in a step, or null. */
-  learnsFrom(step, agent) {
+  findTeacher(step, agent) {
     const teacher = this.arrays.teacher?.[(step - this.first) * this.agents + agent] ?? agent;
     return teacher === agent ? null : teacher;
   }
 
   /** Return whether an agent eats in a step, or any agent if it is null. */
-  eats(step, agent) {
+  hasMeal(step, agent) {
     if (agent === null) return this.meals[step - this.first] > 0;
-    return step > this.first && this.eatenBefore(step + 1, agent) > this.eatenBefore(step, agent);
+    return step > this.first && this.countEaten(step + 1, agent) > this.countEaten(step, agent);
   }
 
   /** Return the number of items that an agent has eaten before a step. */
-  eatenBefore(step, agent) {
+  countEaten(step, agent) {
     const row = Math.min(step, this.last) - this.first - 1;
     return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
   }
 
   /** Return the text about items eaten before a step, and the number of agents that ate. */
-  eaten(step) {
-    let [items, eaters] = [0, 0];
+  describeEaten(step) {
+    let items = 0;
+    let eaters = 0;
     for (let agent = 0; agent < this.agents; agent++) {
-      const eaten = this.eatenBefore(step, agent);
+      const eaten = this.countEaten(step, agent);
       items += eaten;
       if (eaten) eaters += 1;
     }
@@ -111,7 +114,8 @@ export class Recording {
 
 /** Return the number of moves at or before a step. `move_step` is sorted. */
 function countMovesUntil(moveStep, step) {
-  let [low, high] = [0, moveStep.length];
+  let low = 0;
+  let high = moveStep.length;
   while (low < high) {
     const middle = (low + high) >> 1;
     if (moveStep[middle] <= step) low = middle + 1;
@@ -121,12 +125,12 @@ function countMovesUntil(moveStep, step) {
 }
 
 /** Return the number of items that all agents eat in each step. */
-function mealsOf({ agents, first, arrays: { eaten_in_life: eaten } }) {
+function countMeals({ agents, first, arrays: { eaten_in_life: eaten } }) {
   const meals = new Uint16Array(eaten.length / agents);
   let previous = null;
   for (let row = 0; row < meals.length; row++) {
     let sum = 0;
-    for (let at = row * agents; at < (row + 1) * agents; at++) sum += eaten[at];
+    for (let index = row * agents; index < (row + 1) * agents; index++) sum += eaten[index];
     // The items eaten before the first step of a part are unknown.
     meals[row] = sum - (previous ?? (first ? sum : 0));
     previous = sum;
@@ -150,44 +154,44 @@ export class Lifetime {
     this.length = 0;
     this.loadingPart = null;
     this.stop = new AbortController();
-    this.fetch(0);
+    this.loadPart(0);
   }
 
   /**
    * Return the part that contains a step, or null while it loads. The next part is loaded in
    * advance.
    */
-  at(step) {
+  findPart(step) {
     if (!this.length) return null;
     const number = Math.floor(step / this.length);
     const part = this.parts.get(number);
     if (!part) {
-      this.fetch(number);
+      this.loadPart(number);
       return null;
     }
     if (this.parts.size > 1) {
       this.parts.delete(number);
       this.parts.set(number, part);
     }
-    if (part.last < part.steps && step - part.first > this.length / 2) this.fetch(number + 1);
+    if (part.last < part.steps && step - part.first > this.length / 2) this.loadPart(number + 1);
     return part;
   }
 
   /**
-   * Return the nearest step with a meal after (`way` 1) or before (-1) a step, or null.
+   * Return the nearest step with a meal after (`direction` 1) or before (-1) a step, or null.
    *
    * If the agent is null, a meal of any agent counts. Only loaded parts are searched.
    */
-  meal(step, direction, agent) {
-    for (let at = step + direction; at >= 0 && at < this.steps; at += direction) {
-      const part = this.parts.get(Math.floor(at / this.length));
+  findMeal(step, direction, agent) {
+    for (let index = step + direction; index >= 0 && index < this.steps; index += direction) {
+      const part = this.parts.get(Math.floor(index / this.length));
       if (!part) return null;
-      if (part.eats(at, agent)) return at;
+      if (part.hasMeal(index, agent)) return index;
     }
     return null;
   }
 
-  async fetch(number) {
+  async loadPart(number) {
     if (this.loadingPart !== null || this.parts.has(number) || this.failedOnce) return;
     this.loadingPart = number;
     try {
@@ -199,10 +203,10 @@ export class Lifetime {
       this.header = recording.header;
       this.parts.set(number, recording);
       if (this.parts.size > MAX_PARTS) this.parts.delete(this.parts.keys().next().value);
-    } catch (fault) {
-      if (fault.name === "AbortError") return;
+    } catch (error) {
+      if (error.name === "AbortError") return;
       this.failedOnce = true;
-      this.failed(fault);
+      this.failed(error);
     } finally {
       this.loadingPart = null;
     }

@@ -1,11 +1,11 @@
 /** The replay page: a file with all its modules (downloads.py). It makes no requests. */
 
-import { el, format, inflate, unpack } from "./common.js";
+import { el, formatNumber, inflate, unpack } from "./common.js";
 import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
 import { TimeBar } from "./time_bar.js";
-import { WorldFigure, completeLifetime } from "./world_figure.js";
+import { WorldFigure, createLifetime } from "./world_figure.js";
 
 /**
  * @param {HTMLElement} root is emptied and filled
@@ -15,7 +15,7 @@ import { WorldFigure, completeLifetime } from "./world_figure.js";
 export async function play(root, replay) {
   const lives = await Promise.all(
     replay.panels.map(async ({ recording }) =>
-      completeLifetime(new Recording(unpack(await inflate(recording)))),
+      createLifetime(new Recording(unpack(await inflate(recording)))),
     ),
   );
   const player = new Player((time) => {
@@ -28,7 +28,7 @@ export async function play(root, replay) {
     if (ready.includes(false)) player.invalidate();
     return true;
   });
-  player.last = Math.max(...lives.map((life) => life.at(0).last)) - 1;
+  player.last = Math.max(...lives.map((life) => life.findPart(0).last)) - 1;
   const bar = new TimeBar(player, "replay");
   player.changed = () => bar.showTime();
   const figures = replay.panels.map(
@@ -40,7 +40,7 @@ export async function play(root, replay) {
   const legend = new Legend();
   legend.show(lives.map(({ header }) => header.appearance));
   const panels = replay.panels.map((panel, index) =>
-    panelFigure(panel, lives[index], figures[index]),
+    createPanel(panel, lives[index], figures[index]),
   );
   const heading = el("h1", { class: "visually-hidden" }, "Replay of a lifetime");
   root.replaceChildren(
@@ -48,7 +48,7 @@ export async function play(root, replay) {
     el("div", { class: "replay-panels" }, ...panels),
     bar.root,
     legend.root,
-    aboutSection(replay),
+    createAboutSection(replay),
   );
   figures.forEach((figure, index) => figure.show(lives[index]));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
@@ -56,8 +56,9 @@ export async function play(root, replay) {
   player.seek(replay.step);
 }
 
-function panelFigure({ title }, { header }, { stage, foot, facts }) {
-  const aboutSection = `seed ${header.seed}, ${format(header.agents)} agents, ${items(header)}`;
+function createPanel({ title }, { header }, { stage, foot, facts }) {
+  const agents = `${formatNumber(header.agents)} agents`;
+  const text = `seed ${header.seed}, ${agents}, ${describeItems(header)}`;
   const part =
     header.last - header.first < header.steps
       ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}`
@@ -65,12 +66,7 @@ function panelFigure({ title }, { header }, { stage, foot, facts }) {
   return el(
     "figure",
     {},
-    el(
-      "figcaption",
-      {},
-      el("strong", {}, title),
-      el("span", { class: "soft" }, aboutSection + part),
-    ),
+    el("figcaption", {}, el("strong", {}, title), el("span", { class: "soft" }, text + part)),
     stage,
     foot,
     facts,
@@ -78,11 +74,13 @@ function panelFigure({ title }, { header }, { stage, foot, facts }) {
 }
 
 /** Return a text such as: 50 items of food. */
-function items({ appearance: { item_kinds } }) {
-  return item_kinds.map(({ name, number }) => `${format(number)} items of ${name}`).join(", ");
+function describeItems({ appearance: { item_kinds } }) {
+  return item_kinds
+    .map(({ name, number }) => `${formatNumber(number)} items of ${name}`)
+    .join(", ");
 }
 
-function aboutSection({ version, panels }) {
+function createAboutSection({ version, panels }) {
   const parts = panels.flatMap(({ title, experiment, commands }) => [
     el("h2", {}, title),
     experiment && el("p", {}, "Save this text as ", el("code", {}, "experiment.toml"), ":"),

@@ -20,8 +20,8 @@ export class Responses {
   }
 
   /**
-   * @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container from
-   *   /api/agent
+   * @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container
+   *   of /api/agent
    */
   set({ header: { appearance }, arrays: { responses, sample_step: samples } }) {
     this.root.hidden = !responses;
@@ -54,7 +54,7 @@ export class Responses {
       0,
     );
     this.now.forEach((cell, code) =>
-      cell.parentElement.classList.toggle("own", code === activeCode),
+      cell.parentElement.classList.toggle("current", code === activeCode),
     );
     if (sample === this.shown) return;
     this.shown = sample;

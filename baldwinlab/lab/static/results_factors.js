@@ -3,9 +3,9 @@
 import { el } from "./common.js";
 
 // With more curves, conditions are grouped by default.
-const MANY = 8;
+const MAX_CURVES = 8;
 // In the address: one curve per condition.
-const EACH = "each";
+const PER_CONDITION = "each";
 
 /**
  * Return the groups of conditions that the address selects.
@@ -27,14 +27,10 @@ export function groupConditions({ conditions, factors, swept }, state) {
   const values = (factor) => [...new Set(shown.map((number) => String(factors[factor][number])))];
   const varying = Object.keys(factors).filter((factor) => values(factor).length > 1);
   const defaultFactor =
-    swept || shown.length > MANY
-      ? (varying.find((factor) => values(factor).length <= MANY) ?? varying[0])
+    swept || shown.length > MAX_CURVES
+      ? (varying.find((factor) => values(factor).length <= MAX_CURVES) ?? varying[0])
       : undefined;
-  const by = varying.includes(state.group)
-    ? state.group
-    : state.group === EACH
-      ? null
-      : (defaultFactor ?? null);
+  const by = chooseFactor(state.group, varying, defaultFactor);
   const groups = by
     ? values(by).map((value) => ({
         label: value,
@@ -44,6 +40,12 @@ export function groupConditions({ conditions, factors, swept }, state) {
       }))
     : shown.map((number) => ({ label: conditions[number], conditions: [conditions[number]] }));
   return { by, only, groups };
+}
+
+/** Return the factor that groups conditions, or null for one curve per condition. */
+function chooseFactor(requested, varying, defaultFactor) {
+  if (varying.includes(requested)) return requested;
+  return requested === PER_CONDITION ? null : (defaultFactor ?? null);
 }
 
 /** Combine the curves of several conditions: their mean, and the range of their means. */
@@ -62,11 +64,11 @@ export function combineCurves(curves) {
 }
 
 /** Return the lists that filter by each factor, and the list that groups by a factor. */
-export function factorChoices({ factors }, { by, only }, choose) {
+export function createFactorLists({ factors }, { by, only }, choose) {
   const names = Object.keys(factors);
   if (!names.length) return null;
   const filters = names.map((factor) =>
-    selectList(
+    createList(
       factor,
       [["", "all"], ...[...new Set(factors[factor].map(String))].map((value) => [value, value])],
       only[factor],
@@ -74,17 +76,17 @@ export function factorChoices({ factors }, { by, only }, choose) {
       `only-${factor}`,
     ),
   );
-  const grouped = selectList(
+  const grouped = createList(
     "one curve per",
-    [[EACH, "condition"], ...names.map((name) => [name, name])],
-    by ?? EACH,
+    [[PER_CONDITION, "condition"], ...names.map((name) => [name, name])],
+    by ?? PER_CONDITION,
     (value) => choose({ group: value, hidden: null }),
     "group",
   );
   return el("div", { class: "row results-factors" }, ...filters, grouped);
 }
 
-function selectList(name, options, chosen, change, id) {
+function createList(name, options, chosen, change, id) {
   const entries = options.map(([value, text]) =>
     el("option", { value, selected: value === chosen }, text),
   );
@@ -101,7 +103,7 @@ function selectList(name, options, chosen, change, id) {
 }
 
 /** Return the state that another study resets. */
-export function clearedState(results) {
+export function clearFactorState(results) {
   return {
     group: null,
     hidden: null,

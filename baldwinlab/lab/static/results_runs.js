@@ -1,7 +1,7 @@
 /** A sortable table of all runs, with a CSV download. */
 
-import { el, format } from "./common.js";
-import { csv, downloadButton } from "./downloads.js";
+import { el, formatNumber } from "./common.js";
+import { formatCsv, createDownloadButton } from "./downloads.js";
 
 const COLUMNS = ["condition", "run", "best", "mean", "share"];
 
@@ -12,7 +12,7 @@ const COLUMNS = ["condition", "run", "best", "mean", "share"];
  * @param {(condition: string, run: number) => string|null} address of the last lifetime of a run,
  *   or null
  */
-export function runTable(results, runs, measures, address) {
+export function createRunTable(results, runs, measures, address) {
   const rows = Object.entries(runs).flatMap(([condition, numbers]) =>
     numbers.map((run, index) => ({
       condition,
@@ -25,7 +25,7 @@ export function runTable(results, runs, measures, address) {
   const body = el("tbody");
   const columnTitle = (column) =>
     column in measures ? `${measures[column].name}, ${measures[column].axis}` : column;
-  let order = { column: "mean", rising: false };
+  let order = { column: "mean", isRising: false };
   const heads = COLUMNS.map((column) =>
     el(
       "th",
@@ -45,24 +45,23 @@ export function runTable(results, runs, measures, address) {
   const sort = (column) => {
     order = {
       column,
-      rising: order.column === column ? !order.rising : column === "condition" || column === "run",
+      isRising:
+        order.column === column ? !order.isRising : column === "condition" || column === "run",
     };
     show();
   };
   const show = () => {
-    const { column, rising } = order;
+    const { column, isRising } = order;
     const sorted = [...rows].sort(
-      (first, second) =>
-        (first[column] > second[column] ? 1 : first[column] < second[column] ? -1 : 0) *
-        (rising ? 1 : -1),
+      (first, second) => compareValues(first[column], second[column]) * (isRising ? 1 : -1),
     );
+    const direction = isRising ? "ascending" : "descending";
     heads.forEach((head, number) =>
-      head.setAttribute(
-        "aria-sort",
-        COLUMNS[number] === column ? (rising ? "ascending" : "descending") : "none",
-      ),
+      head.setAttribute("aria-sort", COLUMNS[number] === column ? direction : "none"),
     );
-    body.replaceChildren(...sorted.map((row) => runRow(row, address(row.condition, row.run))));
+    body.replaceChildren(
+      ...sorted.map((row) => createRunRow(row, address(row.condition, row.run))),
+    );
   };
   const table = el(
     "div",
@@ -74,17 +73,22 @@ export function runTable(results, runs, measures, address) {
     { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
     el("summary", {}, `All runs (${rows.length}), averaged over the last ten generations`),
     table,
-    downloadButton("runs.csv", () => csv(COLUMNS, rows)),
+    createDownloadButton("runs.csv", () => formatCsv(COLUMNS, rows)),
   );
 }
 
-function runRow(row, address) {
+function createRunRow(row, address) {
   const run = address ? el("a", { href: address }, row.run) : row.run;
   return el(
     "tr",
     {},
     el("th", { scope: "row" }, row.condition),
     el("td", {}, run),
-    ...COLUMNS.slice(2).map((measure) => el("td", {}, format(row[measure]))),
+    ...COLUMNS.slice(2).map((measure) => el("td", {}, formatNumber(row[measure]))),
   );
+}
+
+function compareValues(first, second) {
+  if (first === second) return 0;
+  return first > second ? 1 : -1;
 }

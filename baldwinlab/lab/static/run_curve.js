@@ -1,7 +1,7 @@
 /** The generation slider of a run, over a curve of its best and its average agent. */
 
 import { ChartSlider } from "./chart_slider.js";
-import { format, getJSON } from "./common.js";
+import { formatNumber, getJSON } from "./common.js";
 import { palette } from "./palette.js";
 import { PRESETS } from "./sources.js";
 
@@ -14,7 +14,13 @@ export class RunCurve extends ChartSlider {
    */
   constructor({ go, settled, invalidate }) {
     super("run-curve plain", { "aria-label": "Generation" });
-    Object.assign(this, { invalidate, isDragging: false, asked: null, curve: null, stop: null });
+    Object.assign(this, {
+      invalidate,
+      isDragging: false,
+      requested: null,
+      curve: null,
+      stop: null,
+    });
     this.slider.addEventListener("input", () => {
       // Intermediate generations are not history entries.
       this.isDragging = true;
@@ -38,15 +44,15 @@ export class RunCurve extends ChartSlider {
     this.show(generation);
     const requested =
       study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
-    if (requested === this.asked) return this.updateValueText();
+    if (requested === this.requested) return this.updateValueText();
     this.close();
     // The old curve stays visible until the new one is loaded.
-    Object.assign(this, { asked: requested, curve: null });
+    Object.assign(this, { requested, curve: null });
     try {
       this.setCurve(requested && (await getJSON(`api/run?${requested}`, this.stop.signal)));
-    } catch (fault) {
+    } catch (error) {
       // The request of the lifetime reports the error.
-      if (fault.name !== "AbortError") this.setCurve(null);
+      if (error.name !== "AbortError") this.setCurve(null);
     }
   }
 
@@ -77,8 +83,8 @@ export class RunCurve extends ChartSlider {
   describe(generation) {
     const { measure, best, mean } = this.curve;
     return (
-      `generation ${format(generation)}, ${measure}: best ` +
-      `${format(best[generation])}, average ${format(mean[generation])}`
+      `generation ${formatNumber(generation)}, ${measure}: best ` +
+      `${formatNumber(best[generation])}, average ${formatNumber(mean[generation])}`
     );
   }
 

@@ -6,7 +6,7 @@ const DEGREE = Math.PI / 180;
 // Levels of brightness. Each level is one path.
 const LEVELS = 4;
 // With more agents, only the chosen one is drawn, unless discs are large on the canvas.
-const MANY = 60;
+const MAX_DRAWN = 60;
 
 /**
  * Draw all discs as one path, so that overlapping discs do not add up.
@@ -20,12 +20,9 @@ export function drawSensors(view, recording, step, chosen) {
     .filter(({ radius }) => radius);
   if (!visibleSectors.length) return;
   const farthest = Math.max(...visibleSectors.map(({ radius }) => radius));
-  const drawsAll = agents <= MANY || farthest * scale > 90;
-  const visible = drawsAll
-    ? agentsNear(view, farthest)
-    : chosen != null && chosen < agents
-      ? [chosen]
-      : [];
+  const drawsAll = agents <= MAX_DRAWN || farthest * scale > 90;
+  const chosenAgents = chosen != null && chosen < agents ? [chosen] : [];
+  const visible = drawsAll ? findVisibleAgents(view, farthest) : chosenAgents;
   const drawShape = (draw) => {
     pen.beginPath();
     for (const agent of visible) forEachCopy(view, agent, farthest, (x, y) => draw(agent, x, y));
@@ -38,7 +35,7 @@ export function drawSensors(view, recording, step, chosen) {
   pen.globalAlpha = 0.055;
   pen.fill();
   drawShape((agent, x, y) =>
-    visibleSectors.forEach((sector) => wedge(pen, x, y, view.angle[agent], sector)),
+    visibleSectors.forEach((sector) => traceSector(pen, x, y, view.angle[agent], sector)),
   );
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
@@ -48,10 +45,10 @@ export function drawSensors(view, recording, step, chosen) {
     pen.fillStyle = resolveColor(color);
     for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
       const hasLevel = (agent, { input }) =>
-        Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;
+        Math.ceil(LEVELS * recording.readInput(step, agent, input)) === level;
       drawShape((agent, x, y) =>
         sameColor.forEach(
-          (sector) => hasLevel(agent, sector) && wedge(pen, x, y, view.angle[agent], sector),
+          (sector) => hasLevel(agent, sector) && traceSector(pen, x, y, view.angle[agent], sector),
         ),
       );
       pen.globalAlpha = (0.42 * level) / LEVELS;
@@ -61,20 +58,21 @@ export function drawSensors(view, recording, step, chosen) {
   pen.globalAlpha = 1;
 }
 
-function wedge(pen, x, y, angle, { from_degrees: from, to_degrees: to, radius }) {
+function traceSector(pen, x, y, angle, { from_degrees: from, to_degrees: to, radius }) {
   pen.moveTo(x, y);
   pen.arc(x, y, radius, angle + from * DEGREE, angle + to * DEGREE);
   pen.closePath();
 }
 
 /** Return the agents whose visual range can be visible on the canvas. */
-function agentsNear(view, radius) {
+function findVisibleAgents(view, radius) {
   const { width, height } = view.world;
-  const [left, top] = view.toWorld(0, 0);
-  const [right, bottom] = view.toWorld(view.width, view.height);
+  const [left, top] = view.convertToMap(0, 0);
+  const [right, bottom] = view.convertToMap(view.width, view.height);
   const near = [];
   for (let agent = 0; agent < view.count; agent++) {
-    const [x, y] = [view.x[agent], view.y[agent]];
+    const x = view.x[agent];
+    const y = view.y[agent];
     const wraps = x < radius || y < radius || x > width - radius || y > height - radius;
     if (
       wraps ||
@@ -87,11 +85,18 @@ function agentsNear(view, radius) {
 
 /** Call `draw` for an agent, and for its copies across the edges of the torus. */
 function forEachCopy({ x: allX, y: allY, world: { width, height } }, agent, radius, draw) {
-  const [x, y] = [allX[agent], allY[agent]];
-  const acrossX = x < radius ? width : x > width - radius ? -width : 0;
-  const acrossY = y < radius ? height : y > height - radius ? -height : 0;
+  const x = allX[agent];
+  const y = allY[agent];
+  const acrossX = findCopyOffset(x, radius, width);
+  const acrossY = findCopyOffset(y, radius, height);
   draw(x, y);
   if (acrossX) draw(x + acrossX, y);
   if (acrossY) draw(x, y + acrossY);
   if (acrossX && acrossY) draw(x + acrossX, y + acrossY);
+}
+
+/** Return the distance to the copy of a position near an edge, or 0. */
+function findCopyOffset(position, radius, size) {
+  if (position < radius) return size;
+  return position > size - radius ? -size : 0;
 }

@@ -1,13 +1,13 @@
 /** The share menu: link, replay page, laboratory, picture and movie. */
 
-import { address } from "./address.js";
-import { el, getJSON, icon, message, request, isServerless } from "./common.js";
+import { formatAddress } from "./address.js";
+import { el, getJSON, createIcon, showMessage, request, isServerless } from "./common.js";
 
-const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
+const SHARE_ICON = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 // Milliseconds between two requests for the progress of a movie.
-const HOW_FAR = 400;
+const PROGRESS_INTERVAL = 400;
 // CSS pixels below each world in a picture.
-const CAPTION = 30;
+const CAPTION_HEIGHT = 30;
 
 /**
  * Add a button with a menu to `root`.
@@ -28,12 +28,12 @@ export function mountShare(root, getState) {
   const button = el(
     "button",
     { type: "button", popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" },
-    icon(SHARE),
+    createIcon(SHARE_ICON),
     el("span", { class: "wide" }, "Share"),
   );
   menu.addEventListener(
     "toggle",
-    (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)),
+    (event) => event.newState === "open" && menu.replaceChildren(...createEntries(getState)),
   );
   // Keys in the menu do not control the world.
   menu.addEventListener("keydown", (event) => event.stopPropagation());
@@ -46,50 +46,61 @@ export function mountShare(root, getState) {
   };
 }
 
-function entries(getState) {
-  const fetcher = (kind, extra) => () => fetchFile(kind, { ...sources(getState()), ...extra() });
+function createEntries(getState) {
+  const fetcher = (kind, extra) => () =>
+    fetchFile(kind, { ...listSources(getState()), ...extra() });
   const items = [
-    linkRow(),
-    saver("Picture", ".png of this step", "share-png", () => picture(getState())),
+    createLinkRow(),
+    createSaveEntry("Picture", ".png of this step", "share-png", () => drawPicture(getState())),
   ];
   if (isServerless()) return items;
   return [
     items[0],
-    saver(
+    createSaveEntry(
       "Page that plays anywhere",
       ".html, needs no server",
       "share-html",
       fetcher("share", () => ({ step: getState().step })),
     ),
-    saver(
+    createSaveEntry(
       "Live laboratory",
       ".html, simulates evolution in the browser",
       "share-laboratory",
       fetcher("laboratory", () => ({})),
     ),
     items[1],
-    saver("Movie", ".mp4, the complete lifetime in 20 s", "share-mp4", movie("mp4", getState)),
-    saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),
+    createSaveEntry(
+      "Movie",
+      ".mp4, the complete lifetime in 20 s",
+      "share-mp4",
+      createMovieRequest("mp4", getState),
+    ),
+    createSaveEntry(
+      "Movie for slides and mail",
+      ".gif, the same",
+      "share-gif",
+      createMovieRequest("gif", getState),
+    ),
   ];
 }
 
-function sources({ panels }) {
+function listSources({ panels }) {
   return Object.fromEntries(panels.map(({ source }, index) => ["ab"[index], source]));
 }
 
-function linkRow() {
+function createLinkRow() {
   const link = el("input", {
     readonly: true,
     "aria-label": "Link to this view",
     "data-testid": "share-link",
-    value: address(),
+    value: formatAddress(),
     onfocus: () => link.select(),
   });
   const copy = async () => {
-    link.value = address();
+    link.value = formatAddress();
     try {
       await navigator.clipboard.writeText(link.value);
-      message(
+      showMessage(
         `The link is copied. It opens this view${isServerless() ? "" : " on this machine"}.`,
         "done",
       );
@@ -111,7 +122,7 @@ function linkRow() {
 }
 
 /** Return an entry that creates and downloads a file, and shows the progress. */
-function saver(title, note, testid, make) {
+function createSaveEntry(title, note, testid, make) {
   const hint = el("span", { class: "soft" }, note);
   const save = async () => {
     button.disabled = true;
@@ -121,9 +132,9 @@ function saver(title, note, testid, make) {
         (share) => (hint.textContent = `creating … ${Math.round(100 * share)} %`),
       );
       download(blob, name);
-      message(`Saved as ${name}.`, "done");
-    } catch (fault) {
-      message(fault.message, "error");
+      showMessage(`Saved as ${name}.`, "done");
+    } catch (error) {
+      showMessage(error.message, "error");
     }
     button.disabled = false;
     hint.textContent = note;
@@ -139,13 +150,13 @@ function saver(title, note, testid, make) {
 
 /** Request a file from the server. */
 async function fetchFile(kind, query) {
-  const answer = await request(`api/${kind}?${new URLSearchParams(query)}`, {});
-  const name = decodeURIComponent(answer.headers.get("Content-Disposition").split("''")[1]);
-  return { blob: await answer.blob(), name };
+  const response = await request(`api/${kind}?${new URLSearchParams(query)}`, {});
+  const name = decodeURIComponent(response.headers.get("Content-Disposition").split("''")[1]);
+  return { blob: await response.blob(), name };
 }
 
 /** Request a movie, and report its progress. */
-function movie(format, getState) {
+function createMovieRequest(format, getState) {
   return async (reportProgress) => {
     const ticket = Math.random().toString(36).slice(2);
     let done = false;
@@ -153,9 +164,9 @@ function movie(format, getState) {
       const { share } = await getJSON(`api/movie/progress?${new URLSearchParams({ ticket })}`);
       if (!done) reportProgress(share);
     };
-    const timer = setInterval(requestProgress, HOW_FAR);
+    const timer = setInterval(requestProgress, PROGRESS_INTERVAL);
     try {
-      return await fetchFile("movie", { ...sources(getState()), format, ticket });
+      return await fetchFile("movie", { ...listSources(getState()), format, ticket });
     } finally {
       done = true;
       clearInterval(timer);
@@ -164,12 +175,12 @@ function movie(format, getState) {
 }
 
 /** Draw the visible worlds next to each other, with captions. */
-async function picture({ panels, step }) {
+async function drawPicture({ panels, step }) {
   // The same resolution as the worlds.
   const dots = Math.min(devicePixelRatio || 1, 2);
   const width = panels.reduce((sum, { canvas }) => sum + canvas.width, 0);
   const height = Math.max(...panels.map(({ canvas }) => canvas.height));
-  const sheet = el("canvas", { width, height: height + CAPTION * dots });
+  const sheet = el("canvas", { width, height: height + CAPTION_HEIGHT * dots });
   const pen = sheet.getContext("2d");
   const style = getComputedStyle(document.body);
   pen.fillStyle = style.backgroundColor;
@@ -181,20 +192,20 @@ async function picture({ panels, step }) {
   for (const { canvas, source } of panels) {
     pen.drawImage(canvas, left, 0);
     pen.fillText(
-      `${titleOf(source)}, step ${step}`,
+      `${formatTitle(source)}, step ${step}`,
       left + 12 * dots,
-      height + (CAPTION * dots) / 2,
+      height + (CAPTION_HEIGHT * dots) / 2,
       canvas.width - 24 * dots,
     );
     left += canvas.width;
   }
   const blob = await new Promise((resolve) => sheet.toBlob(resolve, "image/png"));
-  const name = `${panels.map(({ source }) => titleOf(source)).join(" and ")} step ${step}.png`;
+  const name = `${panels.map(({ source }) => formatTitle(source)).join(" and ")} step ${step}.png`;
   return { blob, name: name.replace(/[^\w+.]+/g, "-") };
 }
 
 /** Return a title such as: evo/A, run 3, generation 90. */
-function titleOf(source) {
+function formatTitle(source) {
   const query = new URLSearchParams(source);
   const note = query.get("condition") ?? query.get("preset") ?? "live";
   return `${note}, run ${query.get("run") ?? 0}, generation ${query.get("generation")}`;

@@ -2,7 +2,7 @@
 
 import { Engine, lookUp } from "./engine.js";
 
-const FAULTS = {
+const ERRORS = {
   1: (path) => `evolution.fitness = "${path("evolution.fitness")}" gave no number for some agents.`,
   2: (path) =>
     `evolution.selection = "${path("evolution.selection")}" cannot work with a fitness ` +
@@ -32,9 +32,9 @@ export class Run {
   }
 
   /** Simulate the next generation and its reproduction. Throw an Error for invalid results. */
-  next() {
+  simulateNext() {
     const genome = this.startNext();
-    this.live(0, this.experiment.lifetime.steps);
+    this.simulateSteps(0, this.experiment.lifetime.steps);
     return this.finishGeneration(genome);
   }
 
@@ -52,7 +52,7 @@ export class Run {
   finishGeneration(genome) {
     const { engine, parents } = this;
     engine.call("compute_fitness");
-    this.check();
+    this.requireValid();
     const agents = this.experiment.population.size;
     const result = {
       food_eaten: engine.array("population.eaten_of_kind").slice(0, agents),
@@ -63,10 +63,10 @@ export class Run {
     this.generationsDone += 1;
     if (this.generationsDone < this.generations) {
       engine.call("breed");
-      this.check();
+      this.requireValid();
       this.requireFinite();
       this.parents = engine.array("population.parents").slice();
-      this.teachers = this.teachersOf(this.parents);
+      this.teachers = this.findTeachers(this.parents);
     }
     return result;
   }
@@ -74,13 +74,13 @@ export class Run {
   /**
    * Return the agents whose learned weights teach the offspring, as `parents`. See inheritance.py.
    */
-  teachersOf(parents) {
+  findTeachers(parents) {
     const { teacher } = this.experiment.learning;
     if (teacher === "fresh") return null;
     if (teacher !== "shuffled") return parents;
     // The teacher of each child, which is the last result of `breed`.
     const order = this.engine.array("population.order");
-    return parents.map((_, at) => parents[2 * Number(order[at >> 1]) + (at & 1)]);
+    return parents.map((_, index) => parents[2 * Number(order[index >> 1]) + (index & 1)]);
   }
 
   /** Start a generation with the current genomes. */
@@ -89,27 +89,25 @@ export class Run {
     this.engine.call("begin");
   }
 
-  live(first, last) {
+  simulateSteps(first, last) {
     this.engine.set("population.first_step", first);
     this.engine.set("population.last_step", last);
     this.engine.call("simulate");
   }
 
-  check() {
-    const fault = FAULTS[this.engine.array("population.fault")[0]];
-    if (fault) throw new Error(fault((path) => lookUp(this.experiment, path)));
+  requireValid() {
+    const error = ERRORS[this.engine.array("population.fault")[0]];
+    if (error) throw new Error(error((path) => lookUp(this.experiment, path)));
   }
 
   /** Check genomes as evolution/finite.py. Genomes of graphs may contain minus infinity. */
   requireFinite() {
-    const at = this.engine.array("population.genome").findIndex((gene) => !(gene < Infinity));
-    if (at < 0) return;
+    const index = this.engine.array("population.genome").findIndex((gene) => !(gene < Infinity));
+    if (index < 0) return;
     const [, modules, genes] = this.engine.arrays["population.genome"].shape;
-    const [agent, module, gene] = [
-      Math.floor(at / (modules * genes)),
-      Math.floor(at / genes) % modules,
-      at % genes,
-    ];
+    const agent = Math.floor(index / (modules * genes));
+    const module = Math.floor(index / genes) % modules;
+    const gene = index % genes;
     throw new Error(
       `Gene ${gene} of module ${module} of agent ${agent} in generation ` +
         `${this.generationsDone} is not a finite number: ` +
@@ -121,7 +119,9 @@ export class Run {
 /** Simulate a complete run, and return the variables of `bl.simulate`. */
 export function simulate(program, experiment, seed, run) {
   const simulation = new Run(program, experiment, seed, run);
-  const generations = Array.from({ length: simulation.generations }, () => simulation.next());
+  const generations = Array.from({ length: simulation.generations }, () =>
+    simulation.simulateNext(),
+  );
   return Object.fromEntries(
     Object.keys(generations[0]).map((name) => [
       name,
@@ -135,10 +135,10 @@ export function concatenate(arrays) {
   const joined = new arrays[0].constructor(
     arrays.reduce((length, array) => length + array.length, 0),
   );
-  let at = 0;
+  let index = 0;
   for (const array of arrays) {
-    joined.set(array, at);
-    at += array.length;
+    joined.set(array, index);
+    index += array.length;
   }
   return joined;
 }

@@ -12,16 +12,16 @@ export const PRESETS = "@presets";
  */
 
 /** Return the query of a lifetime for /api/recording and similar routes. */
-export function query({ live, study, condition, run, generation }) {
-  const from = live ? { live } : study === PRESETS ? { preset: condition } : { study, condition };
-  return new URLSearchParams({ ...from, run, generation });
+export function lifetimeQuery({ live, study, condition, run, generation }) {
+  const stored = study === PRESETS ? { preset: condition } : { study, condition };
+  return new URLSearchParams({ ...(live ? { live } : stored), run, generation });
 }
 
 /**
  * Return the address of a lifetime in the World tab.
  * @param {Source} life
  */
-export function lifeAddress(life) {
+export function formatLifetimeAddress(life) {
   return `#/world?${new URLSearchParams(life)}`;
 }
 
@@ -31,15 +31,19 @@ export function isViewable({ steps, alleles, views }) {
 }
 
 /** Return whether the nearest available lifetime has a world. */
-export function hasWorld(studies, wanted) {
-  const { study, condition } = nearestLifetime(studies, wanted);
+export function hasWorld(studies, requested) {
+  const { study, condition } = findNearestLifetime(studies, requested);
   return Boolean(
     studies.find(({ id }) => id === study).conditions.find(({ name }) => name === condition).steps,
   );
 }
 
 /** Return the nearest available lifetime. With `strict`, throw an Error for an unknown one. */
-export function nearestLifetime(studies, { study, condition, run, generation }, strict = false) {
+export function findNearestLifetime(
+  studies,
+  { study, condition, run, generation },
+  strict = false,
+) {
   const match =
     studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
   if (!match)
@@ -51,13 +55,15 @@ export function nearestLifetime(studies, { study, condition, run, generation }, 
   if (strict && condition !== undefined && !named)
     throw new Error(`The study ${match.id} has no finished runs of ${condition}.`);
   const chosen = named ?? match.conditions.find(({ shown }) => shown) ?? match.conditions[0];
-  const [last, generationAsked] = [
-    chosen.generations - 1,
-    Number(generation ?? chosen.generations - 1),
-  ];
+  const last = chosen.generations - 1;
+  const requestedGeneration = Number(generation ?? chosen.generations - 1);
   if (
     strict &&
-    !(Number.isInteger(generationAsked) && generationAsked >= 0 && generationAsked <= last)
+    !(
+      Number.isInteger(requestedGeneration) &&
+      requestedGeneration >= 0 &&
+      requestedGeneration <= last
+    )
   )
     throw new Error(
       `${chosen.name} has no generation ${generation}: its generations are 0 to ${last}.`,
@@ -68,14 +74,14 @@ export function nearestLifetime(studies, { study, condition, run, generation }, 
     study: match.id,
     condition: chosen.name,
     run: chosen.runs.includes(Number(run)) ? Number(run) : chosen.runs[0],
-    generation: Math.min(generationAsked, last),
+    generation: Math.min(requestedGeneration, last),
   };
 }
 
 /** Add the typical run to a state without a run. */
 export async function addTypicalRun(studies, state) {
   if (state.run !== undefined) return state;
-  const { study, condition } = nearestLifetime(studies, state);
+  const { study, condition } = findNearestLifetime(studies, state);
   if (study === PRESETS) return state;
   try {
     return {
@@ -91,7 +97,7 @@ export async function addTypicalRun(studies, state) {
 /**
  * Return the lifetime to compare with: the main or next condition on the same map, or generation 0.
  */
-export function comparisonSource({ source, conditions }) {
+export function chooseComparison({ source, conditions }) {
   const current = conditions.find(({ name }) => name === source.condition);
   const candidates = conditions.filter(
     ({ map, variant, steps }) => steps && map === current?.map && variant === current?.variant,
@@ -130,7 +136,7 @@ export async function loadStudies() {
       conditions: study.conditions.filter((chosen) => chosen.runs.length && isViewable(chosen)),
     }))
     .filter(({ conditions }) => conditions.length);
-  return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
+  return { studies: stored.length ? stored : [await loadPresets()], worldless, problems };
 }
 
 /** Throw an Error if the address names a condition that cannot be shown. */
@@ -146,12 +152,13 @@ export function requireViewable({ studies, worldless }, state) {
  * Return the full name of a lifetime.
  * @param {Source} source
  */
-export function lifetimeTitle({ study, condition, run, generation }) {
-  const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;
-  return `${condition}, run ${run}, generation ${generation}${of}`;
+export function formatLifetimeTitle({ study, condition, run, generation }) {
+  const name = study === "." ? "this study" : `the study ${study}`;
+  const suffix = study === PRESETS ? "" : `, of ${name}`;
+  return `${condition}, run ${run}, generation ${generation}${suffix}`;
 }
 
-async function presetsAsStudy() {
+async function loadPresets() {
   const { presets } = await getJSON("api/presets");
   const runs = Array.from({ length: 10 }, (_, run) => run);
   return {

@@ -1,11 +1,11 @@
 /** The dialog of a sweep: fields, values, size and name. */
 
-import { el, format, postJSON } from "./common.js";
-import { downloadButton } from "./downloads.js";
+import { el, formatNumber, postJSON } from "./common.js";
+import { createDownloadButton } from "./downloads.js";
 
 // Milliseconds after the last change.
-const CHECK_AFTER = 300;
-const FIELDS = 2;
+const ESTIMATE_DELAY = 300;
+const MAX_FIELDS = 2;
 
 /**
  * @param {{preset: string, experiment: object, runs: number, seed: number}} order from the form
@@ -14,10 +14,10 @@ const FIELDS = 2;
  *   dialog closes
  * @param {(name: string) => void} started called with the name of the study
  */
-export function sweepDialog(order, swept, changed, started) {
-  const fieldValues = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
-  const rows = Array.from({ length: FIELDS }, (_, number) =>
-    fieldRow(fieldValues, number, Object.entries(swept)[number]),
+export function openSweepDialog(order, swept, changed, started) {
+  const fieldValues = new Map(listFields(order.experiment).filter(([path]) => path !== "name"));
+  const rows = Array.from({ length: MAX_FIELDS }, (_, number) =>
+    createFieldRow(fieldValues, number, Object.entries(swept)[number]),
   );
   const name = el("input", {
     value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`,
@@ -25,17 +25,17 @@ export function sweepDialog(order, swept, changed, started) {
     maxlength: 100,
     "data-testid": "sweep-name",
   });
-  const [size, fault] = [
-    el("p", { role: "status", "data-testid": "sweep-size" }),
-    el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" }),
-  ];
+  const size = el("p", { role: "status", "data-testid": "sweep-size" });
+  const fault = el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" });
   const start = el(
     "button",
     { type: "submit", class: "primary", "data-testid": "sweep-start" },
     "Start the sweep",
   );
-  let [toml, waiting, latestRequest] = [undefined, 0, 0];
-  const save = downloadButton("sweep.toml", () => toml);
+  let toml;
+  let waiting = 0;
+  let latestRequest = 0;
+  const save = createDownloadButton("sweep.toml", () => toml);
   const commandHint = el(
     "p",
     { class: "soft" },
@@ -51,11 +51,9 @@ export function sweepDialog(order, swept, changed, started) {
         .map(({ field, values }) => [field.value, parseValues(values.value)]),
     );
   const showPlan = (plan, sentence) => {
-    [toml, size.textContent, fault.textContent] = [
-      plan?.toml,
-      plan ? describePlan(plan) : "",
-      sentence,
-    ];
+    toml = plan?.toml;
+    size.textContent = plan ? describePlan(plan) : "";
+    fault.textContent = sentence;
     start.disabled = save.disabled = !plan;
   };
   const check = () => {
@@ -69,14 +67,14 @@ export function sweepDialog(order, swept, changed, started) {
       try {
         const plan = await postJSON("/api/sweep/plan", { ...order, fields: fields() });
         if (request === latestRequest) showPlan(plan.problem ? null : plan, plan.problem ?? "");
-      } catch (refusal) {
-        if (request === latestRequest) showPlan(null, refusal.message);
+      } catch (error) {
+        if (request === latestRequest) showPlan(null, error.message);
       }
-    }, CHECK_AFTER);
+    }, ESTIMATE_DELAY);
   };
   const form = el(
     "form",
-    { class: "live-keep" },
+    { class: "live-save" },
     el("h2", {}, "Sweep a field"),
     el(
       "p",
@@ -121,8 +119,8 @@ export function sweepDialog(order, swept, changed, started) {
       });
       dialog.close();
       started(study);
-    } catch (refusal) {
-      fault.textContent = refusal.message;
+    } catch (error) {
+      fault.textContent = error.message;
       start.disabled = false;
     }
   });
@@ -139,7 +137,7 @@ export function sweepDialog(order, swept, changed, started) {
 }
 
 /** Return the controls of a field and its values. */
-function fieldRow(fieldValues, number, initial) {
+function createFieldRow(fieldValues, number, initial) {
   const title = number ? "second field (optional)" : "field";
   const field = el(
     "select",
@@ -152,8 +150,10 @@ function fieldRow(fieldValues, number, initial) {
     autocomplete: "off",
     "data-testid": `sweep-values-${number}`,
   });
-  if (initial && fieldValues.has(initial[0]))
-    [field.value, values.value] = [initial[0], formatValues(initial[1])];
+  if (initial && fieldValues.has(initial[0])) {
+    field.value = initial[0];
+    values.value = formatValues(initial[1]);
+  }
   const valuesField = el(
     "label",
     { class: "field", hidden: !field.value },
@@ -178,14 +178,14 @@ function fieldRow(fieldValues, number, initial) {
 }
 
 /** Return all fields that can be swept, by path, with their values. */
-function leaves(tree, path = "") {
+function listFields(tree, path = "") {
   const table =
     tree !== null &&
     typeof tree === "object" &&
     (!Array.isArray(tree) || tree.some((item) => typeof item === "object"));
   if (!table) return tree === null ? [] : [[path, tree]];
   return Object.entries(tree).flatMap(([key, below]) =>
-    leaves(below, path ? `${path}.${key}` : key),
+    listFields(below, path ? `${path}.${key}` : key),
   );
 }
 
@@ -227,15 +227,16 @@ function parseValues(text) {
 
 function describePlan({ points, runs, seconds, workers, disk, note }) {
   const sentence = note ? ` ${note}` : "";
-  const size = `${format(points)} points, ${format(runs)} runs in total`;
+  const size = `${formatNumber(points)} points, ${formatNumber(runs)} runs in total`;
   const cores = workers === 1 ? "1 core" : `${workers} cores`;
-  const space = `${format(disk / 1e6)} MB of disk space`;
+  const space = `${formatNumber(disk / 1e6)} MB of disk space`;
   return `${size}: ${formatDuration(seconds)} on ${cores}, ${space}.${sentence}`;
 }
 
 /** Return a duration as text: "about 40 s". */
 export function formatDuration(seconds) {
   if (seconds < 1) return "less than a second";
-  const [size, unit] = seconds < 100 ? [1, "s"] : seconds < 6000 ? [60, "min"] : [3600, "hours"];
-  return `about ${Math.round(seconds / size)} ${unit}`;
+  if (seconds < 100) return `about ${Math.round(seconds)} s`;
+  if (seconds < 6000) return `about ${Math.round(seconds / 60)} min`;
+  return `about ${Math.round(seconds / 3600)} hours`;
 }

@@ -1,10 +1,10 @@
 /** The panel of a sweep: progress, Stop, and a link to the results. */
 
-import { el, getJSON, message, postJSON } from "./common.js";
+import { el, getJSON, showMessage, postJSON } from "./common.js";
 import { formatDuration } from "./sweep_dialog.js";
 
 // Milliseconds.
-const EVERY = 500;
+const POLL_INTERVAL = 500;
 const STATES = {
   preparing: ["Preparing", ""],
   running: ["Running", "good"],
@@ -19,9 +19,10 @@ const STATES = {
  * @param {() => void} onGone called when the server has another sweep
  * @returns {{update: () => void, close: () => void}}
  */
-export function sweepPanel(root, name, onGone) {
+export function createSweepPanel(root, name, onGone) {
   const aborted = new AbortController();
-  const [title, badge] = [el("h1"), el("span", { "data-testid": "sweep-state" })];
+  const title = el("h1");
+  const badge = el("span", { "data-testid": "sweep-state" });
   const stop = el(
     "button",
     { type: "button", class: "danger", "data-testid": "sweep-stop" },
@@ -32,10 +33,8 @@ export function sweepPanel(root, name, onGone) {
     { class: "button primary", "data-testid": "sweep-results", hidden: true },
     "Open in Results",
   );
-  const [progress, count] = [
-    el("progress", { "aria-label": "Progress of the sweep", max: 1 }),
-    el("span", { class: "number", "data-testid": "sweep-count" }),
-  ];
+  const progress = el("progress", { "aria-label": "Progress of the sweep", max: 1 });
+  const count = el("span", { class: "number", "data-testid": "sweep-count" });
   const fault = el("p", { class: "fault", role: "status" });
   const hint = el(
     "p",
@@ -63,16 +62,14 @@ export function sweepPanel(root, name, onGone) {
     ),
   );
   stop.addEventListener("click", () =>
-    postJSON("/api/sweep/stop", {}).catch((refusal) => message(refusal.message, "error")),
+    postJSON("/api/sweep/stop", {}).catch((error) => showMessage(error.message, "error")),
   );
 
   const show = (sweep) => {
     const [word, kind] = STATES[sweep.state];
-    [badge.className, badge.textContent, fault.textContent] = [
-      `badge ${kind}`,
-      word,
-      sweep.message,
-    ];
+    badge.className = `badge ${kind}`;
+    badge.textContent = word;
+    fault.textContent = sweep.message;
     title.textContent = `Sweep of ${sweep.fields.join(" and ")}`;
     progress.value = sweep.share;
     const left = sweep.seconds_left === null ? "" : `, ${formatDuration(sweep.seconds_left)} left`;
@@ -85,7 +82,7 @@ export function sweepPanel(root, name, onGone) {
     const { sweep } = await getJSON("/api/sweep", aborted.signal);
     if (sweep?.name !== name) return onGone();
     show(sweep);
-    if (!stop.hidden) setTimeout(() => aborted.signal.aborted || poll(), EVERY);
+    if (!stop.hidden) setTimeout(() => aborted.signal.aborted || poll(), POLL_INTERVAL);
   };
   poll();
   return { update() {}, close: () => aborted.abort() };

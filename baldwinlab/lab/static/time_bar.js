@@ -1,13 +1,13 @@
 /** The time bar of a world: playback, steps, meals and speed, with keyboard control. */
 
-import { el, format, icon } from "./common.js";
+import { el, formatNumber, createIcon } from "./common.js";
 import { SPEEDS } from "./player.js";
 import { Timeline } from "./timeline.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";
 const BACK = "M12 5l-5 5 5 5";
-const ON = "M8 5l5 5-5 5";
+const FORWARD = "M8 5l5 5-5 5";
 
 export class TimeBar {
   /**
@@ -16,7 +16,7 @@ export class TimeBar {
    * @param {() => void} [onUserAction] called before the user plays, pauses or moves
    */
   constructor(player, testid, onUserAction = () => {}) {
-    Object.assign(this, { player, taken: onUserAction });
+    Object.assign(this, { player, onUserAction });
     const userAction = (action) => () => {
       onUserAction();
       action();
@@ -31,7 +31,7 @@ export class TimeBar {
           "data-testid": `${testid}-${name}`,
           onclick: userAction(action),
         },
-        icon(path),
+        createIcon(path),
       );
     this.toggle = button("play", "Play", PLAY, () => player.toggle(), "primary round");
     this.timeline = new Timeline((step) => userAction(() => player.seek(step))());
@@ -47,7 +47,7 @@ export class TimeBar {
       ...options,
     );
     const back = button("back", "One step back", BACK, () => player.step(-1));
-    const forward = button("on", "One step forward", ON, () => player.step(1));
+    const forward = button("on", "One step forward", FORWARD, () => player.step(1));
     this.root = el(
       "div",
       { class: "time-bar", role: "group", "aria-label": "Time" },
@@ -64,7 +64,7 @@ export class TimeBar {
   showTime() {
     const { playing, speed } = this.player;
     this.toggle.setAttribute("aria-label", playing ? "Pause" : "Play");
-    this.toggle.replaceChildren(icon(playing ? PAUSE : PLAY));
+    this.toggle.replaceChildren(createIcon(playing ? PAUSE : PLAY));
     this.speed.value = String(speed);
   }
 
@@ -75,7 +75,7 @@ export class TimeBar {
     this.timeline.setLast(steps - 1);
     this.timeline.draw(tracks);
     this.timeline.show(step);
-    const text = `step ${format(step)} of ${format(steps)}`;
+    const text = `step ${formatNumber(step)} of ${formatNumber(steps)}`;
     if (this.step.textContent !== text) this.step.textContent = text;
   }
 
@@ -85,11 +85,11 @@ export class TimeBar {
       event.target.matches("input, select, textarea") ||
       (event.key === " " && event.target.matches("button, summary, a"));
     if (isHandled || event.ctrlKey || event.metaKey || event.altKey) return;
-    const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (event.key !== " " && !by) return;
+    const offset = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (event.key !== " " && !offset) return;
     event.preventDefault();
-    this.taken();
-    if (by) this.player.step(event.shiftKey ? 10 * by : by);
+    this.onUserAction();
+    if (offset) this.player.step(event.shiftKey ? 10 * offset : offset);
     else this.player.toggle();
   }
 }

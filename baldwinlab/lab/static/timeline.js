@@ -4,7 +4,7 @@ import { ChartSlider } from "./chart_slider.js";
 import { palette } from "./palette.js";
 
 // CSS pixels of a bar.
-const BAR = 3;
+const BAR_WIDTH = 3;
 
 /**
  * @typedef {object} Track
@@ -26,14 +26,14 @@ export class Timeline extends ChartSlider {
   describeAt(share) {
     const steps = Number(this.slider.max) + 1;
     const first = Math.floor(Math.min(Math.max(0, share * steps), steps - 1));
-    const perBar = (BAR * steps) / Math.max(1, this.canvas.clientWidth);
+    const perBar = (BAR_WIDTH * steps) / Math.max(1, this.canvas.clientWidth);
     const last = Math.min(steps - 1, Math.max(first, Math.floor(first + perBar) - 1));
-    const eaten = this.tracks.map(({ life }) => eatenIn(life, first, last).toLocaleString("en"));
-    const when =
+    const eaten = this.tracks.map(({ life }) => countEaten(life, first, last).toLocaleString("en"));
+    const span =
       first === last
         ? `step ${first.toLocaleString("en")}`
         : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
-    return `${when}: ${eaten.join(" and ")} items eaten`;
+    return `${span}: ${eaten.join(" and ")} items eaten`;
   }
 
   /** Draw the meals, one row per track, if something has changed. */
@@ -54,7 +54,7 @@ export class Timeline extends ChartSlider {
 }
 
 /** Return the number of items eaten in some steps, in loaded parts. */
-function eatenIn(life, from, to) {
+function countEaten(life, from, to) {
   let sum = 0;
   for (const part of life.parts.values()) {
     for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++)
@@ -64,14 +64,14 @@ function eatenIn(life, from, to) {
 }
 
 function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
-  const wide = BAR * dots;
+  const wide = BAR_WIDTH * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
   const chosenBars = new Set();
   for (const part of life.parts.values()) {
     const barAt = (step) => Math.floor(((step / steps) * width) / wide);
-    part.meals.forEach((count, at) => (bars[barAt(part.first + at)] += count));
+    part.meals.forEach((count, index) => (bars[barAt(part.first + index)] += count));
     for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
-      if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen))
+      if (part.countEaten(step, chosen) > part.countEaten(step - 1, chosen))
         chosenBars.add(barAt(step - 1));
     }
   }
@@ -80,17 +80,17 @@ function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
   pen.fillStyle = palette.edge;
   pen.globalAlpha = 0.6;
   pen.fillRect(0, top + row - dots, width, dots);
-  bars.forEach((count, at) => {
+  bars.forEach((count, index) => {
     if (!count) return;
-    const high = Math.max(
+    const barTop = Math.max(
       2 * dots,
       Math.sqrt(count / maximum) * barHeight * (chosenBars.size ? 0.72 : 1),
     );
     pen.globalAlpha = 0.75;
     pen.fillStyle = palette.meal;
-    pen.fillRect(at * wide, top + row - dots - high, wide - dots, high);
+    pen.fillRect(index * wide, top + row - dots - barTop, wide - dots, barTop);
   });
   pen.globalAlpha = 1;
   pen.fillStyle = palette.chosen;
-  for (const at of chosenBars) pen.fillRect(at * wide, top + dots, wide - dots, 5 * dots);
+  for (const index of chosenBars) pen.fillRect(index * wide, top + dots, wide - dots, 5 * dots);
 }

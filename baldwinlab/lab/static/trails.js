@@ -1,35 +1,40 @@
 /** Draw the paths of agents from the arrays of a recording. */
 
 // From the oldest quarter of a recent trail to the newest.
-const BANDS = [0.12, 0.22, 0.36, 0.55];
+const OPACITIES = [0.12, 0.22, 0.36, 0.55];
 // Steps.
-const RECENT = 220;
-// Maximum per frame, so many agents have shorter trails.
+const RECENT_STEPS = 220;
+// Maximum per frame, so trails are shorter for a large population.
 const RECENT_SEGMENTS = 9000;
 // With more agents, trails are short and use every fourth position.
-const CROWD = 300;
+const MANY_AGENTS = 300;
 // Maximum per frame.
 const LIFE_SEGMENTS = 24000;
 // Relative to the map. A longer move between two positions is a jump across the edge.
-const LEAP = 1 / 8;
+const MAX_JUMP_SHARE = 1 / 8;
 // Map units per step, for small maps.
-const FAR = 10;
+const MIN_JUMP = 10;
 
 /** Draw fading paths of all agents over the last steps. `pen` uses map units. */
 export function drawRecent(pen, recording, step, color, width) {
-  const crowd = recording.agents > CROWD;
-  const length = crowd ? 16 : Math.min(RECENT, Math.floor(RECENT_SEGMENTS / recording.agents));
+  const isCrowd = recording.agents > MANY_AGENTS;
+  const length = isCrowd
+    ? 16
+    : Math.min(RECENT_STEPS, Math.floor(RECENT_SEGMENTS / recording.agents));
   const row = step - recording.first;
   pen.strokeStyle = color;
   pen.lineWidth = width;
-  for (let band = 0; band < BANDS.length; band++) {
-    const from = Math.max(0, row - Math.round((length * (BANDS.length - band)) / BANDS.length));
-    const to = row - Math.round((length * (BANDS.length - band - 1)) / BANDS.length);
+  for (let band = 0; band < OPACITIES.length; band++) {
+    const from = Math.max(
+      0,
+      row - Math.round((length * (OPACITIES.length - band)) / OPACITIES.length),
+    );
+    const to = row - Math.round((length * (OPACITIES.length - band - 1)) / OPACITIES.length);
     if (to <= from) continue;
-    pen.globalAlpha = BANDS[band];
+    pen.globalAlpha = OPACITIES[band];
     pen.beginPath();
     for (let agent = 0; agent < recording.agents; agent++)
-      trace(pen, recording, agent, from, to, crowd ? 4 : 1);
+      tracePath(pen, recording, agent, from, to, isCrowd ? 4 : 1);
     pen.stroke();
   }
   pen.globalAlpha = 1;
@@ -41,7 +46,7 @@ export function drawAgentTrail(pen, recording, step, agent, color, width) {
   pen.lineWidth = width;
   pen.globalAlpha = 0.75;
   pen.beginPath();
-  trace(pen, recording, agent, 0, step - recording.first);
+  tracePath(pen, recording, agent, 0, step - recording.first);
   pen.stroke();
   pen.globalAlpha = 1;
 }
@@ -49,16 +54,25 @@ export function drawAgentTrail(pen, recording, step, agent, color, width) {
 /**
  * Add the rows `from` to `to` of an agent's path. Jumps across the edge and births break the line.
  */
-function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
+function tracePath(
+  pen,
+  { agents, arrays: { x, y }, header: { world } },
+  agent,
+  from,
+  to,
+  interval = 1,
+) {
   const [maxX, maxY] = [world.width, world.height].map((span) =>
-    Math.min(span / 2, Math.max(span * LEAP, FAR * every)),
+    Math.min(span / 2, Math.max(span * MAX_JUMP_SHARE, MIN_JUMP * interval)),
   );
-  let at = from * agents + agent;
-  let [oldX, oldY] = [x[at], y[at]];
+  let index = from * agents + agent;
+  let oldX = x[index];
+  let oldY = y[index];
   pen.moveTo(oldX, oldY);
-  for (let row = from + every; row <= to; row += every) {
-    at += agents * every;
-    const [newX, newY] = [x[at], y[at]];
+  for (let row = from + interval; row <= to; row += interval) {
+    index += agents * interval;
+    const newX = x[index];
+    const newY = y[index];
     if (Math.abs(newX - oldX) > maxX || Math.abs(newY - oldY) > maxY) pen.moveTo(newX, newY);
     else pen.lineTo(newX, newY);
     oldX = newX;
@@ -110,7 +124,7 @@ export class LifeTrails {
     pen.lineJoin = "round";
     for (let agent = 0; agent < recording.agents; agent++) {
       pen.beginPath();
-      trace(pen, recording, agent, this.drawn, to);
+      tracePath(pen, recording, agent, this.drawn, to);
       pen.stroke();
     }
     this.drawn = to;

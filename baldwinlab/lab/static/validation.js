@@ -1,7 +1,7 @@
 /** Validate an experiment against its JSON schema and rules between fields. */
 
 import { lookUp } from "./engine.js";
-import { resolve } from "./form.js";
+import { resolve } from "./form_schema.js";
 
 const LIMITS = {
   minimum: [(value, limit) => value >= limit, "greater than or equal to"],
@@ -9,7 +9,7 @@ const LIMITS = {
   maximum: [(value, limit) => value <= limit, "less than or equal to"],
   exclusiveMaximum: [(value, limit) => value < limit, "less than"],
 };
-const KINDS = {
+const TYPES = {
   integer: [Number.isInteger, "a whole number"],
   number: [Number.isFinite, "a number"],
   boolean: [(value) => typeof value === "boolean", "true or false"],
@@ -29,15 +29,15 @@ const KINDS = {
  * @returns {{path: string, message: string}[]}
  */
 export function validateTree(schema, tree, rules) {
-  const errors = [...tableErrors({ schema }, schema, tree, "")];
-  return errors.length ? errors : rules.flatMap((rule) => ruleErrors(rule, tree));
+  const errors = [...findTableErrors({ schema }, schema, tree, "")];
+  return errors.length ? errors : rules.flatMap((rule) => findRuleErrors(rule, tree));
 }
 
-function* tableErrors(form, node, table, path) {
+function* findTableErrors(form, node, table, path) {
   const fields = node.properties ?? {};
   for (const [name, value] of Object.entries(table)) {
     const fieldPath = path ? `${path}.${name}` : name;
-    if (name in fields) yield* valueErrors(form, resolve(form, fields[name]), value, fieldPath);
+    if (name in fields) yield* findValueErrors(form, resolve(form, fields[name]), value, fieldPath);
     else
       yield {
         path: fieldPath,
@@ -47,7 +47,7 @@ function* tableErrors(form, node, table, path) {
   }
 }
 
-function* valueErrors(form, node, value, path) {
+function* findValueErrors(form, node, value, path) {
   if (value === null && node.empty) return;
   const error = (sentence) => ({
     path,
@@ -63,42 +63,43 @@ function* valueErrors(form, node, value, path) {
       yield error(`input should be one of ${node.enum.map((option) => `'${option}'`).join(", ")}`);
     return;
   }
-  const [isValid, kind] = KINDS[node.type] ?? [() => true];
+  const [isValid, kind] = TYPES[node.type] ?? [() => true];
   if (!isValid(value)) return yield error(`input should be ${kind}`);
-  for (const [name, [holds, phrase]] of Object.entries(LIMITS)) {
-    if (node[name] !== undefined && !holds(value, node[name]))
+  for (const [name, [isWithin, phrase]] of Object.entries(LIMITS)) {
+    if (node[name] !== undefined && !isWithin(value, node[name]))
       yield error(`input should be ${phrase} ${node[name]}`);
   }
-  if (node.type === "object") yield* tableErrors(form, node, value, path);
-  if (node.type === "array") yield* listErrors(form, node, value, path, error);
+  if (node.type === "object") yield* findTableErrors(form, node, value, path);
+  if (node.type === "array") yield* findListErrors(form, node, value, path, error);
   if (node.pattern && !new RegExp(node.pattern).test(value))
     yield error("this is no name: letters, digits and + _ . - / may be in it");
 }
 
-function* listErrors(form, node, list, path, error) {
+function* findListErrors(form, node, list, path, error) {
   if (node.maxItems !== undefined && list.length > node.maxItems)
     yield error(`at most ${node.maxItems} entries are allowed`);
   if (node.minItems !== undefined && list.length < node.minItems)
     yield error(`at least ${node.minItems} entries are needed`);
   for (const [number, value] of list.entries()) {
     const item = node.prefixItems?.[number] ?? node.items;
-    if (item) yield* valueErrors(form, resolve(form, item), value, `${path}.${number}`);
+    if (item) yield* findValueErrors(form, resolve(form, item), value, `${path}.${number}`);
   }
 }
 
 /** Check a rule. A * in its path means all entries of a list. */
-function ruleErrors(rule, tree) {
+function findRuleErrors(rule, tree) {
   if (rule.path.includes("*")) {
     const entries = lookUp(tree, rule.path.split(".*")[0]) ?? [];
     const fillIndex = (text, number) => text.replace("*", String(number));
     return entries.flatMap((_, number) =>
-      ruleErrors(
+      findRuleErrors(
         { ...rule, path: fillIndex(rule.path, number), than: fillIndex(rule.than, number) },
         tree,
       ),
     );
   }
-  const [value, limit] = [lookUp(tree, rule.path), (rule.share ?? 1) * lookUp(tree, rule.than)];
+  const value = lookUp(tree, rule.path);
+  const limit = (rule.share ?? 1) * lookUp(tree, rule.than);
   return value < limit || (rule.equal && value === limit)
     ? []
     : [{ path: rule.path, message: `${rule.path} = ${value}: ${rule.message}, ${limit}` }];

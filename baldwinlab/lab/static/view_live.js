@@ -1,13 +1,14 @@
 /** The Live run tab: settings on the left, the run on the right. */
 
-import { el, getJSON, message } from "./common.js";
+import { el, getJSON, showMessage } from "./common.js";
 import { openFeed } from "./live_feed.js";
-import { livePanel } from "./live_panel.js";
+import { createLivePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
-import { sweepPanel } from "./sweep_panel.js";
+import { createSweepPanel } from "./sweep_panel.js";
 import { WorldView } from "./world.js";
 
-const NOTHING = {
+// Removes the state of the previous run or sweep.
+const EMPTY_STATE = {
   id: null,
   sweep: null,
   fields: null,
@@ -15,7 +16,6 @@ const NOTHING = {
   generation: null,
   step: null,
   agent: null,
-  // The state of the previous run or sweep.
 };
 
 /** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
@@ -25,21 +25,23 @@ export function mount(root, state, navigate, guide) {
   const columns = el("div", { class: "live" }, side, stage);
   root.append(columns);
   const aborted = new AbortController();
-  let [feed, panel] = [null, null];
+  let feed = null;
+  let panel = null;
   // The id of the visible run or sweep, or "".
   let shown = null;
 
   const leave = () => {
     if (feed) feed.onUpdate = feed.onError = () => {};
     panel?.close();
-    [feed, panel] = [null, null];
+    feed = null;
+    panel = null;
   };
   const showUpdate = () => {
     if (panel) panel.update();
     else if (feed.summary)
-      panel = livePanel(stage, feed, state, navigate, (summary) => setup.editRun(summary));
-    else if (feed.state === "gone")
-      empty(stage, "This live run has ended", feed.message, aborted.signal);
+      panel = createLivePanel(stage, feed, state, navigate, (summary) => setup.editRun(summary));
+    else if (feed.state === "removed")
+      showEmpty(stage, "This live run has ended", feed.message, aborted.signal);
   };
   const update = (next) => {
     state = next;
@@ -49,8 +51,8 @@ export function mount(root, state, navigate, guide) {
     columns.classList.toggle("shown", shown !== "");
     leave();
     if (sweep)
-      return void (panel = sweepPanel(stage, sweep, () =>
-        empty(
+      return void (panel = createSweepPanel(stage, sweep, () =>
+        showEmpty(
           stage,
           "This sweep has ended",
           "Its runs are stored. Open them in Results.",
@@ -58,32 +60,33 @@ export function mount(root, state, navigate, guide) {
         ),
       ));
     if (!id)
-      return empty(
+      return showEmpty(
         stage,
         "Watch evolution happen",
         "Choose a preset, change parameters if you like, and press Start.",
         aborted.signal,
       );
     feed = openFeed(id);
-    [feed.onUpdate, feed.onError] = [showUpdate, (sentence) => message(sentence, "error")];
+    feed.onUpdate = showUpdate;
+    feed.onError = (sentence) => showMessage(sentence, "error");
     showUpdate();
   };
   const showStarted = (patch) => {
     // The run needs the space of the guide.
     guide.hide();
-    navigate({ ...NOTHING, ...patch }, false);
+    navigate({ ...EMPTY_STATE, ...patch }, false);
     // With one column, the run is above the settings.
     root.scrollTo({ top: 0 });
   };
   const listener = {
     started: (id) => showStarted({ id }),
     swept: (sweep) => showStarted({ sweep }),
-    paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
-    valid: (shown) => preview(stage, shown),
+    paced: (seconds) => feed && !feed.ended && feed.send({ command: "pace", seconds }),
+    valid: (shown) => drawPreview(stage, shown),
   };
 
   const setup = new Setup(state, navigate, listener, aborted.signal);
-  setup.show(side).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  setup.show(side).catch((error) => aborted.signal.aborted || showMessage(error.message, "error"));
   update(state);
   return {
     update,
@@ -95,8 +98,8 @@ export function mount(root, state, navigate, guide) {
 }
 
 /** Show a message and the active runs if no run is selected. */
-async function empty(stage, title, sentence, signal) {
-  const activeList = el("ul", { class: "live-others" });
+async function showEmpty(stage, title, sentence, signal) {
+  const activeList = el("ul", { class: "live-active" });
   const map = el("canvas", {
     class: "live-preview",
     hidden: true,
@@ -148,7 +151,7 @@ async function empty(stage, title, sentence, signal) {
 }
 
 /** Draw the map of the selected settings if no run is selected. */
-function preview(stage, shown) {
+function drawPreview(stage, shown) {
   const map = stage.querySelector(".live-preview");
   if (!map) return;
   map.hidden = !shown.world;

@@ -1,9 +1,9 @@
 /** The Papers tab: one card per paper, with its studies and commands. */
 
 import { VERDICTS } from "./claims.js";
-import { el, format, getJSON, icon, message } from "./common.js";
+import { el, formatNumber, getJSON, createIcon, showMessage } from "./common.js";
 
-const COPY = "M7 7V3h10v10h-4M3 7h10v10H3z";
+const COPY_ICON = "M7 7V3h10v10h-4M3 7h10v10H3z";
 
 /**
  * Mount the view (see main.js). The address can name a `paper`, whose card is scrolled into view.
@@ -19,19 +19,19 @@ export function mount(root, state) {
       `/api/papers?${new URLSearchParams(paper ? { paper } : {})}`,
       aborted.signal,
     );
-    cards.replaceChildren(...papers.map(card));
-    if (problem) message(problem, "error");
+    cards.replaceChildren(...papers.map(createCard));
+    if (problem) showMessage(problem, "error");
     const target = [...cards.children].find(({ dataset }) => dataset.paper === paper);
     target?.scrollIntoView({ block: "center" });
     target?.focus({ preventScroll: true });
   };
   const update = (next) =>
-    show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+    show(next).catch((error) => aborted.signal.aborted || showMessage(error.message, "error"));
   update(state);
   return { update, unmount: () => aborted.abort() };
 }
 
-function card(paper) {
+function createCard(paper) {
   const { name, title, authors, year, published, description, link, picture } = paper;
   const image =
     picture &&
@@ -58,25 +58,25 @@ function card(paper) {
         ? [" · ", el("a", { href: link, target: "_blank", rel: "noopener" }, "the paper")]
         : []),
     ),
-    el("p", { class: "paper-sentence" }, capital(description), "."),
+    el("p", { class: "paper-summary" }, capitalize(description), "."),
     el("p", { class: "soft" }, describeSize(paper)),
-    ...paper.studies.map(studyRow),
-    el("div", { class: "paper-run" }, ...runLinks(paper)),
+    ...paper.studies.map(createStudyRow),
+    el("div", { class: "paper-run" }, ...createRunLinks(paper)),
   );
 }
 
 function describeSize({ conditions, claims, runs }) {
-  const countOf = (count, what) => `${format(count)} ${what}${count === 1 ? "" : "s"}`;
+  const formatCount = (count, noun) => `${formatNumber(count)} ${noun}${count === 1 ? "" : "s"}`;
   return (
-    `${countOf(conditions, "condition")}, ${countOf(runs, "run")} each, ` +
-    `${claims ? countOf(claims, "claim") : "no claims"}`
+    `${formatCount(conditions, "condition")}, ${formatCount(runs, "run")} each, ` +
+    `${claims ? formatCount(claims, "claim") : "no claims"}`
   );
 }
 
 /** Return the row of a study: verdicts and links. */
-function studyRow({ study, changes, verdicts, problem, is_viewable: isViewable }) {
-  const countOf = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
-  const badges = countOf.map(([verdict, [tone, singular, plural]]) =>
+function createStudyRow({ study, changes, verdicts, problem, is_viewable: isViewable }) {
+  const present = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
+  const badges = present.map(([verdict, [tone, singular, plural]]) =>
     el(
       "span",
       { class: `badge ${tone}` },
@@ -114,7 +114,7 @@ function studyRow({ study, changes, verdicts, problem, is_viewable: isViewable }
         ]),
     el(
       "span",
-      { class: "spread paper-ways" },
+      { class: "spread paper-links" },
       isViewable && link("world", "Watch"),
       link("results", "Results"),
     ),
@@ -122,7 +122,7 @@ function studyRow({ study, changes, verdicts, problem, is_viewable: isViewable }
 }
 
 /** Return the buttons that run one condition or copy the command of the complete paper. */
-function runLinks({ name, title, preset }) {
+function createRunLinks({ name, title, preset }) {
   const command = `baldwinlab reproduce ${name}`;
   const live =
     preset &&
@@ -138,9 +138,9 @@ function runLinks({ name, title, preset }) {
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(command);
-      message(`Copied: ${command}`, "done");
+      showMessage(`Copied: ${command}`, "done");
     } catch {
-      message(`The browser does not allow copying. The command is: ${command}`, "error");
+      showMessage(`The browser does not allow copying. The command is: ${command}`, "error");
     }
   };
   return [
@@ -154,12 +154,12 @@ function runLinks({ name, title, preset }) {
         onclick: copy,
         "data-testid": `copy-${name}`,
       },
-      icon(COPY),
+      createIcon(COPY_ICON),
       el("code", {}, command),
     ),
   ];
 }
 
-function capital(text) {
+function capitalize(text) {
   return text[0].toUpperCase() + text.slice(1);
 }

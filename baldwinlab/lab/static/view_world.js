@@ -1,12 +1,15 @@
 /** The World tab: worlds, or alleles and views for models without a world. */
 
-import { message } from "./common.js";
+import { showMessage } from "./common.js";
 import { PRESETS, hasWorld, loadStudies } from "./sources.js";
 import { ModelTab } from "./model_tab.js";
 import { WorldTab } from "./world_tab.js";
 
 export function mount(root, state, navigate, guide) {
-  let [requested, available, tab, closed] = [state, null, null, false];
+  let requested = state;
+  let available = null;
+  let tab = null;
+  let closed = false;
   const update = (state) => {
     requested = state;
     if (!available) return;
@@ -24,12 +27,13 @@ export function mount(root, state, navigate, guide) {
   };
   const begin = async () => {
     const { studies, worldless, problems } = await loadStudies();
-    for (const problem of problems) message(problem, "error");
+    for (const problem of problems) showMessage(problem, "error");
     if (closed) return;
     const why = worldless.length
       ? "The models of the stored studies have no world to show."
       : "This folder contains no study yet.";
-    if (studies[0].id === PRESETS) message(`${why} The lab simulates built-in presets instead.`);
+    if (studies[0].id === PRESETS)
+      showMessage(`${why} The lab simulates built-in presets instead.`);
     available = { studies, worldless };
     update(requested);
   };

@@ -1,11 +1,11 @@
 /** The screen during compilation: a recorded lifetime and the elapsed time. */
 
-import { el, getBinary, getJSON, message } from "./common.js";
+import { el, getBinary, getJSON, showMessage } from "./common.js";
 import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
 import { TimeBar } from "./time_bar.js";
-import { WorldFigure, completeLifetime } from "./world_figure.js";
+import { WorldFigure, createLifetime } from "./world_figure.js";
 
 // Milliseconds between two requests.
 const POLL_INTERVAL = 500;
@@ -15,25 +15,25 @@ const SPEED = 10;
 let engine = { ready: false, seconds: 0 };
 
 /**
- * Wait until the engine is ready or the view is no longer wanted.
+ * Wait until the engine is ready or the view is no longer current.
  * @param {HTMLElement} root is filled in the meantime
  */
-export async function waitForEngine(root, wanted) {
+export async function waitForEngine(root, isCurrent) {
   if (engine.ready) return;
   engine = await getJSON("api/engine");
-  const first = engine.ready || !wanted() ? null : new WaitingScreen(root);
-  while (!engine.ready && wanted()) {
-    first.showElapsed(engine);
+  const screen = engine.ready || !isCurrent() ? null : new WaitingScreen(root);
+  while (!engine.ready && isCurrent()) {
+    screen.showElapsed(engine);
     await new Promise((resolve) => setTimeout(resolve, POLL_INTERVAL));
     engine = await getJSON("api/engine");
   }
-  first?.close();
-  if (first && wanted()) first.restore();
+  screen?.close();
+  if (screen && isCurrent()) screen.restore();
 }
 
 class WaitingScreen {
   constructor(root) {
-    Object.assign(this, { root, before: root.className });
+    Object.assign(this, { root, initialClass: root.className });
     this.player = new Player((time) => this.draw(time));
     this.player.setSpeed(SPEED);
     this.figure = new WorldFigure("A recorded lifetime", "first-canvas", {
@@ -48,7 +48,7 @@ class WaitingScreen {
     };
     this.legend = new Legend();
     this.seconds = el("span", { class: "number" });
-    this.what = el("p", { class: "soft" });
+    this.caption = el("p", { class: "soft" });
     const waiting = el(
       "p",
       { class: "first-waiting" },
@@ -72,18 +72,18 @@ class WaitingScreen {
       this.bar.root,
       foot,
       this.legend.root,
-      this.what,
+      this.caption,
     );
     element.addEventListener("keydown", (event) => this.bar.handleKey(event));
     root.replaceChildren(element);
     root.className = "view-first";
-    this.load().catch((fault) => message(fault.message, "error"));
+    this.load().catch((error) => showMessage(error.message, "error"));
   }
 
   async load() {
-    const life = completeLifetime(new Recording(await getBinary("first_life.bald")));
+    const life = createLifetime(new Recording(await getBinary("first_life.bald")));
     const { header } = life;
-    this.what.textContent =
+    this.caption.textContent =
       `Recording: ${header.condition}, run ${header.run}, generation ` +
       `${header.generation}, first ${header.last.toLocaleString("en")} ` +
       "steps.";
@@ -113,7 +113,7 @@ class WaitingScreen {
 
   /** Restore the previous state of the page. */
   restore() {
-    this.root.className = this.before;
+    this.root.className = this.initialClass;
     this.root.replaceChildren();
   }
 }

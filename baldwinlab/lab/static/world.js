@@ -68,40 +68,41 @@ export class WorldView {
 
   /** Zoom by a factor. The point (px, py) stays fixed. */
   zoomAt(factor, px, py) {
-    const before = this.toWorld(px, py);
+    const before = this.convertToMap(px, py);
     this.setCamera(this.camera.x, this.camera.y, this.camera.zoom * factor);
-    const after = this.toWorld(px, py);
-    const [x, y] = [
-      (before[0] - after[0]) / this.world.width,
-      (before[1] - after[1]) / this.world.height,
-    ];
+    const after = this.convertToMap(px, py);
+    const x = (before[0] - after[0]) / this.world.width;
+    const y = (before[1] - after[1]) / this.world.height;
     this.setCamera(this.camera.x + x, this.camera.y + y, this.camera.zoom);
   }
 
   setCamera(x, y, zoom) {
-    const within = Math.min(24, Math.max(1, zoom));
+    const limited = Math.min(24, Math.max(1, zoom));
     // The complete map stays centered.
-    const slack = within === 1 ? 0 : 0.5;
+    const slack = limited === 1 ? 0 : 0.5;
     const clamp = (value) => Math.min(0.5 + slack, Math.max(0.5 - slack, value));
-    this.camera = { x: rounded(clamp(x)), y: rounded(clamp(y)), zoom: rounded(within) };
+    this.camera = { x: round(clamp(x)), y: round(clamp(y)), zoom: round(limited) };
     // A finger scrolls the page, unless the map is enlarged.
-    this.canvas.style.touchAction = within === 1 ? "pan-x pan-y" : "none";
+    this.canvas.style.touchAction = limited === 1 ? "pan-x pan-y" : "none";
   }
 
-  toWorld(px, py) {
+  convertToMap(px, py) {
     const [left, top] = this.origin;
     return [(px - left) / this.scale, (py - top) / this.scale];
   }
 
   /** Return the agent nearest to a position on the canvas, in CSS pixels, or null. */
-  agentAt(px, py, reach = 18) {
-    const [x, y] = this.toWorld(px, py);
-    let [value, nearest] = [null, Math.max(reach / this.scale, 6) ** 2];
+  findAgent(px, py, reach = 18) {
+    const [x, y] = this.convertToMap(px, py);
+    let nearest = null;
+    let nearestDistance = Math.max(reach / this.scale, 6) ** 2;
     for (let agent = 0; agent < this.count; agent++) {
       const distance = (this.x[agent] - x) ** 2 + (this.y[agent] - y) ** 2;
-      if (distance < nearest) [value, nearest] = [agent, distance];
+      if (distance >= nearestDistance) continue;
+      nearest = agent;
+      nearestDistance = distance;
     }
-    return value;
+    return nearest;
   }
 
   /**
@@ -128,10 +129,10 @@ export class WorldView {
     pen.rect(0, 0, this.world.width, this.world.height);
     pen.clip();
     const step = Math.min(Math.floor(time), recording.last - 1);
-    this.place(recording, step, time - step);
+    this.placeAgents(recording, step, time - step);
     const ready = this.drawTrails(transform, recording, step, options, scale);
     if (options.sight !== false) drawSensors(this, recording, step, options.chosen);
-    this.drawItems(recording.itemsAt(step), recording.header.appearance.item_kinds, scale);
+    this.drawItems(recording.findItems(step), recording.header.appearance.item_kinds, scale);
     drawAgents(this, recording, step, options.chosen);
     pen.restore();
     this.drawEdge(scale);
@@ -147,12 +148,12 @@ export class WorldView {
     const { pen, world } = this;
     pen.fillStyle = palette.map;
     pen.fillRect(0, 0, world.width, world.height);
-    const apart = Math.min(world.width, world.height) / 8;
+    const spacing = Math.min(world.width, world.height) / 8;
     pen.strokeStyle = palette.grid;
     pen.lineWidth = 1 / scale;
     pen.beginPath();
-    for (let x = apart; x < world.width; x += apart) pen.rect(x, 0, 0, world.height);
-    for (let y = apart; y < world.height; y += apart) pen.rect(0, y, world.width, 0);
+    for (let x = spacing; x < world.width; x += spacing) pen.rect(x, 0, 0, world.height);
+    for (let y = spacing; y < world.height; y += spacing) pen.rect(0, y, world.width, 0);
     pen.stroke();
     for (const mark of world.marks) drawMark(pen, mark, scale);
   }
@@ -165,20 +166,26 @@ export class WorldView {
   }
 
   /** Interpolate the position of every agent between two steps. */
-  place({ agents, first, last, header: { appearance }, arrays: { x, y, heading } }, step, share) {
+  placeAgents(
+    { agents, first, last, header: { appearance }, arrays: { x, y, heading } },
+    step,
+    share,
+  ) {
     if (this.count !== agents) {
       this.count = agents;
       for (const name of ["x", "y", "angle"]) this[name] = new Float32Array(agents);
     }
     const { width, height } = this.world;
     const turn = (2 * Math.PI) / appearance.headings;
-    const at = (step - first) * agents;
-    const nextRow = step + 1 < last ? at + agents : at;
+    const index = (step - first) * agents;
+    const nextRow = step + 1 < last ? index + agents : index;
     for (let agent = 0; agent < agents; agent++) {
-      const [now, next] = [at + agent, nextRow + agent];
-      this.x[agent] = along(x[now], x[next], share, width);
-      this.y[agent] = along(y[now], y[next], share, height);
-      this.angle[agent] = along(heading[now], heading[next], share, appearance.headings) * turn;
+      const current = index + agent;
+      const next = nextRow + agent;
+      this.x[agent] = interpolate(x[current], x[next], share, width);
+      this.y[agent] = interpolate(y[current], y[next], share, height);
+      this.angle[agent] =
+        interpolate(heading[current], heading[next], share, appearance.headings) * turn;
     }
   }
 
@@ -203,7 +210,7 @@ export class WorldView {
   }
 
   /** Draw items. They are numbered by kind. */
-  drawItems(places, kinds, scale) {
+  drawItems(positions, kinds, scale) {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
     let item = 0;
@@ -212,7 +219,7 @@ export class WorldView {
       for (const end = item + number; item < end; item++) {
         // One path per item takes half the time of one path for all.
         pen.beginPath();
-        pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
+        pen.arc(positions.x[item], positions.y[item], radius, 0, 2 * Math.PI);
         pen.fill();
       }
     }
@@ -243,12 +250,13 @@ function drawMark(pen, { kind, x, y, width, height, color, solid }, scale) {
 }
 
 /** Round to the precision of the address. */
-function rounded(value) {
+function round(value) {
   return Math.round(value * 1e5) / 1e5;
 }
 
 /** Interpolate between two numbers along the shorter way on a circle. */
-function along(from, to, share, size) {
+function interpolate(from, to, share, size) {
   const value = from + shortestDistance(to - from, size) * share;
-  return value < 0 ? value + size : value >= size ? value - size : value;
+  if (value < 0) return value + size;
+  return value >= size ? value - size : value;
 }

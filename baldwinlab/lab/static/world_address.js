@@ -9,7 +9,7 @@ const TRAILS = ["off", "recent", "life"];
 export const WHOLE_MAP = { x: 0.5, y: 0.5, zoom: 1 };
 
 /** Return the lifetime to compare with, or null. */
-export function secondLifetime(state, first) {
+export function readSecondLifetime(state, first) {
   if (state["b.condition"] === undefined && state["b.generation"] === undefined) return null;
   return Object.fromEntries(LIFE.map((key) => [key, state[`b.${key}`] ?? first[key]]));
 }

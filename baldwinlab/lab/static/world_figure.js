@@ -1,21 +1,21 @@
 /** A world outside the World tab: with zoom, the number of eaten items, and a selected agent. */
 
-import { el, icon } from "./common.js";
+import { el, createIcon } from "./common.js";
 import { bindGestures } from "./gestures.js";
 import { WorldView } from "./world.js";
 
 const BUTTONS = {
   closer: ["Zoom in", "M10 4v12M4 10h12"],
   farther: ["Zoom out", "M4 10h12"],
-  whole: ["Show the whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
+  all: ["Show the whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
 };
 // Zoom factor of a press.
-const CLOSER = 1.5;
+const ZOOM_FACTOR = 1.5;
 
 /** Return a single recording as a complete lifetime. */
-export function completeLifetime(recording) {
+export function createLifetime(recording) {
   const { header, steps } = recording;
-  return { header, steps, parts: new Map([[0, recording]]), at: () => recording };
+  return { header, steps, parts: new Map([[0, recording]]), findPart: () => recording };
 }
 
 export class WorldFigure {
@@ -51,9 +51,9 @@ export class WorldFigure {
         "span",
         { class: "figure-tools" },
         this.picker,
-        toolButton("closer", zoom(CLOSER)),
-        toolButton("farther", zoom(1 / CLOSER)),
-        toolButton("whole", () => this.fit()),
+        createToolButton("closer", zoom(ZOOM_FACTOR)),
+        createToolButton("farther", zoom(1 / ZOOM_FACTOR)),
+        createToolButton("all", () => this.fit()),
       ),
     );
     bindGestures(this.canvas, this.view, {
@@ -68,7 +68,7 @@ export class WorldFigure {
     this.sized.observe(this.canvas);
   }
 
-  /** @param {import("./recording.js").Lifetime} life or the result of `completeLifetime` */
+  /** @param {import("./recording.js").Lifetime} life or the result of `createLifetime` */
   show(life) {
     this.life = life;
     const { agents } = life.header;
@@ -111,7 +111,7 @@ export class WorldFigure {
    *   completely drawn
    */
   draw(time) {
-    const recording = this.life?.at(Math.floor(time)) ?? null;
+    const recording = this.life?.findPart(Math.floor(time)) ?? null;
     const moment = Math.max(time, recording?.first ?? 0);
     const ready = this.view.draw(recording, moment, { chosen: this.agent });
     if (recording) this.showFacts(recording, Math.min(Math.floor(moment), recording.last - 1));
@@ -119,15 +119,15 @@ export class WorldFigure {
   }
 
   showFacts(recording, step) {
-    setText(this.count, recording.eaten(step + 1));
+    setText(this.count, recording.describeEaten(step + 1));
     if (this.agent === null) return;
     const { agent } = this;
-    const senses = recording.senses(step, agent);
+    const senses = recording.listActiveInputs(step, agent);
     const action =
       recording.header.appearance.actions[
         recording.arrays.action[(step - recording.first) * recording.agents + agent]
       ];
-    const eaten = recording.eatenBefore(step + 1, agent);
+    const eaten = recording.countEaten(step + 1, agent);
     setText(
       this.facts,
       `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · ` +
@@ -140,7 +140,7 @@ export class WorldFigure {
   }
 }
 
-function toolButton(name, action) {
+function createToolButton(name, action) {
   const [label, path] = BUTTONS[name];
   return el(
     "button",
@@ -152,7 +152,7 @@ function toolButton(name, action) {
       "data-testid": `zoom-${name}`,
       onclick: action,
     },
-    icon(path),
+    createIcon(path),
   );
 }
 

@@ -3,14 +3,14 @@
 import { LifetimeSelector } from "./lifetime_selector.js";
 import { el, getBinary } from "./common.js";
 import { bindGestures } from "./gestures.js";
-import { agentLabel } from "./population.js";
+import { formatAgent } from "./population.js";
 import { Lifetime, Recording } from "./recording.js";
-import { query } from "./sources.js";
+import { lifetimeQuery } from "./sources.js";
 import { Tooltip } from "./tooltip.js";
 import { WorldView } from "./world.js";
 
 // Agent-steps per request, about 17 MB.
-const PART = 1_300_000;
+const PART_AGENT_STEPS = 1_300_000;
 
 export class WorldPanel extends LifetimeSelector {
   /**
@@ -42,7 +42,7 @@ export class WorldPanel extends LifetimeSelector {
     this.view = new WorldView(this.canvas);
     this.tip = new Tooltip(this.stage);
     const hovered = (agent, x, y) =>
-      this.tip.show(agent === null || !this.seen ? null : this.seen(agent), x, y);
+      this.tip.show(agent === null || !this.describe ? null : this.describe(agent), x, y);
     bindGestures(this.canvas, this.view, {
       changed: callbacks.moved,
       picked: callbacks.picked,
@@ -70,7 +70,8 @@ export class WorldPanel extends LifetimeSelector {
       () => {
         if (this.loadingLife?.parts.size) {
           this.life?.close();
-          [this.life, this.loadingLife] = [this.loadingLife, null];
+          this.life = this.loadingLife;
+          this.loadingLife = null;
           // Milliseconds, for tests and benchmarks.
           this.root.dataset.ready = String(Math.round(performance.now() - started));
           this.callbacks.loaded();
@@ -78,26 +79,26 @@ export class WorldPanel extends LifetimeSelector {
         this.busy.hidden = !this.loadingLife;
         this.callbacks.invalidate();
       },
-      (fault) => {
+      (error) => {
         // Remove the old lifetime, because the selectors show another source.
         this.life?.close();
         this.life = this.loadingLife = null;
         this.note.textContent = "";
         delete this.root.dataset.ready;
         this.busy.hidden = true;
-        this.callbacks.failed(fault);
+        this.callbacks.failed(error);
       },
     );
     setTimeout(() => (this.busy.hidden = !this.loadingLife), 150);
   }
 
   async fetchPart(source, part, agents, signal) {
-    const requested = query(source);
+    const requested = lifetimeQuery(source);
     const steps = this.condition?.steps;
     const span =
       part ??
       (agents && steps
-        ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART / agents))) }
+        ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART_AGENT_STEPS / agents))) }
         : null);
     if (span) for (const [key, value] of Object.entries(span)) requested.set(key, value);
     return new Recording(await getBinary(`api/recording?${requested}`, signal));
@@ -108,7 +109,7 @@ export class WorldPanel extends LifetimeSelector {
    *   completely drawn
    */
   draw(time, options) {
-    const recording = this.life?.at(Math.floor(time)) ?? null;
+    const recording = this.life?.findPart(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;
     const ready = this.view.draw(recording, moment, options);
     this.curve.draw();
@@ -117,8 +118,8 @@ export class WorldPanel extends LifetimeSelector {
   }
 
   showCount(recording, step) {
-    this.seen = (agent) => agentLabel(agent, recording.eatenBefore(step + 1, agent));
-    const text = recording.eaten(step + 1);
+    this.describe = (agent) => formatAgent(agent, recording.countEaten(step + 1, agent));
+    const text = recording.describeEaten(step + 1);
     if (this.note.textContent !== text) this.note.textContent = text;
   }
 

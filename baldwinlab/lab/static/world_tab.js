@@ -1,30 +1,30 @@
 /** The World tab of models with a world: one or two synchronized worlds, playback and inspector. */
 
-import { el, message } from "./common.js";
+import { el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { handleWorldKey } from "./keys.js";
 import { Legend } from "./legend.js";
 import { WorldPanel } from "./world_panel.js";
-import { Player, defaultSpeed } from "./player.js";
+import { Player, chooseSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
 import {
   PRESETS,
-  nearestLifetime,
-  query,
+  findNearestLifetime,
+  lifetimeQuery,
   requireViewable,
-  comparisonSource,
-  lifetimeTitle,
+  chooseComparison,
+  formatLifetimeTitle,
   addTypicalRun,
 } from "./sources.js";
 import { Timeline } from "./timeline.js";
 import { CURVE } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 import { PlaybackBar } from "./playback_bar.js";
-import { WHOLE_MAP, secondLifetime, readOptions, writeOptions } from "./world_address.js";
+import { WHOLE_MAP, readSecondLifetime, readOptions, writeOptions } from "./world_address.js";
 
 export class WorldTab {
-  /** @param {{studies: object[], worldless: object[]}} there from `loadStudies` */
+  /** @param {{studies: object[], worldless: object[]}} stored from `loadStudies` */
   constructor(root, navigate, guide, { studies, worldless }) {
     Object.assign(this, {
       root,
@@ -47,7 +47,7 @@ export class WorldTab {
         last: this.panels[0].condition.generations - 1,
       }),
       visit: (generation) => this.showGeneration(generation),
-      changed: (on) => this.setPlaying(on),
+      changed: (isPlaying) => this.setPlaying(isPlaying),
     });
     this.player.ended = () => this.generationPlayer.next();
     const { signal } = (this.leaving = new AbortController());
@@ -86,7 +86,7 @@ export class WorldTab {
       set: (change) => this.set(change),
       toggleComparison: () => this.toggleComparison(),
       fit: () => this.fit(),
-      meal: (way) => this.goToMeal(way),
+      goToMeal: (direction) => this.goToMeal(direction),
     };
     this.playbackBar = new PlaybackBar(this.player, this.timeline, callbacks);
     const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
@@ -96,7 +96,10 @@ export class WorldTab {
       this.playbackBar.root,
     );
     this.share = mountShare(document.getElementById("actions"), () => ({
-      panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })),
+      panels: this.panels.map(({ source, canvas }) => ({
+        source: String(lifetimeQuery(source)),
+        canvas,
+      })),
       step: Math.floor(this.player.time),
     }));
   }
@@ -105,19 +108,19 @@ export class WorldTab {
   applyState(state) {
     try {
       requireViewable(this, state);
-      const first = nearestLifetime(this.studies, state, true);
+      const first = findNearestLifetime(this.studies, state, true);
       this.requirePanel(0).choose(first);
-      const second = secondLifetime(state, first);
-      if (second) this.requirePanel(1).choose(nearestLifetime(this.studies, second, true));
+      const second = readSecondLifetime(state, first);
+      if (second) this.requirePanel(1).choose(findNearestLifetime(this.studies, second, true));
       else this.removeSecond();
-    } catch (fault) {
-      message(fault.message, "error");
+    } catch (error) {
+      showMessage(error.message, "error");
       if (!this.panels[0]?.source)
         this.requirePanel(0).choose(
-          nearestLifetime(this.studies, { study: state.study, condition: state.condition }),
+          findNearestLifetime(this.studies, { study: state.study, condition: state.condition }),
         );
     }
-    this.defaultSpeed = defaultSpeed(this.panels[0].condition.steps);
+    this.defaultSpeed = chooseSpeed(this.panels[0].condition.steps);
     const { speed, camera, step, descent, ...options } = readOptions(state, this.defaultSpeed);
     Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
     this.player.speed = speed;
@@ -137,7 +140,7 @@ export class WorldTab {
       invalidate: () => this.player.invalidate(),
       chosen: () => this.onSourceChosen(),
       loaded: () => this.loaded(),
-      failed: (fault) => message(fault.message, "error"),
+      failed: (error) => showMessage(error.message, "error"),
       picked: (agent) => this.pick(name, agent),
       moved: () => this.setCamera(panel.view.camera),
       fitted: () => this.fit(),
@@ -157,7 +160,7 @@ export class WorldTab {
 
   toggleComparison() {
     if (this.panels.length > 1) this.removeSecond();
-    else this.requirePanel(1).choose(comparisonSource(this.panels[0]));
+    else this.requirePanel(1).choose(chooseComparison(this.panels[0]));
     this.loaded();
     this.onSourceChosen();
   }
@@ -174,7 +177,7 @@ export class WorldTab {
     if (!lengths.length) return;
     this.showGuide();
     this.player.last = Math.max(...lengths) - 1;
-    const speed = defaultSpeed(this.player.last + 1);
+    const speed = chooseSpeed(this.player.last + 1);
     // The user has not selected a speed.
     if (this.player.speed === this.defaultSpeed) this.player.speed = speed;
     this.defaultSpeed = speed;
@@ -182,7 +185,7 @@ export class WorldTab {
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
     else if (this.player.time > this.player.last) this.player.seek(this.player.last);
     this.startAt = undefined;
-    if (this.generationPlayer.on && this.panels.every(({ loadingLife }) => !loadingLife))
+    if (this.generationPlayer.isPlaying && this.panels.every(({ loadingLife }) => !loadingLife))
       this.player.play();
     this.showTime();
   }
@@ -194,18 +197,18 @@ export class WorldTab {
     if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
   }
 
-  setPlaying(on) {
-    if (!on) this.player.pause();
-    for (const { playButton } of this.panels) playButton.setAttribute("aria-pressed", on);
+  setPlaying(isPlaying) {
+    if (!isPlaying) this.player.pause();
+    for (const { playButton } of this.panels) playButton.setAttribute("aria-pressed", isPlaying);
   }
 
   /** Go to the nearest meal of the selected agent, or of any agent. */
-  goToMeal(way) {
+  goToMeal(direction) {
     const { life } = this.panels.find(({ name }) => name === this.side);
-    const step = life?.meal(Math.floor(this.player.time), way, this.agent);
+    const step = life?.findMeal(Math.floor(this.player.time), direction, this.agent);
     if (step == null)
-      return message(
-        way > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.",
+      return showMessage(
+        direction > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.",
       );
     this.player.pause();
     this.player.seek(step);
@@ -214,7 +217,7 @@ export class WorldTab {
   /** Update the guide from the recording of the first world. */
   showGuide() {
     const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
-    const names = this.panels.map(({ source }) => el("p", {}, lifetimeTitle(source)));
+    const names = this.panels.map(({ source }) => el("p", {}, formatLifetimeTitle(source)));
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
     for (const legendView of [legend, this.playbackBar.legend])
@@ -240,7 +243,7 @@ export class WorldTab {
     if (tracks.length) this.timeline.draw(tracks);
     this.timeline.show(step);
     this.playbackBar.showStep(step);
-    const recording = this.panels[0]?.life?.at(step);
+    const recording = this.panels[0]?.life?.findPart(step);
     if (recording && this.agent === null)
       this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
     this.inspector.draw(step);
@@ -256,7 +259,7 @@ export class WorldTab {
 
   showOptions() {
     const { trails, sight, listing } = this;
-    this.playbackBar.showOptions({ trails, sight, listing, beside: this.panels.length > 1 });
+    this.playbackBar.showOptions({ trails, sight, listing, isComparing: this.panels.length > 1 });
     this.root.classList.toggle("listing", listing);
   }
 
@@ -286,12 +289,14 @@ export class WorldTab {
 
   /** Select an agent or none. The focus moves to the inspector, and back. */
   pick(side, agent) {
-    const [before, now] = [this.agent !== null, agent !== null];
-    if (now && !before) this.opener = document.activeElement;
+    const wasOpen = this.agent !== null;
+    const isOpen = agent !== null;
+    if (isOpen && !wasOpen) this.opener = document.activeElement;
     Object.assign(this, { side, agent });
     this.inspect();
-    if (now) this.inspector.root.focus();
-    else if (before) (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
+    if (isOpen) this.inspector.root.focus();
+    else if (wasOpen)
+      (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
     this.remember();
     this.player.invalidate();
   }
@@ -314,8 +319,8 @@ export class WorldTab {
   }
 
   /** Move by some generations. Negative numbers move back. */
-  changeGeneration(by) {
-    this.panels.forEach((panel) => panel.goTo(panel.source.generation + by));
+  changeGeneration(offset) {
+    this.panels.forEach((panel) => panel.goTo(panel.source.generation + offset));
   }
 
   close() {

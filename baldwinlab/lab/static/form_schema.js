@@ -1,0 +1,51 @@
+/** Read a JSON schema: references, defaults, and names of fields. */
+
+export function resolve(form, node) {
+  if (node.anyOf?.length === 2 && node.anyOf.some(({ type }) => type === "null")) {
+    const { anyOf, ...rest } = node;
+    return {
+      ...resolve(
+        form,
+        anyOf.find(({ type }) => type !== "null"),
+      ),
+      ...rest,
+      // The value of an empty input is null.
+      empty: true,
+    };
+  }
+  if (!node.$ref) return node;
+  const { $ref, ...rest } = node;
+  return { ...resolve(form, form.schema.$defs[$ref.split("/").pop()]), ...rest };
+}
+
+/**
+ * Return the initial value of a new entry: an unused option, a copy of the last entry, or a
+ * default.
+ */
+export function chooseNewEntry(form, item, entries) {
+  if (item.enum) return item.enum.find((option) => !entries.includes(option)) ?? item.enum[0];
+  return structuredClone(entries.at(-1)) ?? chooseDefault(form, item);
+}
+
+/** Return the default value of a field, or a value within its limits. */
+function chooseDefault(form, node) {
+  const resolved = resolve(form, node);
+  if (resolved.default !== undefined) return structuredClone(resolved.default);
+  if (resolved.type === "object")
+    return Object.fromEntries(
+      Object.entries(resolved.properties).map(([name, below]) => [
+        name,
+        chooseDefault(form, below),
+      ]),
+    );
+  if (resolved.prefixItems) return resolved.prefixItems.map((_, number) => 100 * number);
+  return resolved.minimum ?? 0;
+}
+
+/** Return `FoodRegion` and `food_region` as "food region". */
+export function formatName(name) {
+  return name
+    .replace(/_/g, " ")
+    .replace(/([a-z])([A-Z])/g, "$1 $2")
+    .toLowerCase();
+}

@@ -1,0 +1,73 @@
+/** The controls at the top of the Results tab: study, report and measure. */
+
+import { el } from "./common.js";
+import { describeMeasures } from "./results_measures.js";
+
+export function createHeading({ study, studies, choose }) {
+  const seed = el("span", { class: "badge" }, `seed ${study.seed}`);
+  const runs = study.conditions.map((condition) => condition.runs.length);
+  const minRuns = Math.min(...runs);
+  const maxRuns = Math.max(...runs);
+  const runsBadge = el(
+    "span",
+    { class: "badge" },
+    `${minRuns === maxRuns ? maxRuns : `${minRuns} to ${maxRuns}`} runs per condition`,
+  );
+  const folder =
+    study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`;
+  const report =
+    study.report &&
+    el(
+      "a",
+      {
+        class: "button spread",
+        target: "_blank",
+        rel: "noopener",
+        "data-testid": "report-link",
+        href: `/api/report/${folder}report.html`,
+      },
+      "Full report",
+    );
+  return el(
+    "div",
+    { class: "row" },
+    createStudyPicker(studies, study.id, choose),
+    seed,
+    runsBadge,
+    report,
+  );
+}
+
+export function createStudyPicker(studies, id, choose) {
+  const options = studies.map((study) =>
+    el(
+      "option",
+      { value: study.id, selected: study.id === id },
+      study.id === "." ? "this study" : study.id,
+    ),
+  );
+  const none = id === null ? [el("option", { value: "", selected: true }, "choose a study")] : [];
+  const change = (event) => choose({ study: event.target.value });
+  return el(
+    "select",
+    { "aria-label": "Study", "data-testid": "results-study", onchange: change },
+    ...none,
+    ...options,
+  );
+}
+
+export function createMeasureSwitch(results, measure, choose) {
+  const buttons = Object.entries(describeMeasures(results)).map(([key, { name }]) =>
+    el(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": String(key === measure),
+        "data-testid": `measure-${key}`,
+        onclick: () => choose({ measure: key }),
+      },
+      name,
+    ),
+  );
+  return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
+}

@@ -1,0 +1,43 @@
+/** The fields of a live run that are not parameters: preset, runs, seed and speed. */
+
+import { el } from "./common.js";
+
+// Seconds per generation.
+const SPEEDS = [
+  ["0", "maximum"],
+  ["0.1", "10 per second"],
+  ["0.5", "2 per second"],
+  ["5", "1 per 5 seconds"],
+];
+
+export const DEFAULT_SPEED = "0.1";
+
+export function createNumberField(title, name, value, min, max, changed) {
+  const id = `setup-${name}`;
+  const input = el("input", { type: "number", min, max, step: 1, value, id, "data-testid": id });
+  input.addEventListener("input", () => changed(input.value === "" ? "" : Number(input.value)));
+  return el("label", { class: "field" }, el("span", {}, title), input);
+}
+
+/** Return the control for the speed of generations. */
+export function createSpeedPicker(pace, changed) {
+  const picker = el(
+    "select",
+    { "data-testid": "pace" },
+    ...SPEEDS.map(([value, name]) => el("option", { value }, name)),
+  );
+  picker.value = pace;
+  if (!picker.value) picker.value = DEFAULT_SPEED;
+  picker.addEventListener("change", () => changed(picker.value));
+  return el("label", { class: "field", title: "Generations" }, el("span", {}, "Speed"), picker);
+}
+
+/** Return the options of the presets, grouped by learner. */
+export function groupPresets(presets) {
+  const groups = new Map();
+  for (const { name, learner } of presets)
+    groups.set(learner, [...(groups.get(learner) ?? []), el("option", { value: name }, name)]);
+  return [...groups].flatMap(([learner, options]) =>
+    learner && options.length > 1 ? [el("optgroup", { label: learner }, ...options)] : options,
+  );
+}
