@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any, Final
 
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import BUILT_IN, key_of
 from baldwinlab.lab.schema import node_at, schema_of
