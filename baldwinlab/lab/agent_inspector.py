@@ -212,7 +212,8 @@ def _relatives(
 ) -> dict[str, Any]:
     """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
 
-    `energy` [agent] determines which agents reproduce. With births during life, the relatives are unknown.
+    `energy` [agent] determines which agents reproduce. With births during life, the relatives are
+    unknown.
     """
     experiment = life.experiment
     key = life.key

@@ -78,7 +78,7 @@ def test_a_client_without_the_token_starts_no_run_and_writes_no_study(
 
 
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere", "/"])
-def test_a_websocket_without_the_token_is_refused(lab_server: LabServer, path: str) -> None:
+def test_a_websocket_without_the_token_is_rejected(lab_server: LabServer, path: str) -> None:
     for cookie in ("", f"{cookie_name(lab_server.port)}=wrong"):
         with pytest.raises(InvalidStatus) as refused:
             connect(
@@ -150,7 +150,7 @@ def test_a_ticket_is_valid_once() -> None:
     assert not access.is_token(second) and not access.admits("")
 
 
-def test_a_page_without_the_token_explains_access(browser: Browser, lab_server: LabServer) -> None:
+def test_a_page_explains_access_until_the_printed_address_is_opened(browser: Browser, lab_server: LabServer) -> None:
     with browser.new_context() as context:
         page = context.new_page()
         for tab in ("papers", "world", "live", "results"):

@@ -51,7 +51,8 @@ def test_the_teacher_has_the_activations_of_a_network_with_its_weights(
 ) -> None:
     _, arrays = get_arrays(lab_server.address, "agent", **SMALL, agent=3)
     assert arrays["activations"][:, :3].any(), "the agent sensed nothing"
-    first, second = arrays["teacher"][:30].reshape(3, 10), arrays["teacher"][30:].reshape(10, 3)
+    first = arrays["teacher"][:30].reshape(3, 10)
+    second = arrays["teacher"][30:].reshape(10, 3)
     hidden = sigmoid(arrays["activations"][:, :3] @ first)
     output = sigmoid(hidden @ second)
     assert np.allclose(
@@ -74,7 +75,8 @@ def test_the_responses_are_those_of_a_network_with_the_agent_s_weights(
     for weights, responses in zip(
         arrays["weights"][[0, 100, 200]], arrays["responses"][[0, 100, 200]], strict=True
     ):
-        first, second = weights[:30].reshape(3, 10), weights[30:].reshape(10, 3)
+        first = weights[:30].reshape(3, 10)
+        second = weights[30:].reshape(10, 3)
         assert np.array_equal(responses, (sigmoid(sensed @ first) @ second).argmax(axis=1))
 
 

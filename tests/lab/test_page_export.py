@@ -310,7 +310,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     )
 
 
-def test_an_invalid_form_shows_a_message_and_disables_start_run(page: Page) -> None:
+def test_an_invalid_form_shows_a_message_and_disables_start(page: Page) -> None:
     page.get_by_test_id("group-learning").locator("summary").click()
     page.get_by_test_id("field-learning.rate").fill("11")
     expect(page.get_by_test_id("setup-fault")).to_contain_text(
