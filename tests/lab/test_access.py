@@ -150,7 +150,9 @@ def test_a_ticket_is_valid_once() -> None:
     assert not access.is_token(second) and not access.admits("")
 
 
-def test_a_page_explains_access_until_the_printed_address_is_opened(browser: Browser, lab_server: LabServer) -> None:
+def test_a_page_explains_access_until_the_printed_address_is_opened(
+    browser: Browser, lab_server: LabServer
+) -> None:
     with browser.new_context() as context:
         page = context.new_page()
         for tab in ("papers", "world", "live", "results"):
