@@ -25,8 +25,8 @@ def neighbors(heights: npt.NDArray[np.float64], bits: int) -> npt.NDArray[np.flo
     return np.array([heights[strings ^ (1 << bit)] for bit in range(bits)])
 
 
-def peaks(others: int, run: int, bits: int = BITS) -> int:
-    heights = landscape(3, run, bits, others)
+def peaks(k: int, run: int, bits: int = BITS) -> int:
+    heights = landscape(3, run, bits, k)
     return int((heights > neighbors(heights, bits)).all(axis=0).sum())
 
 
@@ -53,17 +53,17 @@ def test_where_every_bit_depends_on_all_peaks_are_as_many_as_theory_says() -> No
 
 
 @pytest.mark.parametrize(
-    ("others", "expected"), [(0, 0.833), (1, 0.778), (2, 0.714), (4, 0.570), (8, 0.2485)]
+    ("k", "expected"), [(0, 0.833), (1, 0.778), (2, 0.714), (4, 0.570), (8, 0.2485)]
 )
-def test_the_correlation_of_neighbors_matches_theory(others: int, expected: float) -> None:
+def test_the_correlation_of_neighbors_matches_theory(k: int, expected: float) -> None:
     """Its value in a landscape is 1 - ((K + 1) / N) / (1 - 2^-(K + 1))."""
     correlations = []
     for run in range(30):
-        heights = landscape(3, run, BITS, others)
+        heights = landscape(3, run, BITS, k)
         deviations = heights - heights.mean()
         of_neighbors = neighbors(heights, BITS) - heights.mean()
         correlations.append((deviations * of_neighbors).mean() / (deviations**2).mean())
-    exact = 1 - ((others + 1) / BITS) / (1 - 2.0 ** -(others + 1))
+    exact = 1 - ((k + 1) / BITS) / (1 - 2.0 ** -(k + 1))
     assert exact == pytest.approx(expected, abs=1e-3)
     assert (
         abs(np.mean(correlations) - exact)

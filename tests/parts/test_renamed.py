@@ -1,9 +1,9 @@
-"""A class with a hook or flag of version 0.1 is refused by one sentence with the new name."""
+"""Test that a class with a hook or flag of version 0.1 is refused with the new name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 from pydantic import Field
@@ -14,9 +14,17 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.parts.renamed import ALL, BY_KIND, CLASSES
 
 KINDS: list[Any] = [
-    parts.Sense, parts.Body, parts.Network, parts.LearningRule, parts.WorldFeature, parts.Selection,
-    parts.Variation, parts.Inheritance, parts.Fitness, parts.Model,
-]  # fmt: skip
+    parts.Sense,
+    parts.Body,
+    parts.Network,
+    parts.LearningRule,
+    parts.WorldFeature,
+    parts.Selection,
+    parts.Variation,
+    parts.Inheritance,
+    parts.Fitness,
+    parts.Model,
+]
 
 
 def old_names() -> Iterator[Any]:
@@ -31,16 +39,17 @@ def test_an_old_name_is_refused_with_the_new_name(kind: Any, old: str, new: str)
     sentence = f"^{old} was renamed to {new}: use the new name in the class Custom$"
     for value in (staticmethod(lambda part: None), True):
         with pytest.raises(PartError, match=sentence):
-            type(kind)("Custom", (kind,), {old: value, "__module__": __name__}, name="custom")
+            define_class(kind, {old: value})
     assert hasattr(kind, new)
+
+
+def define_class(kind: Any, attributes: dict[str, Any]) -> None:
+    type(kind)("Custom", (kind,), {**attributes, "__module__": __name__}, name="custom")
 
 
 def test_all_old_names_of_a_class_are_in_one_sentence() -> None:
     with pytest.raises(PartError, match=r"^hatch was .* init_agent, meet was .* observe_others: "):
-
-        class Old(parts.LearningRule, name="old"):
-            hatch: ClassVar[Any] = None
-            meet: ClassVar[Any] = None
+        define_class(parts.LearningRule, {"hatch": None, "meet": None})
 
 
 def test_a_setting_may_have_an_old_name() -> None:

@@ -1,4 +1,4 @@
-"""What a view gives: arrays in the types of a page, and a sentence where they do not fit together."""
+"""Test the arrays of views, and the messages about arrays that do not fit together."""
 
 from __future__ import annotations
 
@@ -18,33 +18,30 @@ from baldwinlab.parts.views import ViewData, arrays_of
 STEPS = 4
 
 
-def cells(**changes: Any) -> GridView:
-    ground = np.zeros((STEPS, 2, 3), int)
-    ground[:, 1, 2] = 2
-    each = np.zeros(STEPS)
-    whole = GridView(
+def make_grid_view(**changes: Any) -> GridView:
+    cells = np.zeros((STEPS, 2, 3), int)
+    cells[:, 1, 2] = 2
+    view = GridView(
         {"wall": "gray", "food": "green"},
-        ground,
+        cells,
         np.zeros((STEPS, 2), int),
-        each.astype(int),
-        each,
-        each.astype(int),
+        np.zeros(STEPS, int),
+        np.zeros(STEPS),
+        np.zeros(STEPS, int),
         "trial",
     )
-    return whole._replace(**changes)
+    return view._replace(**changes)
 
 
-def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
-    payoffs = arrays_of(MatrixView(["a", "b"], ["c"], np.array([[1.5], [np.nan]]), "points"))
-    assert (
-        payoffs["values"].dtype == np.float32
-        and payoffs["values"].shape == (2, 1)
-        and np.isnan(payoffs["values"][1, 0])
-    )
-    walk = arrays_of(PathView({"a": np.arange(3), "b": np.ones(3)}, "trial", "fitness"))
-    assert walk["lines"].tolist() == [[0, 1, 2], [1, 1, 1]]
-    found = arrays_of(cells())
-    assert {name: (array.dtype.name, array.shape) for name, array in found.items()} == {
+def test_arrays_of_a_view_have_the_types_that_a_web_page_reads() -> None:
+    matrix = arrays_of(MatrixView(["a", "b"], ["c"], np.array([[1.5], [np.nan]]), "points"))
+    assert matrix["values"].dtype == np.float32
+    assert matrix["values"].shape == (2, 1)
+    assert np.isnan(matrix["values"][1, 0])
+    path = arrays_of(PathView({"a": np.arange(3), "b": np.ones(3)}, "trial", "fitness"))
+    assert path["lines"].tolist() == [[0, 1, 2], [1, 1, 1]]
+    grid = arrays_of(make_grid_view())
+    assert {name: (array.dtype.name, array.shape) for name, array in grid.items()} == {
         "cells": ("uint8", (STEPS, 2, 3)),
         "position": ("int16", (STEPS, 2)),
         "heading": ("int8", (STEPS,)),
@@ -53,38 +50,39 @@ def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
     }
 
 
-def _drawn(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
+def _random_view(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
     return PathView({"a": np.random.default_rng().random(3)}, "step", "chance")
 
 
-def _changing(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
+def _view_that_changes_genomes(model: Any, key: Any, genomes: Any, agent: int) -> PathView:
     genomes[agent] = 7
     return PathView({"a": np.zeros(3)}, "step", "nothing")
 
 
 @pytest.mark.parametrize(
-    ("of", "sentence"),
+    ("function", "sentence"),
     [
-        (_drawn, "the view 'look' of agent 0 differs when it is repeated"),
-        (_changing, "the view 'look' changes the genomes that it is given"),
+        (_random_view, "the view 'look' of agent 0 differs when it is repeated"),
+        (_view_that_changes_genomes, "the view 'look' changes the genomes that it is given"),
         (
             lambda *given: PathView({}, "", ""),
-            "the view 'look' of agent 0: a path view must have at least one line, and a line at least one number",
+            "the view 'look' of agent 0: a path view must have at least one line, "
+            "and a line at least one number",
         ),
     ],
 )
-def test_a_check_finds_views_that_are_not_as_they_should_be(
-    monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str
+def test_a_check_reports_an_invalid_view(
+    monkeypatch: pytest.MonkeyPatch, function: Any, sentence: str
 ) -> None:
     (group,) = group_parts([NKClimbers])
     assert check_views(group) == "climb"
-    monkeypatch.setattr(NKClimbers, "views", {"look": View("", of)})
+    monkeypatch.setattr(NKClimbers, "views", {"look": View("", function)})
     with pytest.raises(FailsError, match=f"^{re.escape(sentence)}$"):
         check_views(group)
 
 
 @pytest.mark.parametrize(
-    ("seen", "sentence"),
+    ("view", "sentence"),
     [
         (
             MatrixView(["a"], ["b", "c"], np.zeros((2, 1)), ""),
@@ -92,12 +90,17 @@ def test_a_check_finds_views_that_are_not_as_they_should_be(
         ),
         (PathView({"a": np.zeros(3), "b": np.zeros(2)}, "", ""), r"b is \[2\] and must be \[3\]"),
         (PathView({}, "", ""), "a path view must have at least one line"),
-        (cells(heading=np.zeros(3)), r"heading is \[3\] and must be \[4\]"),
-        (cells(position=np.zeros((STEPS, 3))), r"position is \[4, 3\] and must be \[4, 2\]"),
-        (cells(marks={"food": "green"}), "cells must be .* of numbers of marks"),
-        (cells(cells=np.zeros((2, 3))), "cells must be"),
+        (make_grid_view(heading=np.zeros(3)), r"heading is \[3\] and must be \[4\]"),
+        (
+            make_grid_view(position=np.zeros((STEPS, 3))),
+            r"position is \[4, 3\] and must be \[4, 2\]",
+        ),
+        (make_grid_view(marks={"food": "green"}), "cells must be .* of numbers of marks"),
+        (make_grid_view(cells=np.zeros((2, 3))), "cells must be"),
     ],
 )
-def test_what_does_not_fit_together_is_said(seen: ViewData, sentence: str) -> None:
+def test_arrays_that_do_not_fit_together_are_refused_in_a_sentence(
+    view: ViewData, sentence: str
+) -> None:
     with pytest.raises(ValueError, match=sentence):
-        arrays_of(seen)
+        arrays_of(view)
