@@ -22,23 +22,23 @@ RIGHT, WRONG, UNKNOWN = 1.0, 0.0, 0.5
 
 
 @pytest.fixture(autouse=True)
-def part() -> Iterator[None]:
+def load_example() -> Iterator[None]:
     load_file(FILE)
     yield
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
 
 
-def model(**fields: Any) -> Any:
+def make_model(**fields: Any) -> Any:
     return registry.find("model", "bit-strings")(**fields)
 
 
 def simulate_strings(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
     genomes = np.array(strings * times, np.float32)[None, :, None]
-    return model(loci=len(strings[0]), **fields).simulate(7, [0], 0, genomes)
+    return make_model(loci=len(strings[0]), **fields).simulate(7, [0], 0, genomes)
 
 
-def small() -> Any:
+def make_small_experiment() -> Any:
     return validate(
         {
             "model": "bit-strings",
@@ -49,15 +49,15 @@ def small() -> Any:
     )
 
 
-def test_a_string_that_is_right_everywhere_needs_one_guess() -> None:
+def test_a_correct_string_needs_one_guess() -> None:
     assert simulate_strings([[RIGHT] * 20]).energy == 1 + 19 * 999 / 1000
 
 
-def test_one_wrong_allele_is_never_made_good() -> None:
+def test_a_string_with_a_wrong_allele_gains_nothing() -> None:
     assert (simulate_strings([[WRONG] + [UNKNOWN] * 3, [WRONG] + [RIGHT] * 3]).energy == 1).all()
 
 
-def test_guesses_are_as_many_as_the_geometric_law_says() -> None:
+def test_the_number_of_guesses_follows_a_geometric_distribution() -> None:
     """The mean fitness is w = 1 + 19 (1 - (1 - (1-p)^L) / (p L)).
 
     Here p = 2^-q with q unknown alleles (5 and 10), and L = 1000 guesses.
@@ -67,9 +67,9 @@ def test_guesses_are_as_many_as_the_geometric_law_says() -> None:
         assert abs(payoff.mean() - expected) < 4 * payoff.std() / np.sqrt(payoff.size)
 
 
-def test_without_guessing_only_what_is_innate_pays() -> None:
+def test_without_guessing_only_correct_strings_gain() -> None:
     strings = [[RIGHT] * 4, [RIGHT] * 3 + [UNKNOWN], [UNKNOWN] * 4]
-    learner = model(loci=4)
+    learner = make_model(loci=4)
     assert learner.learns and not learner.without_learning().learns
     genomes = np.array(strings, np.float32)[None, :, None]
     assert learner.without_learning().simulate(7, [0], 0, genomes).energy.tolist() == [
@@ -77,16 +77,16 @@ def test_without_guessing_only_what_is_innate_pays() -> None:
     ]
 
 
-def test_what_was_guessed_is_what_was_learned() -> None:
+def test_the_learned_alleles_are_the_guessed_alleles() -> None:
     results = simulate_strings([[RIGHT, UNKNOWN, UNKNOWN], [WRONG, UNKNOWN, UNKNOWN]])
     assert results.learned.tolist() == [[[1, 1, 1], [0, 0.5, 0.5]]]
     assert results.records["unknown"].tolist() == [[2, 2]]
 
 
-def test_lives_are_those_of_the_plain_oracle() -> None:
+def test_the_energy_agrees_with_the_plain_oracle() -> None:
     from baldwinlab.parts import LIFE
 
-    learner = model(loci=6, guesses=40)
+    learner = make_model(loci=6, guesses=40)
     for guesser in (learner, learner.without_learning()):
         genomes = learner.founders(200, GenerationKey(3, 5, 0))
         luck = GenerationKey(3, 5, 9).uniforms(LIFE, (200, 1))[:, 0, 0]
@@ -97,14 +97,14 @@ def test_lives_are_those_of_the_plain_oracle() -> None:
         assert guesser.simulate(3, [5], 9, genomes[None]).energy[0].tolist() == plain
 
 
-def test_founders_hold_each_allele_as_often_as_in_the_paper() -> None:
-    genomes = model(loci=20).founders(2000, GenerationKey(1, 0, 0))
+def test_founders_have_the_shares_of_alleles_of_the_paper() -> None:
+    genomes = make_model(loci=20).founders(2000, GenerationKey(1, 0, 0))
     shares = [(genomes == allele).mean() for allele in (WRONG, RIGHT, UNKNOWN)]
     assert np.allclose(shares, [0.25, 0.25, 0.5], atol=0.01)
 
 
-def test_children_hold_alleles_of_their_parents_up_to_a_cut_and_from_there() -> None:
-    run = bl.simulate(small(), seed=2)
+def test_children_have_alleles_of_one_parent_before_a_cut_and_of_the_other_after_it() -> None:
+    run = bl.simulate(make_small_experiment(), seed=2)
     assert set(np.unique(run.genome.values)) <= {WRONG, RIGHT, UNKNOWN}
     genomes, parents = run.genome.values[:, :, 0], run.parents.values
     for child in range(60):
@@ -118,7 +118,7 @@ def test_children_hold_alleles_of_their_parents_up_to_a_cut_and_from_there() -> 
         assert genomes[1, child].tolist() in crossed
 
 
-def test_learning_finds_the_needle_and_chance_alone_does_not() -> None:
+def test_learning_finds_the_needle_and_evolution_without_learning_does_not() -> None:
     """The settings are those of Hinton and Nowlan. Their share of 1 in generation 50 is 0.77."""
     experiment = validate({"model": "bit-strings"})
     last = bl.simulate(experiment, seed=1).genome.values[-1]
@@ -129,21 +129,25 @@ def test_learning_finds_the_needle_and_chance_alone_does_not() -> None:
     assert control.energy.values.max() == 1
 
 
-def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
-    together = [history.dataset() for history in simulate_histories(small(), 4, [0, 1, 2])]
-    for run, dataset in enumerate(together):
-        assert dataset.equals(bl.simulate(small(), seed=4, run=run))
+def test_a_run_is_bit_identical_in_a_batch() -> None:
+    results = [
+        history.dataset() for history in simulate_histories(make_small_experiment(), 4, [0, 1, 2])
+    ]
+    for run, dataset in enumerate(results):
+        assert dataset.equals(bl.simulate(make_small_experiment(), seed=4, run=run))
 
 
-def test_its_settings_are_assigned_written_and_validated() -> None:
-    changed = assign(small(), ["bit_strings.guesses=7", "evolution.mutation_rate=0.01"])
+def test_settings_are_assigned_written_and_validated() -> None:
+    changed = assign(
+        make_small_experiment(), ["bit_strings.guesses=7", "evolution.mutation_rate=0.01"]
+    )
     assert (changed.bit_strings.guesses, changed.steps) == (7, 7)
     assert from_toml(to_toml(changed), where="file") == changed
     with pytest.raises(
         bl.ExperimentError,
         match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1",
     ):
-        assign(small(), ["bit_strings.guesses=0"])
+        assign(make_small_experiment(), ["bit_strings.guesses=0"])
     with pytest.raises(
         bl.ExperimentError,
         match=r"^world: there is no such field; there are: name, model, bit_strings, population",
@@ -151,12 +155,12 @@ def test_its_settings_are_assigned_written_and_validated() -> None:
         validate({"model": "bit-strings", "world": {}})
 
 
-def test_it_has_no_world_to_replay() -> None:
+def test_a_replay_is_refused() -> None:
     with pytest.raises(
         bl.BaldwinLabError,
         match="bit-strings cannot be replayed: the model bit-strings has no world",
     ):
-        bl.replay(small())
+        bl.replay(make_small_experiment())
 
 
 def test_a_mutation_setting_without_effect_is_refused(tmp_path: Path) -> None:
@@ -165,8 +169,8 @@ def test_a_mutation_setting_without_effect_is_refused(tmp_path: Path) -> None:
         match=r'^evolution.mutation_size: does nothing with evolution.variation = "one-point"',
     ):
         bl.run("bit-strings", runs=1, out=tmp_path / "out", set={"evolution.mutation_size": 0.5})
-    assert not idle_settings(small().replace(evolution={"mutation_rate": 0.5}))
-    crossed = small().replace(
+    assert not idle_settings(make_small_experiment().replace(evolution={"mutation_rate": 0.5}))
+    crossed = make_small_experiment().replace(
         evolution={"variation": "crossover", "mutation_rate": 0.1, "mutation_gate": "child"}
     )
     assert not idle_settings(crossed)

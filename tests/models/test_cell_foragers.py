@@ -140,7 +140,7 @@ def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int
 
 
 @pytest.mark.parametrize("learning", KINDS)
-def test_a_life_is_as_in_plain_python(learning: str) -> None:
+def test_a_lifetime_agrees_with_plain_python(learning: str) -> None:
     forager_model = model(learning)
     newborns = genomes(forager_model, 12)
     results = forager_model.simulate(7, [0], 3, newborns)
@@ -157,7 +157,7 @@ def test_a_life_is_as_in_plain_python(learning: str) -> None:
 
 
 @pytest.mark.parametrize("learning", KINDS)
-def test_the_view_of_a_life_is_that_life(learning: str) -> None:
+def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
     """The view shows the food that the agent eats in each environment, and moves cell by cell."""
     forager_model = model(learning)
     newborns = genomes(forager_model, 12)
@@ -197,7 +197,7 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
         ]
 
 
-def test_of_a_long_life_the_view_has_the_beginning() -> None:
+def test_the_view_of_a_long_lifetime_has_the_first_moves() -> None:
     forager_model = model("none", environments=1000, steps_per_environment=50)
     view = forager_model.views["life"].of(
         forager_model, GenerationKey(7, 0, 3), genomes(forager_model, 1)[0], 0
@@ -205,7 +205,7 @@ def test_of_a_long_life_the_view_has_the_beginning() -> None:
     assert isinstance(view, GridView) and len(view.cells) == MAX_SHOWN_MOVES
 
 
-def test_a_step_of_learning_goes_down_the_gradient() -> None:
+def test_a_learning_step_follows_the_gradient() -> None:
     """The gradient of half the squared error is from finite differences of the learning outputs.
 
     The weights of the other outputs do not change.
@@ -234,7 +234,7 @@ def test_a_step_of_learning_goes_down_the_gradient() -> None:
     assert (second[:, :2] == 0).all() and (second[:, 2:] != 0).all()
 
 
-def test_the_error_to_a_constant_teacher_falls_in_each_step_and_finally_geometrically() -> None:
+def test_the_error_to_a_constant_teacher_decreases_in_each_step_and_finally_geometrically() -> None:
     forager_model = model("auto-teaching")
     weights, fixed = genomes(forager_model, 1)[0, 0]
     layers = Layers(HIDDEN, 2, np.float32(0.5))
@@ -260,7 +260,7 @@ def test_the_error_to_a_constant_teacher_falls_in_each_step_and_finally_geometri
 
 
 @pytest.mark.parametrize("learning", KINDS[1:])
-def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning: str) -> None:
+def test_a_lifetime_at_rate_0_equals_a_lifetime_without_learning(learning: str) -> None:
     model_at_rate_0 = model(learning, learning_rate=0.0)
     newborns = genomes(model(learning), 20)
     results = model_at_rate_0.simulate(7, [0], 3, newborns)
@@ -273,7 +273,7 @@ def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning
     )
 
 
-def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_alone() -> None:
+def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_in_a_batch() -> None:
     forager_model = model("auto-teaching", steps_per_environment=200)
     newborns = np.repeat(genomes(forager_model, 30), 2, axis=0)
     both, single = (
@@ -284,7 +284,7 @@ def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_alone() -> None:
     assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 
-def test_a_child_differs_from_its_parent_in_few_weights_however_long_its_genome() -> None:
+def test_the_number_of_mutations_does_not_depend_on_the_length_of_the_genome() -> None:
     for learning in ("none", "auto-teaching"):
         experiment = assign(bl.load("cell-foragers"), [f"cell_foragers.learning={learning}"])
         forager_model = CellForagers(learning=learning)
@@ -299,7 +299,7 @@ def test_a_child_differs_from_its_parent_in_few_weights_however_long_its_genome(
         assert sorted(set(parents.ravel().tolist())) == list(range(80, 100)), "the best fifth"
 
 
-def test_auto_teaching_raises_food_within_life() -> None:
+def test_auto_teaching_increases_food_within_a_lifetime() -> None:
     """Five generations are enough. The effect is larger than the random effect in the control."""
     changes = ["evolution.generations=8", "population.size=60", "cell_foragers.environments=12"]
     gains = {}
@@ -309,7 +309,7 @@ def test_auto_teaching_raises_food_within_life() -> None:
     assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-rate-0"])
 
 
-def test_the_parts_are_as_parts_should_be() -> None:
+def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(CellForagers),
         *check_part(FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]),

@@ -141,7 +141,7 @@ def naive(model: CueLearners, genome: list[float], agent: int) -> tuple[int, lis
         {"items": 7, "learning_rate": 0.3},
     ],
 )
-def test_a_life_is_as_in_plain_python(fields: dict[str, Any]) -> None:
+def test_a_lifetime_agrees_with_plain_python(fields: dict[str, Any]) -> None:
     model = CueLearners(**({"items": 40} | fields))
     genomes = model.founders(120, GenerationKey(8, 0, 0))[None]
     # Many agents need a motor unit.
@@ -239,7 +239,7 @@ def test_genes_are_alleles_even_if_all_genes_mutate() -> None:
             assert shares == pytest.approx([1 / len(shares)] * len(shares), abs=error)
 
 
-def test_learning_evolves_where_smell_is_good_but_not_perfect() -> None:
+def test_learning_evolves_if_smell_is_informative_but_not_perfect() -> None:
     """Learning evolves in some runs at an accuracy of 0.65, and never at 0.5 or 1."""
     best = {}
     for name in ("smell-50", "smell-65", "smell-100"):
@@ -251,7 +251,7 @@ def test_learning_evolves_where_smell_is_good_but_not_perfect() -> None:
     assert best["smell-65"] > 0 and best["smell-50"] < 0 and best["smell-100"] <= 0
 
 
-def test_other_models_refuse_its_variation() -> None:
+def test_other_models_refuse_the_variation_of_cue_learners() -> None:
     with pytest.raises(
         ExperimentError,
         match=r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
@@ -259,7 +259,7 @@ def test_other_models_refuse_its_variation() -> None:
         assign(bl.load("guessing"), ["evolution.variation=one-point-of-units"])
 
 
-def test_the_parts_are_as_parts_should_be() -> None:
+def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(CueLearners),
         *check_part(

@@ -59,7 +59,7 @@ def training_image(agent: int, trial: int, count: int) -> int:
     return int(unit(words(3, 0, 2, LIFE, (agent + 1, trial + 2))[agent, trial + 1, 0]) * count)
 
 
-def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
+def test_a_trial_follows_the_gradient_by_finite_differences() -> None:
     model, genomes = readers(4, trials=1, learning_rate=0.25)
     learned = model.simulate(3, [0], 2, genomes).learned
     training_set, _ = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
@@ -81,7 +81,7 @@ def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
 
 
 @pytest.mark.parametrize("criterion", ["strongest", "all"])
-def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -> None:
+def test_a_network_is_tested_on_images_outside_of_the_training_set(criterion: Any) -> None:
     model, genomes = readers(12, trials=400, learning_rate=1.5, criterion=criterion)
     results = model.simulate(3, [0], 2, genomes)
     training_set, test_set = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
@@ -135,7 +135,7 @@ def test_the_ten_digits_differ_and_noise_inverts_the_given_share_of_pixels() -> 
     assert inverted_share == pytest.approx(0.05, abs=4 * np.sqrt(0.05 * 0.95 / (20 * 200 * PIXELS)))
 
 
-def test_trials_are_as_many_for_all_or_spread_from_none_to_twice_as_many() -> None:
+def test_the_number_of_trials_is_constant_or_uniform_from_0_to_twice_the_mean() -> None:
     _, genomes = readers(2000)
     equal = (
         DigitReaders(hidden_units=HIDDEN, trials=6, tests_per_digit=1)
@@ -153,7 +153,7 @@ def test_trials_are_as_many_for_all_or_spread_from_none_to_twice_as_many() -> No
     assert spread.mean() == pytest.approx(6, abs=4 * spread.std() / np.sqrt(spread.size))
 
 
-def test_weights_are_four_bits_and_a_bit_flips_as_often_as_it_should() -> None:
+def test_weights_have_four_bits_which_flip_at_the_mutation_rate() -> None:
     experiment = assign(
         bl.load("trials-0"),
         ["evolution.mutation_rate=0.1", "evolution.four_bit_weights.crossover_share=0"],
@@ -169,7 +169,7 @@ def test_weights_are_four_bits_and_a_bit_flips_as_often_as_it_should() -> None:
     assert same.mean() == pytest.approx(0.9**4, abs=4 * np.sqrt(0.25 / children.size))
 
 
-def test_as_many_children_have_weights_of_both_parents_as_are_crossed() -> None:
+def test_the_given_share_of_children_has_weights_of_both_parents() -> None:
     experiment = assign(bl.load("trials-0"), ["evolution.mutation_rate=0", "population.size=1000"])
     numbers = np.arange(1000, dtype=np.float32)[:, None, None] * np.ones((1, 1, 470), np.float32)
     children, _ = breed(experiment, numbers, np.ones(1000), GenerationKey(0, 0, 1))
@@ -195,7 +195,7 @@ def test_with_many_trials_the_error_is_lower_at_death_and_higher_at_birth() -> N
     assert errors["trials-320"]["innate_error"] > errors["trials-5"]["innate_error"] + 0.05
 
 
-def test_the_parts_are_as_parts_should_be() -> None:
+def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(DigitReaders),
         *check_part(FourBitWeights, requirements=["fields", "limits", "arithmetic", "oracle"]),

@@ -45,7 +45,7 @@ def simulate_strings(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
 @pytest.mark.parametrize(
     "fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}]
 )
-def test_fitness_is_that_of_the_plain_oracle(fields: dict[str, Any]) -> None:
+def test_fitness_agrees_with_the_plain_oracle(fields: dict[str, Any]) -> None:
     genomes = np.random.default_rng(1).choice(
         np.array([0, 0.5, 1, 1, 1, 1], np.float32), (1, 300, 1, 6)
     )
@@ -60,7 +60,7 @@ def test_fitness_is_that_of_the_plain_oracle(fields: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("unset", range(0, 21, 2))
-def test_mean_fitness_is_that_of_the_closed_form(unset: int) -> None:
+def test_mean_fitness_agrees_with_the_closed_form(unset: int) -> None:
     energy = simulate_strings(strings(unset, 4000)).energy
     error = energy.std() / np.sqrt(energy.size)
     assert abs(energy.mean() - expected_fitness(unset)) <= 4 * error + 1e-9
@@ -104,7 +104,7 @@ def test_learned_alleles_are_correct_and_shares_of_alleles_add_up() -> None:
     )
 
 
-def test_founders_have_a_half_of_question_marks_and_the_rest_alike() -> None:
+def test_founders_have_one_half_unset_alleles_and_equal_shares_of_0_and_1() -> None:
     genomes = np.concatenate(
         [draw_genomes(bl.load("guessing"), GenerationKey(0, run, 0)) for run in range(40)]
     )
@@ -220,7 +220,7 @@ def test_a_run_that_never_takes_off_has_no_take_off() -> None:
     )
 
 
-def test_the_parts_are_as_parts_should_be() -> None:
+def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(HintonNowlan),
         *check_part(OnePointOfAlleles, requirements=["fields", "limits", "arithmetic", "oracle"]),
@@ -251,7 +251,7 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
     assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
 
 
-def test_a_founders_law_needs_founders_with_alleles() -> None:
+def test_the_founders_law_needs_a_model_with_alleles() -> None:
     settings = [
         "evolution.variation=one-point-alleles",
         "evolution.one_point_alleles.mutation_law=founders",

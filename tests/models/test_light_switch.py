@@ -146,7 +146,7 @@ class Life:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_life_is_as_in_plain_python(kind: str) -> None:
+def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     """Rounding errors grow in chaotic lifetimes, so lifetimes are short and 1 in 20 may differ."""
     model = LightSwitch(**{"neurons": 4, "steps_per_life": 120} | KINDS[kind])
     newborns = genomes(model)
@@ -178,7 +178,7 @@ def test_weights_do_not_learn_without_plasticity_or_with_strengths() -> None:
     )
 
 
-def test_weights_at_birth_are_small_and_no_two_agents_alike() -> None:
+def test_weights_at_birth_are_small_and_differ_between_agents() -> None:
     model = LightSwitch()
     weights = model._decode(0, [0], 0, genomes(model)[:, :, 0].astype(int))[3]
     assert (
@@ -189,7 +189,7 @@ def test_weights_at_birth_are_small_and_no_two_agents_alike() -> None:
     assert len(np.unique(weights.reshape(40, -1), axis=0)) == 40
 
 
-def test_a_life_in_the_dark_is_worth_nothing() -> None:
+def test_an_agent_without_light_has_no_energy() -> None:
     """A robot that does not move never reaches the stripe. An unlit lamp gives no score."""
     model = LightSwitch(encoding="strengths")
     still = np.zeros((1, 3, 1, model.weights()), np.float32)
@@ -197,7 +197,7 @@ def test_a_life_in_the_dark_is_worth_nothing() -> None:
     assert (results.energy == 0).all() and (results.records["changed"] == 0).all()
 
 
-def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
+def test_a_run_is_bit_identical_in_a_batch() -> None:
     model = LightSwitch(encoding="synapses", steps_per_life=200)
     newborns = np.repeat(genomes(model), 2, axis=0)
     both, single = model.simulate(7, [0, 5], 3, newborns), model.simulate(7, [5], 3, newborns[1:])
@@ -206,7 +206,7 @@ def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
     assert both.energy[0].tolist() != both.energy[1].tolist()
 
 
-def test_a_fifth_of_the_children_have_bits_of_two_parents_to_either_side_of_one_cut() -> None:
+def test_a_fifth_of_the_children_have_bits_of_two_parents_with_one_cut() -> None:
     """Founders are all 0 or all 1. Without mutation, children of different parents change once."""
     paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")
     experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
@@ -238,7 +238,7 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
     assert (flipped[0] == flipped[1]).all()
 
 
-def test_the_parts_are_as_parts_should_be() -> None:
+def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(LightSwitch),
         *check_part(OnePointOfBits, requirements=["fields", "limits", "arithmetic", "oracle"]),

@@ -59,7 +59,7 @@ def test_the_target_changes_after_each_period_at_most_at_the_given_number_of_loc
     )
 
 
-def test_half_of_the_loci_that_are_drawn_change_and_all_come_to_be_drawn() -> None:
+def test_half_of_the_drawn_loci_change_and_all_loci_are_drawn() -> None:
     changes = np.concatenate(
         [
             np.diff(targets(run=run, period=1, redrawn_loci=1, generations=60), axis=0) != 0
@@ -72,7 +72,9 @@ def test_half_of_the_loci_that_are_drawn_change_and_all_come_to_be_drawn() -> No
 
 
 @pytest.mark.parametrize("guessing", [True, False])
-def test_a_lifetime_is_that_of_the_string_relative_to_the_target(guessing: bool) -> None:
+def test_a_lifetime_equals_the_lifetime_of_the_string_relative_to_the_target(
+    guessing: bool,
+) -> None:
     """The reference is Hinton and Nowlan's oracle, with a target of ones."""
     model = MovingNeedle(period=1, guessing=guessing)
     right = model.right(7, 2, 30)
@@ -108,7 +110,7 @@ def test_a_generation_is_simulated_without_the_generations_before() -> None:
     np.testing.assert_array_equal(both.learned[1], single.learned[0])
 
 
-def test_measures_are_of_the_second_half() -> None:
+def test_measures_use_the_second_half_of_the_generations() -> None:
     run = bl.simulate(assign(bl.load("moving-needle"), SMALL), seed=1).expand_dims("run")
     assert MovingNeedle.measures["unset"].of(run).item() == pytest.approx(
         run.unset.values[0, 6:].mean()
@@ -118,7 +120,7 @@ def test_measures_are_of_the_second_half() -> None:
     )
 
 
-def test_a_period_below_none_is_refused() -> None:
+def test_a_negative_period_is_refused() -> None:
     with pytest.raises(
         ExperimentError,
         match=r"^moving_needle\.period = -1: input should be greater than or equal to 0",
@@ -126,5 +128,5 @@ def test_a_period_below_none_is_refused() -> None:
         assign(bl.load("moving-needle"), ["moving_needle.period=-1"])
 
 
-def test_the_model_is_as_parts_should_be() -> None:
+def test_the_model_passes_all_checks() -> None:
     assert [finding for finding in check_part(MovingNeedle) if finding.holds is False] == []

@@ -30,7 +30,7 @@ def peaks(k: int, run: int, bits: int = BITS) -> int:
     return int((heights > neighbors(heights, bits)).all(axis=0).sum())
 
 
-def test_a_landscape_reaches_from_0_to_1_and_is_that_of_its_run() -> None:
+def test_a_landscape_has_values_from_0_to_1_and_depends_on_the_run() -> None:
     first, second = landscape(3, 0, BITS, 4), landscape(3, 1, BITS, 4)
     assert (first.min(), first.max(), first.size) == (0, 1, 2**BITS)
     assert (first != second).any() and (first == landscape(3, 0, BITS, 4)).all()
@@ -45,7 +45,7 @@ def test_without_epistasis_there_is_one_peak_and_bits_add_up(run: int) -> None:
     assert max(np.ptp(values) for values in up) < 1e-12
 
 
-def test_where_every_bit_depends_on_all_peaks_are_as_many_as_theory_says() -> None:
+def test_the_number_of_peaks_with_maximum_epistasis_matches_theory() -> None:
     """The expected number is 2^N / (N + 1) (Kauffman 1993)."""
     numbers = [peaks(BITS - 1, run) for run in range(60)]
     expected = 2**BITS / (BITS + 1)
@@ -86,7 +86,7 @@ def life(model: NKClimbers, newborn: list[int], agent: int) -> tuple[float, list
     return height(string), string
 
 
-def test_a_life_is_as_in_plain_python() -> None:
+def test_a_lifetime_agrees_with_plain_python() -> None:
     model = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02)
     newborns = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     results = model.simulate(7, [0], 3, newborns)
@@ -105,7 +105,7 @@ def test_a_life_is_as_in_plain_python() -> None:
     assert (results.energy > results.records["innate"]).any()
 
 
-def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
+def test_the_view_of_a_climb_has_each_trial_from_birth_to_death() -> None:
     model = NKClimbers(bits=8, k=3, trials=6)
     newborns = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     results = model.simulate(7, [0], 3, newborns)
@@ -121,7 +121,7 @@ def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
     assert average[-1] == pytest.approx(results.energy.mean()) and average[0] < average[-1]
 
 
-def test_all_founders_of_a_run_are_the_same_string() -> None:
+def test_all_founders_of_a_run_are_equal() -> None:
     first, second = (
         draw_genomes(bl.load("climbing/rugged"), GenerationKey(0, run, 0)) for run in (0, 1)
     )
@@ -135,7 +135,7 @@ def test_all_founders_of_a_run_are_the_same_string() -> None:
     )
 
 
-def test_a_bit_flips_as_often_as_it_should() -> None:
+def test_bits_flip_at_the_mutation_rate() -> None:
     experiment = assign(
         bl.load("climbing/smooth"), ["evolution.mutation_rate=0.1", "population.size=5000"]
     )
@@ -146,7 +146,7 @@ def test_a_bit_flips_as_often_as_it_should() -> None:
     assert flips.mean() == pytest.approx(1.6, abs=0.1) and set(np.unique(children)) == {0, 1}
 
 
-def test_a_larger_tournament_is_won_by_the_better_half_as_often_as_theory_says() -> None:
+def test_the_share_of_winners_in_the_better_half_matches_theory() -> None:
     """The best of three is among the best half with the chance 1 - 1/8."""
     experiment = assign(bl.load("climbing/smooth"), ["population.size=4000"])
     strings = np.zeros((4000, 1, 16), np.float32)
@@ -155,14 +155,14 @@ def test_a_larger_tournament_is_won_by_the_better_half_as_often_as_theory_says()
     assert abs(share - 0.875) < 4 * np.sqrt(0.875 * 0.125 / parents.size)
 
 
-def test_a_k_that_is_not_less_than_the_number_of_bits_is_refused() -> None:
+def test_a_k_of_at_least_the_number_of_bits_is_refused() -> None:
     with pytest.raises(
         ExperimentError, match=r"nk_climbers\.k = 8 must be less than nk_climbers\.bits = 8"
     ):
         assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.k=8"])
 
 
-def test_the_parts_are_as_parts_should_be() -> None:
+def test_the_parts_pass_all_checks() -> None:
     only: Any = ["fields", "limits", "arithmetic", "oracle"]
     findings = [
         *check_part(NKClimbers),

@@ -45,7 +45,7 @@ def pairs_of_genomes(count: int) -> npt.NDArray[np.int64]:
     return np.random.default_rng(4).integers(0, 256, (count, 2))
 
 
-def test_a_genome_is_a_move_for_each_pair_of_moves_and_whether_it_is_plastic() -> None:
+def test_a_genome_has_a_move_and_a_plasticity_bit_for_each_pair_of_moves() -> None:
     assert NAMES[0b0000_0000] == "0000" and NAMES[0b0000_1001] == "1001", (
         "DD is the first entry, CC the last"
     )
@@ -62,7 +62,7 @@ def test_a_genome_is_a_move_for_each_pair_of_moves_and_whether_it_is_plastic() -
 
 @pytest.mark.parametrize("learning", [True, False])
 @pytest.mark.parametrize("first", FIRST)
-def test_without_noise_the_payoff_is_that_of_matches_in_plain_python(
+def test_without_noise_the_payoff_agrees_with_matches_in_plain_python(
     first: str, learning: bool
 ) -> None:
     model = PlasticPrisoners(learning=learning)
@@ -125,9 +125,7 @@ def test_payoffs_of_strategies_without_conditions_have_a_closed_form() -> None:
         assert payoff[genome, opponent] == pytest.approx(expected, abs=1e-12)
 
 
-def test_both_payoffs_add_up_to_two_to_six_and_plastic_genes_have_no_effect_without_learning() -> (
-    None
-):
+def test_payoffs_have_bounds_and_plastic_genes_have_no_effect_without_learning() -> None:
     payoff = payoffs(ROUNDS, NOISE, True, "any")
     fixed = payoffs(ROUNDS, NOISE, False, "any")
     both = payoff + payoff.T
@@ -137,7 +135,7 @@ def test_both_payoffs_add_up_to_two_to_six_and_plastic_genes_have_no_effect_with
     assert (payoff[:16, :16] == fixed[:16, :16]).all() and (payoff != fixed).any()
 
 
-def test_payoffs_of_pavlov_and_the_outstanding_strategy_are_the_known_values() -> None:
+def test_payoffs_of_pavlov_and_the_outstanding_strategy_have_published_values() -> None:
     """Against a defector, Pavlov (1001) cooperates in every second round, and [x00x] rarely.
 
     Both have a high payoff against themselves.
@@ -188,7 +186,7 @@ def test_the_outstanding_strategy_is_evolutionarily_stable_and_the_only_one_that
         ), "for all values of its plastic moves"
 
 
-def test_without_noise_nothing_is_strictly_stable() -> None:
+def test_without_noise_no_strategy_is_strictly_stable() -> None:
     assert find_stable_strategies(0.0) == {}
 
 
@@ -229,7 +227,7 @@ def strategy_numbers(strategies: list[list[str]]) -> npt.NDArray[np.int8]:
     )
 
 
-def test_measures_are_those_of_the_simulated_agents() -> None:
+def test_measures_agree_with_the_strategies_of_agents() -> None:
     strategies = np.stack(
         [
             strategy_numbers([["0000", "0000", "xxxx"], ["xxxx", "x00x", "x00x"]]),
@@ -263,7 +261,7 @@ def test_measures_are_those_of_the_simulated_agents() -> None:
     assert shares == {"plasticity": [[0, 1], [1, 0]], "[x00x]": [[0, 0], [0, 0]]}
 
 
-def test_the_rival_is_the_strategy_that_is_most_frequent_in_most_other_runs() -> None:
+def test_the_competitor_is_the_most_frequent_strategy_of_most_other_runs() -> None:
     strategies = np.stack(
         [strategy_numbers([[name] * 2]) for name in ("x00x", "0001", "xxxx", "xxxx", "1001")]
     )
@@ -271,7 +269,7 @@ def test_the_rival_is_the_strategy_that_is_most_frequent_in_most_other_runs() ->
     assert PlasticPrisoners.measures["x00x-ahead"].of(runs).values.tolist() == [1, 0, -1, -1, 0]
 
 
-def test_a_report_draws_the_shares_that_follow_from_the_strategies() -> None:
+def test_a_report_has_the_shares_of_plasticity_and_of_the_outstanding_strategy() -> None:
     experiment = assign(bl.load("meta-pavlov"), ["evolution.generations=3", "population.size=40"])
     study = xr.concat(
         [history.dataset() for history in simulate_histories(experiment, 0, range(2))], "run"
@@ -296,12 +294,12 @@ def test_the_innate_assay_applies_although_genomes_at_death_are_not_recorded(
     assert payoff["frozen"].isnull().all() and values["distance"].isnull().all()
 
 
-def test_one_prisoner_alone_is_refused() -> None:
+def test_a_population_of_a_single_prisoner_is_refused() -> None:
     with pytest.raises(ExperimentError, match=r"population\.size = 1 must be at least 2"):
         assign(bl.load("meta-pavlov"), ["population.size=1"])
 
 
-def test_the_part_is_as_a_part_should_be() -> None:
+def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(PlasticPrisoners) if finding.holds is False] == []
 
 

@@ -77,7 +77,7 @@ def test_random_selection_follows_the_law_on_average() -> None:
 
 
 @pytest.mark.parametrize("name", BENDS)
-def test_the_three_slopes_have_the_three_signs_for_all_populations(name: str) -> None:
+def test_the_sign_of_the_effect_of_learning_depends_on_the_slope(name: str) -> None:
     slope, generator = (
         SlopeClimbers(curvature=BENDS[name], slope=0.0 if BENDS[name] else 1.0),
         np.random.default_rng(3),
@@ -89,7 +89,7 @@ def test_the_three_slopes_have_the_three_signs_for_all_populations(name: str) ->
         assert moved * BENDS[name] > 0 or (BENDS[name] == 0 and abs(moved) < 1e-12)
 
 
-def test_an_exponential_slope_chooses_the_same_parents_with_learning_and_without() -> None:
+def test_parents_on_an_exponential_slope_are_equal_with_and_without_learning() -> None:
     values = [
         simulate_histories(bl.load(f"{name}/exponential"), 3, [0])[0].recorded_values("innate_x")
         for name in ("stepping", "not-stepping")
@@ -110,7 +110,7 @@ def gaussian_step(
 @pytest.mark.parametrize("selection", ["roulette", "expected-offspring"])
 @pytest.mark.parametrize("condition", ["stepping", "not-stepping"])
 @pytest.mark.parametrize("name", BENDS)
-def test_a_normal_population_moves_as_exact_theory_says(
+def test_the_change_of_a_normal_population_matches_theory(
     condition: str, name: str, selection: str
 ) -> None:
     agents = 40_000
@@ -132,7 +132,7 @@ def test_a_normal_population_moves_as_exact_theory_says(
     assert abs(children.var(dtype=np.float64) - variance) < 4 * np.sqrt(4 * variance**2 / agents)
 
 
-def test_several_generations_go_as_the_recursion_does() -> None:
+def test_several_generations_follow_the_recursion() -> None:
     """Populations are large, because the variance of small ones is lower."""
     for condition in ("stepping", "not-stepping"):
         experiment = assign(
@@ -154,7 +154,7 @@ def test_several_generations_go_as_the_recursion_does() -> None:
         assert abs(means.mean() - mean) < 4 * means.std(ddof=1) / np.sqrt(len(means))
 
 
-def test_fitness_is_that_of_the_learned_x_and_the_genome_does_not_change() -> None:
+def test_fitness_depends_on_the_learned_x_and_the_genome_does_not_change() -> None:
     genomes = np.random.default_rng(4).normal(0, 1, (2, 30, 1, 1)).astype(np.float32)
     slope = SlopeClimbers(curvature=-0.5, slope=0.7, learning_step=0.25)
     results, control = (
@@ -175,20 +175,20 @@ def test_fitness_is_that_of_the_learned_x_and_the_genome_does_not_change() -> No
     ).all()
 
 
-def test_the_exponential_is_that_of_numpy() -> None:
+def test_the_exponential_agrees_with_numpy() -> None:
     x = np.random.default_rng(5).uniform(-300, 300, 5000)
     values = np.array([exponential(value) for value in x.tolist()])
     assert np.allclose(values, np.exp(x), rtol=1e-12, atol=0)
 
 
-def test_fitness_stays_a_number_however_far_up() -> None:
+def test_fitness_is_finite_for_large_x() -> None:
     fitness = SlopeClimbers(curvature=10).fitness(np.array([0.0, 1e3, -1e30]))
     assert (
         fitness[0] == 1 and np.isfinite(fitness).all() and fitness[1] == fitness[2] == fitness.max()
     )
 
 
-def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops() -> None:
+def test_the_gain_function_of_a_needle_in_a_haystack_increases_and_then_decreases() -> None:
     """Strings without a 0, x of whose 20 alleles are 1: learning speeds every step but the last."""
     fitness = {}
     for guessing in (False, True):
@@ -206,7 +206,7 @@ def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops()
     assert fitness[True][20] / fitness[True][19] == pytest.approx(1.00095, abs=1e-4)
 
 
-def test_level_ground_is_refused() -> None:
+def test_a_slope_of_0_is_refused() -> None:
     with pytest.raises(
         ExperimentError,
         match=r"slope_climbers\.slope and slope_climbers\.curvature are both 0: there is no slope",
@@ -214,5 +214,5 @@ def test_level_ground_is_refused() -> None:
         assign(bl.load("stepping/convex"), ["slope_climbers.curvature=0"])
 
 
-def test_the_part_is_as_parts_should_be() -> None:
+def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(SlopeClimbers) if finding.holds is False] == []

@@ -138,7 +138,7 @@ class Life:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_life_is_as_in_plain_python(kind: str) -> None:
+def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     model = TMazes(**{"trips": 12} | KINDS[kind])
     newborns = genomes(model)
     results = model.simulate(7, [5], 3, newborns)
@@ -182,7 +182,7 @@ def walk(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_view_of_trips_is_that_life(kind: str) -> None:
+def test_the_view_of_trips_agrees_with_plain_python(kind: str) -> None:
     model = TMazes(**{"trips": 12} | KINDS[kind])
     newborns, rewards, end = genomes(model)[0], set[float](), 2 * model.turning_points + 1
     for agent in range(0, 200, 4):
@@ -216,7 +216,7 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
 @pytest.mark.parametrize(
     ("turns", "ends"), [(1, [(1, 1), (1, 5)]), (2, [(5, 1), (1, 1), (1, 5), (5, 5)])]
 )
-def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
+def test_the_view_of_trips_has_the_high_reward_of_each_trip(
     turns: Any, ends: list[tuple[int, int]]
 ) -> None:
     model = TMazes(turning_points=turns)
@@ -263,7 +263,7 @@ def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: A
     )
 
 
-def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
+def test_the_view_of_returns_has_each_trip_from_birth_to_death() -> None:
     model = TMazes(trips=12)
     newborns = genomes(model)
     rewards = model.simulate(7, [5], 3, newborns).energy[0]
@@ -278,7 +278,7 @@ def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
     assert average[-1] == pytest.approx(rewards.mean())
 
 
-def test_of_a_long_life_the_views_have_the_beginning() -> None:
+def test_the_views_of_a_long_lifetime_have_the_first_trips() -> None:
     model = TMazes(trips=MAX_SHOWN_TRIPS + 1)
     newborns = genomes(model, 2)[0]
     trips, returns = (
@@ -362,7 +362,7 @@ def test_an_agent_that_always_goes_to_one_end_gains_its_share_of_trips(
     assert (mazes[:, 1].min(), mazes[:, 1].max()) == (35, 65) and (mazes[:, 0] != mazes[:, 2]).all()
 
 
-def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life() -> None:
+def test_without_plasticity_trips_are_equal_unless_activations_last_for_a_lifetime() -> None:
     """The agent has no memory of the last trip, so all trips have the same end, or all crash."""
     for memory, is_alike in (("step", True), ("trip", True), ("life", False)):
         model = TMazes(modulatory_neurons=0, plasticity=False, memory=memory, trips=20)
@@ -375,7 +375,7 @@ def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life()
         ) is is_alike
 
 
-def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
+def test_a_run_is_bit_identical_in_a_batch() -> None:
     model = TMazes()
     newborns = np.repeat(genomes(model, 30), 2, axis=0)
     both, single = model.simulate(7, [0, 5], 3, newborns), model.simulate(7, [5], 3, newborns[1:])
@@ -408,11 +408,11 @@ def test_in_the_double_maze_the_published_order_is_reversed() -> None:
     assert mannwhitneyu(modulated, plain).pvalue < 0.05 and np.median(modulated) < np.median(plain)
 
 
-def test_the_part_is_as_parts_should_be() -> None:
+def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(TMazes) if finding.holds is False] == []
 
 
-def test_the_double_maze_and_the_way_home_are_named_by_maps() -> None:
+def test_the_double_maze_and_homing_are_maps() -> None:
     assert bl.load("modulated-plasticity/double").of_model.turning_points == 2
     assert bl.load("modulated-plasticity/homing").of_model.homing
     assert assign(bl.load("plain-plasticity/single"), ["t_mazes.trips=10"]).steps == 40

@@ -159,7 +159,9 @@ def simulated_world(
 
 
 @pytest.mark.parametrize("strategy", ["ERL", "E", "L", "F"])
-def test_evaluation_never_changes_in_life_and_actions_only_with_learning(strategy: str) -> None:
+def test_evaluation_networks_do_not_change_and_action_networks_change_only_with_learning(
+    strategy: str,
+) -> None:
     rules, world, _ = simulated_world(strategy)
     agents = int(world.counts[AGENTS])
     assert agents > 3
@@ -193,9 +195,7 @@ def test_learned_weights_are_not_inherited() -> None:
     )
 
 
-def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate_of_mutation() -> (
-    None
-):
+def test_children_have_bits_of_both_parents_with_two_cuts_and_mutations() -> None:
     rules, world, _ = empty_world(mutation_rate=0.0, grid_size=60, max_agents=1000)
     first = put_agent(rules, world, 60 * 30 + 30, 0)
     second = put_agent(rules, world, 60 * 30 + 33, 1)
@@ -220,7 +220,7 @@ def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate
     assert world.bits[child].mean() == pytest.approx(0.1, abs=4 * np.sqrt(0.09 / BITS))
 
 
-def test_without_heredity_a_newborn_s_bits_are_coins() -> None:
+def test_without_heredity_the_bits_of_newborns_are_random() -> None:
     rules, world, _ = empty_world(strategy="L")
     agent = put_agent(rules, world, 210, 1)
     world.energy[agent] = 1
@@ -348,7 +348,7 @@ def test_without_food_all_agents_starve_at_the_expected_time() -> None:
     assert 39 <= results.energy.item() <= 40 and results.records["extinct"].item() == 1
 
 
-def test_a_population_is_bit_identical_alone_and_in_a_batch() -> None:
+def test_a_population_is_bit_identical_in_a_batch() -> None:
     small = assign(bl.load("erl-populations"), [*SET, "erl_populations.max_steps=200"])
     for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
@@ -374,7 +374,7 @@ def test_populations_of_the_same_founders_have_different_histories() -> None:
     assert n_agents[0, 0] != n_agents[0, 1]
 
 
-def test_the_part_passes_the_checks_of_parts() -> None:
+def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(ErlPopulations) if finding.holds is False] == []
 
 
@@ -402,7 +402,7 @@ def test_a_longer_run_has_the_same_beginning_and_surviving_populations_are_censo
     np.testing.assert_array_equal(censored(ends[400]), longer == 400)
 
 
-def test_more_founders_than_there_may_be_agents_are_refused() -> None:
+def test_a_number_of_founders_above_the_maximum_population_is_refused() -> None:
     with pytest.raises(
         ExperimentError,
         match=r"erl_populations\.max_agents = 50 must be at least "

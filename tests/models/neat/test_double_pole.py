@@ -79,13 +79,13 @@ def test_a_step_is_of_fourth_order() -> None:
     assert coarse < 1e-3 and 12 < coarse / fine < 20
 
 
-def test_sine_and_cosine_are_those_of_mathematics() -> None:
+def test_sine_and_cosine_agree_with_the_math_module() -> None:
     for angle in np.linspace(-1.5, 1.5, 301):
         assert compute_sine(angle) == pytest.approx(math.sin(angle), abs=1e-15)
         assert compute_cosine(angle) == pytest.approx(math.cos(angle), abs=1e-15)
 
 
-def test_a_pole_upright_in_rest_stays_and_one_that_leans_falls() -> None:
+def test_an_upright_pole_stays_and_a_tilted_pole_falls() -> None:
     state, motion = np.zeros(PARTS), np.empty((7, PARTS))
     for _ in range(100):
         move(state, 0.0, 0.01, 0.0, motion)
@@ -146,7 +146,7 @@ def naive_life(graph: Any, max_steps: int) -> int:
     return max_steps
 
 
-def test_a_life_lasts_as_long_as_in_plain_python() -> None:
+def test_the_duration_of_a_lifetime_agrees_with_plain_python() -> None:
     genomes = grown()
     steps = NeatPoles(max_steps=40).simulate(0, [0], 0, genomes[None]).energy[0]
     expected = [naive_life(graph.tolist(), 40) for graph in genomes[:, 0]]
@@ -163,7 +163,7 @@ def test_a_cart_with_a_constant_force_leaves_the_track() -> None:
     assert results.energy.item() < 50 and results.records["solves"].item() == 0
 
 
-def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
+def test_founders_have_links_from_all_inputs_and_the_bias_to_the_force() -> None:
     founders = NeatPoles().founders(30, GenerationKey(1, 0, 0))
     results = NeatPoles(max_steps=1).simulate(0, [0], 0, founders[None])
     assert (results.records["enabled"] == PARTS + 1).all() and (
@@ -171,7 +171,7 @@ def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
     ).all()
 
 
-def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
+def test_a_run_is_bit_identical_in_a_batch() -> None:
     small = assign(
         bl.load("neat-poles"),
         ["population.size=20", "evolution.generations=4", "neat_poles.max_steps=60"],

@@ -68,7 +68,7 @@ def kinds_of_loops(graph: Graph) -> set[str]:
     return kinds | {"from the output" for source, target in links if source == 4 != target}
 
 
-def test_a_node_reads_its_value_of_the_last_step() -> None:
+def test_a_recurrent_link_transmits_the_value_of_the_previous_step() -> None:
     graph = balancing()
     steepness = np.float32(4.9)
     value = 0.0
@@ -127,7 +127,7 @@ def naive_life(graph: Graph, max_steps: int) -> tuple[int, float]:
     )
 
 
-def test_fitness_is_gruau_s_as_in_plain_python(grown: Graph) -> None:
+def test_fitness_agrees_with_gruaus_formula_in_plain_python(grown: Graph) -> None:
     swinging = (
         balancing(0.0),
         balancing(0.0, (-2.0, -5.0, 3.9, 0.0)),
@@ -157,7 +157,7 @@ def test_five_links_balance_both_poles_for_half_an_hour_but_not_without_the_loop
     assert 250 < results.records["generalises"][0, 0] < 400 and results.records["hidden"][0, 0] == 0
 
 
-def test_only_the_best_of_a_generation_is_tested_further_and_only_if_it_balances() -> None:
+def test_generalization_is_tested_only_for_the_best_network_that_balances() -> None:
     records = simulate_graphs(
         balancing(), balancing(-1.0), balancing(0.0), max_steps=200, endurance_steps=3000
     ).records
@@ -203,7 +203,7 @@ def test_a_new_link_can_have_any_target_except_an_input() -> None:
     assert new_links == {(1, 7), (2, 7), (3, 3), (3, 7), (7, 7)}
 
 
-def test_children_with_loops_are_those_of_the_plain_oracle() -> None:
+def test_children_with_loops_agree_with_the_plain_oracle() -> None:
     fast = [
         "evolution.neat.add_node_rate=0.3",
         "evolution.neat.add_link_rate=0.5",
@@ -212,7 +212,7 @@ def test_children_with_loops_are_those_of_the_plain_oracle() -> None:
     compare_children(SimpleNamespace(experiment=assign(bl.load(NAME), fast), seed=3), Neat)  # type: ignore[arg-type]
 
 
-def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
+def test_a_run_is_bit_identical_in_a_batch() -> None:
     small = [
         "population.size=20",
         "evolution.generations=4",
@@ -223,7 +223,7 @@ def test_a_run_is_bit_identical_alone_and_in_a_batch() -> None:
         assert history.dataset().equals(bl.simulate(experiment, seed=4, run=run))
 
 
-def test_measures_are_those_of_the_first_network_that_generalizes_enough() -> None:
+def test_measures_describe_the_first_network_that_generalizes() -> None:
     starts = np.zeros((2, 3, 4), int)
     starts[0, 1, 2], starts[0, 2, 0] = ENOUGH, 400
     starts[1] = ENOUGH - 1

@@ -27,7 +27,7 @@ from tests.evolution.neat.grown import make_network
 SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
 
 
-def small() -> Any:
+def make_small_experiment() -> Any:
     return assign(bl.load("neat-xor"), SMALL)
 
 
@@ -72,9 +72,13 @@ def test_an_output_of_one_half_is_never_correct() -> None:
     assert results.energy.item() == 4
 
 
-def test_fitness_is_the_plain_oracle_s() -> None:
+def test_fitness_agrees_with_the_plain_oracle() -> None:
     run = bl.simulate(
-        assign(small(), ["evolution.neat.add_node_rate=0.3", "evolution.generations=20"]), seed=3
+        assign(
+            make_small_experiment(),
+            ["evolution.neat.add_node_rate=0.3", "evolution.generations=20"],
+        ),
+        seed=3,
     )
     model = NeatXor(max_links=20)
     for genome, energy in zip(run.genome.values[-1], run.energy.values[-1], strict=True):
@@ -94,12 +98,14 @@ def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
     )
 
 
-def test_a_run_is_bit_identical_alone_and_in_a_batch_and_begins_like_a_shorter_run() -> None:
-    together = [history.dataset() for history in simulate_histories(small(), 4, [0, 1, 2])]
-    for run, dataset in enumerate(together):
-        assert dataset.equals(bl.simulate(small(), seed=4, run=run))
-    shorter = bl.simulate(small().replace(evolution={"generations": 3}), seed=4)
-    np.testing.assert_array_equal(shorter.energy, together[0].energy[:3])
+def test_a_run_is_bit_identical_in_a_batch_and_begins_like_a_shorter_run() -> None:
+    results = [
+        history.dataset() for history in simulate_histories(make_small_experiment(), 4, [0, 1, 2])
+    ]
+    for run, dataset in enumerate(results):
+        assert dataset.equals(bl.simulate(make_small_experiment(), seed=4, run=run))
+    shorter = bl.simulate(make_small_experiment().replace(evolution={"generations": 3}), seed=4)
+    np.testing.assert_array_equal(shorter.energy, results[0].energy[:3])
 
 
 def test_no_champion_of_a_species_above_five_members_is_lost() -> None:
@@ -153,7 +159,7 @@ def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
     return solutions
 
 
-def test_measures_of_a_run_are_those_of_its_first_solution() -> None:
+def test_measures_of_a_run_describe_its_first_solution() -> None:
     runs = xr.concat(
         [history.dataset() for history in simulate_histories(bl.load("neat-xor"), 1, range(6))],
         "run",
@@ -191,9 +197,9 @@ def test_the_number_of_networks_is_close_to_the_published_one() -> None:
     assert 1 <= np.median([solution.hidden for solution in solved]) <= 4
 
 
-def test_its_settings_are_assigned_written_and_validated() -> None:
+def test_settings_are_assigned_written_and_validated() -> None:
     changed = assign(
-        small(),
+        make_small_experiment(),
         ["evolution.neat.compatibility_threshold=4", "evolution.species.stagnation_generations=9"],
     )
     assert from_toml(to_toml(changed), where="file") == changed
@@ -202,7 +208,7 @@ def test_its_settings_are_assigned_written_and_validated() -> None:
         ExperimentError,
         match=r"^neat_xor\.max_links = 2: input should be greater than or equal to 3",
     ):
-        assign(small(), ["neat_xor.max_links=2"])
+        assign(make_small_experiment(), ["neat_xor.max_links=2"])
 
 
 @pytest.mark.parametrize("choice", ["selection=species", "variation=neat"])
@@ -214,7 +220,7 @@ def test_genomes_that_are_no_graphs_are_refused(choice: str) -> None:
         assign(bl.load("evo/A"), [f"evolution.{choice}"])
 
 
-def test_a_study_of_it_runs_resumes_and_is_reported(command: Command) -> None:
+def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:
     given = ("run", "neat-xor", "--set", *SMALL, "--out", "xor")
     assert command(*given, "--runs", "1").code == 0
     assert command(*given, "--runs", "2").code == 0
