@@ -16,7 +16,9 @@ from random import Random
 
 from baldwinlab.experiment import Evolution, Experiment, FoodRegion, World
 
-LEFT, FORWARD, RIGHT = 0, 1, 2
+LEFT = 0
+FORWARD = 1
+RIGHT = 2
 
 Layers = list[list[list[float]]]
 """weight = layers[layer][from][to]. Biases are the last row, from a unit that is always 1."""

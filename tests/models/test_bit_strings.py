@@ -18,7 +18,9 @@ from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate_histories
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
-RIGHT, WRONG, UNKNOWN = 1.0, 0.0, 0.5
+RIGHT = 1.0
+WRONG = 0.0
+UNKNOWN = 0.5
 
 
 @pytest.fixture(autouse=True)
@@ -106,7 +108,8 @@ def test_founders_have_the_shares_of_alleles_of_the_paper() -> None:
 def test_children_have_alleles_of_one_parent_before_a_cut_and_of_the_other_after_it() -> None:
     run = bl.simulate(make_small_experiment(), seed=2)
     assert set(np.unique(run.genome.values)) <= {WRONG, RIGHT, UNKNOWN}
-    genomes, parents = run.genome.values[:, :, 0], run.parents.values
+    genomes = run.genome.values[:, :, 0]
+    parents = run.parents.values
     for child in range(60):
         first = genomes[0, parents[1, child, 0]]
         second = genomes[0, parents[1, child, 1]]

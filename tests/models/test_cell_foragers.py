@@ -88,6 +88,15 @@ def sense(food: list[int], position: int, heading: int) -> tuple[float, float]:
     return (turn % 1.0 if dx or dy else 0.0), math.hypot(dx, dy) / math.hypot(SIDE - 1, SIDE - 1)
 
 
+def move(position: int, heading: int, plan: tuple[int, int]) -> tuple[int, int]:
+    """Return the position and the heading after the planned movement."""
+    if plan == (1, 1):
+        x = position % SIDE + (1, 0, -1, 0)[heading]
+        row = position // SIDE + (0, 1, 0, -1)[heading]
+        position = row * SIDE + x if 0 <= x < SIDE and 0 <= row < SIDE else position
+    return position, (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
+
+
 def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
     """Return the number of eaten items in each environment, and the weights at death."""
     weights = genome[0].astype(float)
@@ -100,24 +109,20 @@ def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int
             with np.errstate(over="ignore"):
                 return [float(unit(word)) for word in philox(first + number, agent, 3, LIFE, 7, 0)]
 
-        position, heading = int(draw(0)[0] * SIDE * SIDE), int(draw(0)[1] * 4)
+        position = int(draw(0)[0] * SIDE * SIDE)
+        heading = int(draw(0)[1] * 4)
         food: list[int] = []
         number = 0
         while len(food) < FOOD:
             number += 1
             cell = int(draw(number)[0] * SIDE * SIDE)
             food += [] if cell in food else [cell]
-        plan, meals = (0, 0), 0
-        for move in range(forager_model.steps_per_environment):
+        plan = (0, 0)
+        meals = 0
+        for step in range(forager_model.steps_per_environment):
             values = np.array([*sense(food, position, heading), *plan])
             _, y = forward(weights, values, forager_model.outputs)
-            if plan == (1, 1):
-                x, row = (
-                    position % SIDE + (1, 0, -1, 0)[heading],
-                    position // SIDE + (0, 1, 0, -1)[heading],
-                )
-                position = row * SIDE + x if 0 <= x < SIDE and 0 <= row < SIDE else position
-            heading = (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
+            position, heading = move(position, heading, plan)
             meals += position in food
             food = [cell for cell in food if cell != position]
             plan = (int(y[0] > 0.5), int(y[1] > 0.5))
@@ -126,7 +131,7 @@ def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int
                     weights, values, 2, 0, forward(fixed, values, 2)[1], forager_model.learning_rate
                 )
             elif forager_model.learning != "none":
-                coin = draw(DRAWS - 1 - move)
+                coin = draw(DRAWS - 1 - step)
                 targets = (
                     sense(food, position, heading)
                     if forager_model.learning == "prediction"
@@ -276,10 +281,8 @@ def test_a_lifetime_at_rate_0_equals_a_lifetime_without_learning(learning: str) 
 def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_in_a_batch() -> None:
     forager_model = model("auto-teaching", steps_per_environment=200)
     newborns = np.repeat(genomes(forager_model, 30), 2, axis=0)
-    both, single = (
-        forager_model.simulate(7, [0, 5], 3, newborns),
-        forager_model.simulate(7, [5], 3, newborns[1:]),
-    )
+    both = forager_model.simulate(7, [0, 5], 3, newborns)
+    single = forager_model.simulate(7, [5], 3, newborns[1:])
     assert both.energy.max() <= FOOD and both.energy.max() > 1
     assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 

@@ -107,7 +107,8 @@ def naive(model: CueLearners, genome: list[float], agent: int) -> tuple[int, lis
         sweet = food == (unit(of_smell) < model.cue_accuracy)
         red = food == red_is_food
         sensed = {RED: red, GREEN: not red, SWEET: sweet, SOUR: not sweet}
-        values = [(1 if sensed[kind] else -1) if kind in sensed else 0 for kind in kinds]
+        inputs = {kind: 1 if is_sensed else -1 for kind, is_sensed in sensed.items()}
+        values = [inputs.get(kind, 0) for kind in kinds]
         for target in answering:
             total = np.float32(0)
             for source in units:

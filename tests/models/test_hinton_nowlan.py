@@ -23,7 +23,8 @@ from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
 
-LOCI, TRIALS = 20, 1000
+LOCI = 20
+TRIALS = 1000
 
 
 def expected_fitness(unset: Any, trials: int = TRIALS) -> Any:

@@ -42,7 +42,8 @@ class Life:
     ) -> None:
         self.model = model
         self.world = world
-        sources, self.neurons = INPUTS + model.neurons, range(model.neurons)
+        sources = INPUTS + model.neurons
+        self.neurons = range(model.neurons)
         genes = [bits[first : first + 5] for first in range(0, len(bits) // 5 * 5, 5)]
         self.synapses: list[list[dict[str, Any]]] = []
         for neuron in self.neurons:
@@ -74,7 +75,8 @@ class Life:
 
     def senses(self, position: complex, heading: complex, lit: bool) -> list[float]:
         """Return the inputs. Positions and directions are complex numbers."""
-        stripe, lamp = complex(*self.world[:2]), complex(*self.world[2:4])
+        stripe = complex(*self.world[:2])
+        lamp = complex(*self.world[2:4])
         away = lamp - position
         view = away / abs(away) * max(0.0, 1 - abs(away)) / heading if lit else 0j
         light = [
@@ -114,7 +116,9 @@ class Life:
         position = complex(0.3 + 0.4 * begin[0], 0.2 + 0.6 * begin[1])
         heading = complex(2 * begin[2] - 1, 2 * begin[3] - 1)
         heading /= abs(heading)
-        values, lit, under = [0.0] * len(self.neurons), False, 0
+        values = [0.0] * len(self.neurons)
+        lit = False
+        under = 0
         for _ in range(self.model.steps_per_life):
             lit = lit or abs(position - complex(*self.world[:2])) < 0.2
             under += lit and abs(position - complex(*self.world[2:4])) < 0.2
@@ -138,7 +142,8 @@ class Life:
                             )
                         )
                         synapse["w"] = min(max(synapse["w"] + synapse["rate"] * delta, 0.0), 1.0)
-            left, right = (2 * values[-2] - 1) * self.world[5], 2 * values[-1] - 1
+            left = (2 * values[-2] - 1) * self.world[5]
+            right = 2 * values[-1] - 1
             heading *= np.exp(2j * math.atan(0.075 * (right - left)))
             moved = position + 0.01 * (left + right) * heading
             position = complex(min(max(moved.real, 0), 1), min(max(moved.imag, 0), 1))
@@ -200,7 +205,8 @@ def test_an_agent_without_light_has_no_energy() -> None:
 def test_a_run_is_bit_identical_in_a_batch() -> None:
     model = LightSwitch(encoding="synapses", steps_per_life=200)
     newborns = np.repeat(genomes(model), 2, axis=0)
-    both, single = model.simulate(7, [0, 5], 3, newborns), model.simulate(7, [5], 3, newborns[1:])
+    both = model.simulate(7, [0, 5], 3, newborns)
+    single = model.simulate(7, [5], 3, newborns[1:])
     for name in ("score", "changed"):
         assert both.records[name][1].tolist() == single.records[name][0].tolist()
     assert both.energy[0].tolist() != both.energy[1].tolist()

@@ -31,7 +31,8 @@ def peaks(k: int, run: int, bits: int = BITS) -> int:
 
 
 def test_a_landscape_has_values_from_0_to_1_and_depends_on_the_run() -> None:
-    first, second = landscape(3, 0, BITS, 4), landscape(3, 1, BITS, 4)
+    first = landscape(3, 0, BITS, 4)
+    second = landscape(3, 1, BITS, 4)
     assert (first.min(), first.max(), first.size) == (0, 1, 2**BITS)
     assert (first != second).any() and (first == landscape(3, 0, BITS, 4)).all()
 

@@ -27,7 +27,8 @@ from baldwinlab.parts import MatrixView
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.results import open_assay
 
-ROUNDS, NOISE = 50, 1 / 25
+ROUNDS = 50
+NOISE = 1 / 25
 # Name of the strategy of each genome.
 NAMES = [STRATEGIES[number] for number in STRATEGY]
 NO_SLIP = [(False, False)]

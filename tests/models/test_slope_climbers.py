@@ -38,7 +38,8 @@ def mean_of_parents(
 
 def law(x: Numbers, innate: Numbers, learned: Numbers) -> float:
     """Compute Cov_f(x, g) / E_f(g)."""
-    weight, gain = innate / innate.sum(), learned / innate
+    weight = innate / innate.sum()
+    gain = learned / innate
     mean_gain = float(weight @ gain)
     return float(weight @ ((x - weight @ x) * (gain - mean_gain))) / mean_gain
 
@@ -64,8 +65,10 @@ def test_the_law_is_exact_in_ten_thousand_populations() -> None:
 
 def test_random_selection_follows_the_law_on_average() -> None:
     generator = np.random.default_rng(2)
-    x, slope = generator.normal(0.8, 0.3, 1000), SlopeClimbers(curvature=1)
-    innate, learned = slope.fitness(x), slope.fitness(x + 0.3)
+    x = generator.normal(0.8, 0.3, 1000)
+    slope = SlopeClimbers(curvature=1)
+    innate = slope.fitness(x)
+    learned = slope.fitness(x + 0.3)
     moved = [
         mean_of_parents(SAMPLED, x, learned, 2000, 2 * k)
         - mean_of_parents(SAMPLED, x, innate, 2000, 2 * k + 1)
@@ -78,10 +81,8 @@ def test_random_selection_follows_the_law_on_average() -> None:
 
 @pytest.mark.parametrize("name", BENDS)
 def test_the_sign_of_the_effect_of_learning_depends_on_the_slope(name: str) -> None:
-    slope, generator = (
-        SlopeClimbers(curvature=BENDS[name], slope=0.0 if BENDS[name] else 1.0),
-        np.random.default_rng(3),
-    )
+    slope = SlopeClimbers(curvature=BENDS[name], slope=0.0 if BENDS[name] else 1.0)
+    generator = np.random.default_rng(3)
     for _ in range(300):
         low, high = (-2.0, -0.5) if name == "concave" else (0.0, 2.0)
         x = generator.uniform(low, high, 20)
@@ -120,7 +121,8 @@ def test_the_change_of_a_normal_population_matches_theory(
         "slope_climbers.initial_std=0.3",
     ]
     experiment = assign(bl.load(f"{condition}/{name}"), changes)
-    slope, genomes = experiment.of_model, draw_genomes(experiment, GenerationKey(1, 0, 0))
+    slope = experiment.of_model
+    genomes = draw_genomes(experiment, GenerationKey(1, 0, 0))
     energy = slope.simulate(1, [0], 0, genomes[None]).energy[0]
     children, _ = breed(experiment, genomes, energy, GenerationKey(1, 0, 1))
     mean, variance = gaussian_step(
@@ -139,7 +141,8 @@ def test_several_generations_follow_the_recursion() -> None:
             bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"]
         )
         slope = experiment.of_model
-        mean, variance = slope.initial_mean, slope.initial_std**2
+        mean = slope.initial_mean
+        variance = slope.initial_std**2
         for _ in range(10):
             mean, variance = gaussian_step(
                 mean, variance, slope, experiment.evolution.mutation_size

@@ -98,13 +98,14 @@ class Life:
                 row[k] += gate * self.rate * (self.a * x * y + self.b * x + self.c * y + self.d)
                 row[k] = min(max(row[k], -10.0), 10.0)
         output = self.values[-1]
-        self.actions.append(
-            "right" if output > 1 / 3 else "left" if output < -1 / 3 else "straight"
-        )
-        return self.actions[-1]
+        action = "straight"
+        if abs(output) > 1 / 3:
+            action = "right" if output > 0 else "left"
+        self.actions.append(action)
+        return action
 
     def trip(self, high: list[str]) -> float:
-        """Return the reward of a trip; `high` is the route to the high reward."""
+        """Return the reward of a trip. `high` is the route to the high reward."""
         route: list[str] = []
         for _ in high:
             if self.act("corridor") != "straight":
@@ -162,18 +163,23 @@ def walk(
     A frame has row, column and heading (right, down, left, up), at home and after each action. An
     action passes one or two cells.
     """
-    ahead, turns = ((0, 1), (1, 0), (0, -1), (-1, 0)), {"straight": 0, "right": 1, "left": 3}
+    ahead = ((0, 1), (1, 0), (0, -1), (-1, 0))
+    turns = {"straight": 0, "right": 1, "left": 3}
     # Corridors before and after the end, and the one that leads home, have two cells.
     end = 2 * model.turning_points
     legs = [(1, turns[act]) for act in actions]
     legs[end : end + 1] = [(2, 0)] * len(legs[end : end + 1])
     legs += [(2, 0)] * (model.homing and reward in (1.0, 0.2))
-    row, column, heading = 2 * model.turning_points + 1, 3, 3
-    frames, cells = [(row, column, heading)], [(row, column)]
+    row = 2 * model.turning_points + 1
+    column = 3
+    heading = 3
+    frames = [(row, column, heading)]
+    cells = [(row, column)]
     for position, (length, turn) in enumerate(legs):
         heading = (heading + 2) % 4 if position == end + 1 else heading
         for _ in range(length):
-            row, column = row + ahead[heading][0], column + ahead[heading][1]
+            row = row + ahead[heading][0]
+            column = column + ahead[heading][1]
             cells.append((row, column))
         heading = (heading + turn) % 4
         frames.append((row, column, heading))
@@ -184,7 +190,9 @@ def walk(
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_view_of_trips_agrees_with_plain_python(kind: str) -> None:
     model = TMazes(**{"trips": 12} | KINDS[kind])
-    newborns, rewards, end = genomes(model)[0], set[float](), 2 * model.turning_points + 1
+    newborns = genomes(model)[0]
+    rewards = set[float]()
+    end = 2 * model.turning_points + 1
     for agent in range(0, 200, 4):
         life = Life(model, newborns[agent, 0], model.maze(7, 5, 3))
         life.total_reward()
@@ -243,9 +251,15 @@ def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: A
     )
     weights = np.zeros((model.neurons, INPUTS + model.neurons), np.float32)
     after_end, turns_back, output = weights
-    after_end[END], after_end[BIAS], after_end[INPUTS] = 10, -0.5, 4
-    turns_back[TURNING], turns_back[BIAS], turns_back[INPUTS] = 6, -8.6, 6
-    output[TURNING], output[BIAS], output[INPUTS + 1] = 3, -3, -3
+    after_end[END] = 10
+    after_end[BIAS] = -0.5
+    after_end[INPUTS] = 4
+    turns_back[TURNING] = 6
+    turns_back[BIAS] = -8.6
+    turns_back[INPUTS] = 6
+    output[TURNING] = 3
+    output[BIAS] = -3
+    output[INPUTS + 1] = -3
     newborns = np.concatenate([weights.ravel() / 10, np.zeros(RULE)]).astype(np.float32)[None, None]
     first, moves, after = model.maze(7, 5, 3)
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
@@ -305,7 +319,8 @@ def hand_built_controller() -> tuple[TMazes, npt.NDArray[np.float32]]:
     model = TMazes(standard_neurons=0, modulatory_neurons=1)
     weights = np.zeros((model.neurons, INPUTS + model.neurons), np.float32)
     modulatory, output = weights
-    modulatory[END], modulatory[REWARD] = 1, -1
+    modulatory[END] = 1
+    modulatory[REWARD] = -1
     output[TURNING] = 1
     # Links from the modulatory neuron and from the output itself.
     output[INPUTS] = output[INPUTS + 1] = 1
@@ -336,7 +351,8 @@ def test_the_gain_of_an_agent_with_perfect_memory_matches_theory(turns: Any, bes
     rewards = []
     for run in range(2000):
         first, moves, after = model.maze(0, run, 0)
-        total, to_try = 0.0, list(range(2**turns))
+        total = 0.0
+        to_try = list(range(2**turns))
         for trip in range(model.trips):
             high = first if trip < moves else after
             total += 1.0 if to_try[0] == high else 0.2
@@ -378,7 +394,8 @@ def test_without_plasticity_trips_are_equal_unless_activations_last_for_a_lifeti
 def test_a_run_is_bit_identical_in_a_batch() -> None:
     model = TMazes()
     newborns = np.repeat(genomes(model, 30), 2, axis=0)
-    both, single = model.simulate(7, [0, 5], 3, newborns), model.simulate(7, [5], 3, newborns[1:])
+    both = model.simulate(7, [0, 5], 3, newborns)
+    single = model.simulate(7, [5], 3, newborns[1:])
     assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 

@@ -73,7 +73,8 @@ def empty_world(**fields: Any) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
         | {"initial_plants": 0, "trees": 0, "initial_carnivores": 0, "sprouts_per_step": 0}
         | fields
     )
-    rules, world = model.rules(), model.world(1, 0, 0, 0)
+    rules = model.rules()
+    world = model.world(1, 0, 0, 0)
     init_world(rules, world)
     return rules, world, np.zeros(INPUTS, np.float32)
 
@@ -96,7 +97,8 @@ def set_direction(world: ErlWorld, agent: int, direction: int) -> None:
 def test_a_step_of_crbp_has_the_values_computed_by_hand() -> None:
     """With weights of 0, p = 1/2, so a weight changes by rate x (target - 1/2) / 4."""
     inputs = np.zeros(INPUTS, np.float32)
-    inputs[3], inputs[-1] = 1, 0.5
+    inputs[3] = 1
+    inputs[-1] = 0.5
     for action, is_better, rate, expected in [
         (1, True, 0.3, 0.0375),
         (0, True, 0.3, -0.0375),
@@ -114,7 +116,8 @@ def test_a_step_of_crbp_has_the_values_computed_by_hand() -> None:
 def test_an_improvement_makes_the_last_action_more_likely() -> None:
     rules, world, inputs = empty_world()
     agent = put_agent(rules, world, 210)
-    world.evaluation_weights[agent], world.action_weights[agent] = 0, 0
+    world.evaluation_weights[agent] = 0
+    world.action_weights[agent] = 0
     world.evaluation_weights[agent, 4 * KINDS + 1] = 10  # energy is good
     step_agent(rules, world, agent, inputs)
     action = world.last_action[agent].copy()
@@ -153,7 +156,8 @@ def simulated_world(
     init_world(rules, world)
     place_founders(rules, world, genomes)
     for step in range(steps):
-        world.counts[STEP], world.counts[DRAWN] = step + 1, 0
+        world.counts[STEP] = step + 1
+        world.counts[DRAWN] = 0
         step_world(rules, world, inputs)
     return rules, world, genomes
 
@@ -303,8 +307,10 @@ def test_a_carnivore_bites_visible_agents_but_no_agent_in_a_tree() -> None:
     )
     world.kind[20 * 10 + 14] = TREE
     safe = put_agent(rules, world, 20 * 3 + 3)
-    world.kind[20 * 3 + 3], world.kind[20 * 10 + 14] = EMPTY, TREE
-    world.position[safe], world.occupant[20 * 10 + 14] = 20 * 10 + 14, safe
+    world.kind[20 * 3 + 3] = EMPTY
+    world.kind[20 * 10 + 14] = TREE
+    world.position[safe] = 20 * 10 + 14
+    world.occupant[20 * 10 + 14] = safe
     for _ in range(30):
         step_carnivore(rules, world, 0)
     assert world.health[safe] == 1
@@ -313,7 +319,8 @@ def test_a_carnivore_bites_visible_agents_but_no_agent_in_a_tree() -> None:
 @pytest.mark.parametrize("strategy", ["ERL", "B"])
 def test_cells_agree_with_the_positions_of_agents_and_carnivores(strategy: str) -> None:
     _, world, _ = simulated_world(strategy)
-    agents, carnivores = int(world.counts[AGENTS]), int(world.counts[CARNIVORES])
+    agents = int(world.counts[AGENTS])
+    carnivores = int(world.counts[CARNIVORES])
     assert agents > 3
     np.testing.assert_array_equal(world.occupant[world.position[:agents]], np.arange(agents))
     np.testing.assert_array_equal(

@@ -86,7 +86,8 @@ def test_sine_and_cosine_agree_with_the_math_module() -> None:
 
 
 def test_an_upright_pole_stays_and_a_tilted_pole_falls() -> None:
-    state, motion = np.zeros(PARTS), np.empty((7, PARTS))
+    state = np.zeros(PARTS)
+    motion = np.empty((7, PARTS))
     for _ in range(100):
         move(state, 0.0, 0.01, 0.0, motion)
     assert (state == 0).all()
@@ -111,7 +112,8 @@ def grown() -> npt.NDArray[np.float32]:
 
 
 def test_networks_with_ordered_links_have_the_outputs_of_other_implementations() -> None:
-    state, steepness = np.array([1.0, -0.3, 0.2, 0.5, -0.4, 1.5]), np.float32(4.9)
+    state = np.array([1.0, -0.3, 0.2, 0.5, -0.4, 1.5])
+    steepness = np.float32(4.9)
     sensed = [float(np.float32(value / scale)) for value, scale in zip(state, SCALE, strict=True)]
     outputs = set()
     for graph in grown()[:, 0]:
@@ -134,7 +136,8 @@ def test_networks_with_ordered_links_have_the_outputs_of_other_implementations()
 
 def naive_life(graph: Any, max_steps: int) -> int:
     """Return the number of steps that a network balances, in plain Python."""
-    state, motion = np.array(START), np.empty((7, PARTS))
+    state = np.array(START)
+    motion = np.empty((7, PARTS))
     for step in range(max_steps):
         (output,) = oracle.activate(
             graph, 4.9, [*(value / scale for value, scale in zip(state, SCALE, strict=True)), 1]

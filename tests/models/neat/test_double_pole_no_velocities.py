@@ -72,7 +72,8 @@ def test_a_recurrent_link_transmits_the_value_of_the_previous_step() -> None:
     graph = balancing()
     steepness = np.float32(4.9)
     value = 0.0
-    plan, units = np.empty((2, 10, 3), np.float32), np.zeros((3, 3 + 10 + 1), np.float32)
+    plan = np.empty((2, 10, 3), np.float32)
+    units = np.zeros((3, 3 + 10 + 1), np.float32)
     links = order_links(graph, 3, True, plan[0], plan[1], units[2])
     # Velocities, which are 9, are not sensed.
     state = np.array([0.3, 9, -0.05, 9, 0.02, 9])
@@ -87,14 +88,14 @@ def test_a_recurrent_link_transmits_the_value_of_the_previous_step() -> None:
 
 
 def test_recurrent_networks_have_the_outputs_of_plain_python(grown: Graph) -> None:
-    random, steepness = np.random.default_rng(5), np.float32(4.9)
+    random = np.random.default_rng(5)
+    steepness = np.float32(4.9)
     outputs = set[float]()
     for graph in grown:
-        plan, units = np.empty((2, 100, 3), np.float32), np.zeros((3, 3 + 100 + 1), np.float32)
-        links, before = (
-            order_links(graph, 3, True, plan[0], plan[1], units[2]),
-            dict[float, float](),
-        )
+        plan = np.empty((2, 100, 3), np.float32)
+        units = np.zeros((3, 3 + 100 + 1), np.float32)
+        links = order_links(graph, 3, True, plan[0], plan[1], units[2])
+        before = dict[float, float]()
         for state in random.normal(size=(6, PARTS)):
             output = activate_once(
                 plan[1], links, steepness, np.array([0, 2, 4]), state, units[0], units[1]
@@ -110,7 +111,9 @@ def test_recurrent_networks_have_the_outputs_of_plain_python(grown: Graph) -> No
 
 def naive_life(graph: Graph, max_steps: int) -> tuple[int, float]:
     """Return the steps that a network balances, and Gruau's fitness, in plain Python."""
-    state, motion, before = np.array(START), np.empty((7, PARTS)), dict[float, float]()
+    state = np.array(START)
+    motion = np.empty((7, PARTS))
+    before = dict[float, float]()
     unrest: list[float] = []
     while len(unrest) < max_steps:
         before = oracle.step(
@@ -225,7 +228,8 @@ def test_a_run_is_bit_identical_in_a_batch() -> None:
 
 def test_measures_describe_the_first_network_that_generalizes() -> None:
     starts = np.zeros((2, 3, 4), int)
-    starts[0, 1, 2], starts[0, 2, 0] = ENOUGH, 400
+    starts[0, 1, 2] = ENOUGH
+    starts[0, 2, 0] = 400
     starts[1] = ENOUGH - 1
     dims = ("run", "generation", "agent")
     runs = xr.Dataset(

@@ -112,7 +112,8 @@ def test_no_champion_of_a_species_above_five_members_is_lost() -> None:
     run = bl.simulate(
         assign(bl.load("neat-xor"), ["evolution.generations=30", "record.genome_every=1"]), seed=2
     )
-    genomes, energy = run.genome.values[:, :, 0], run.energy.values
+    genomes = run.genome.values[:, :, 0]
+    energy = run.energy.values
     survived = 0
     for generation in range(29):
         for species, size in zip(
