@@ -18,8 +18,9 @@ from baldwinlab._version import __version__
 if TYPE_CHECKING:
     from baldwinlab.api.checks import check_part
     from baldwinlab.api.gallery import compare_papers, reproduce_all
-    from baldwinlab.api.integrations.gymnasium import parallel_env, single_env, vector_env
+    from baldwinlab.api.integrations.gymnasium import single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
+    from baldwinlab.api.integrations.pettingzoo import parallel_env
     from baldwinlab.api.load import load, read_experiment
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
@@ -96,7 +97,7 @@ _HOME = {
     "open_runs": "studies.open",
     "open_study": "api.study",
     "open_sweep": "studies.sweeps.design",
-    "parallel_env": "api.integrations.gymnasium",
+    "parallel_env": "api.integrations.pettingzoo",
     "read_experiment": "api.load",
     "replay": "simulation.replay",
     "reproduce": "api.reproduce",

@@ -1,4 +1,4 @@
-"""A study as Zarr, as a phylogeny and for ArviZ, against the libraries that are to read them."""
+"""A study as Zarr, as a phylogeny and for ArviZ, read with the libraries of these formats."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 
 
-def test_a_zarr_store_opens_as_the_study_with_units_and_labels(
+def test_a_zarr_store_has_the_data_units_and_labels_of_the_study(
     mixed: Study, tmp_path: Path
 ) -> None:
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # as of types that Zarr's specification does not have
+        # Zarr warns about data types that its specification does not have.
+        warnings.simplefilter("error")
         mixed.to_zarr(tmp_path / "study.zarr")
     data = bl.open_runs(mixed.directory)
     opened = xr.open_zarr(tmp_path / "study.zarr", consolidated=False).load()
@@ -41,10 +42,10 @@ def test_a_zarr_store_opens_as_the_study_with_units_and_labels(
 
 
 @pytest.mark.parametrize("rows", [1, 150, 250])
-def test_a_store_of_many_chunks_is_the_dataset_of_the_sweep(
+def test_a_store_with_many_chunks_has_the_data_of_the_sweep(
     tmp_path: Path, rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A run has 40 rows: a chunk holds one run, three of them, or two points of three runs each, of which one is left over."""
+    """A run has 40 rows, so a chunk has one run, three runs, or two points of three runs each."""
     monkeypatch.setattr(zarr_export, "ROWS", rows)
     short = {"lifetime.steps": 20, "evolution.generations": 2}
     fields = {"evolution.selection": ["roulette", "truncation"], "learning.rate": [0.5, 0.0, 0.1]}
@@ -52,48 +53,48 @@ def test_a_store_of_many_chunks_is_the_dataset_of_the_sweep(
         {"experiment": "evo+self-taught/A", "runs": 3, "set": short, "fields": fields},
         out=tmp_path / "swept",
     )
-    for name in ("whole", "gaps"):  # among which whole numbers are fractions, as NaN is one
+    # Without a run, integers become floating-point numbers, because missing values are NaN.
+    for name in ("complete", "gaps"):
         study.to_zarr(tmp_path / f"{name}.zarr")
-        opened, data = (
-            xr.open_zarr(tmp_path / f"{name}.zarr", consolidated=False).load(),
-            study.data(),
-        )
+        opened = xr.open_zarr(tmp_path / f"{name}.zarr", consolidated=False).load()
+        data = study.data()
         xr.testing.assert_equal(opened, data)
         for variable in ("food_eaten", "energy", "parents"):
-            assert (opened[variable].dims, opened[variable].dtype) == (
-                data[variable].dims,
-                data[variable].dtype,
-            )
+            assert opened[variable].dims == data[variable].dims
+            assert opened[variable].dtype == data[variable].dtype
         assert (opened.attrs["design"], opened.attrs["fields"]) == ("grid", [*fields])
         (study.directory / "runs" / study.conditions[4] / "0001.nc").unlink(missing_ok=True)
 
 
-@pytest.mark.parametrize("way", ["to_zarr", "to_parquet", "to_csv"])
-def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
-    tmp_path: Path, way: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("method", ["to_zarr", "to_parquet", "to_csv"])
+def test_an_export_has_a_few_runs_in_memory_at_a_time(
+    tmp_path: Path, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read, held, most = stored.StudyStore.read, list[ref[np.ndarray]](), 0
+    read = stored.StudyStore.read
+    references: list[ref[np.ndarray]] = []
+    peak_count = 0
 
-    def noting(
+    def read_and_count(
         self: stored.StudyStore, condition: str, run: int, *, genomes: bool = True
     ) -> xr.Dataset:
-        nonlocal most
+        nonlocal peak_count
         record = read(self, condition, run, genomes=genomes)
-        held.append(ref(record["energy"].values))
-        most = max(most, sum(each() is not None for each in held))
+        references.append(ref(record["energy"].values))
+        peak_count = max(peak_count, sum(reference() is not None for reference in references))
         return record
 
-    monkeypatch.setattr(stored.StudyStore, "read", noting)
+    monkeypatch.setattr(stored.StudyStore, "read", read_and_count)
     monkeypatch.setattr(zarr_export, "ROWS", 1)
     monkeypatch.setattr(files, "MIN_ROWS", 1)
     study = bl.open_study(
         make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=9).directory
     )
-    getattr(study, way)(tmp_path / "given")
-    assert len(held) >= 9 and most <= 3, "all of them, if all were read before the first is written"
+    getattr(study, method)(tmp_path / "exported")
+    assert len(references) >= 9
+    assert peak_count <= 3
 
 
-def test_a_store_that_cannot_be_finished_leaves_nothing(
+def test_an_interrupted_export_leaves_no_files(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(self: Path, target: Path) -> Path:
@@ -105,55 +106,55 @@ def test_a_store_that_cannot_be_finished_leaves_nothing(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_store_in_the_midst_of_a_study_is_refused(mixed: Study) -> None:
+def test_a_store_inside_a_study_is_refused(mixed: Study) -> None:
     with pytest.raises(RefusedError, match="is inside the study"):
         mixed.to_zarr(mixed.directory / "runs" / "study.zarr")
 
 
-def test_the_phylogeny_of_a_study_is_that_of_all_its_runs(mixed: Study, command: Command) -> None:
+def test_the_phylogeny_of_a_study_has_the_phylogenies_of_all_runs(
+    mixed: Study, command: Command
+) -> None:
     assert (
         command("phylogeny", str(mixed.directory), "--out", "all.csv").out
         == "all.csv: 152 agents\n"
     )
-    found = pd.read_csv("all.csv")
-    assert (found["ancestor_list"] == "[none]").sum() == 20 + 20 + 8
-    begun = 0
-    for (condition, run), there in found.groupby(["condition", "run"], sort=False):
-        mixed.to_phylogeny("one.csv", str(condition), int(str(run)))
-        one = pd.read_csv("one.csv")
-        assert (there["id"].to_numpy() - begun).tolist() == one["id"].tolist()
-        parents = (
-            there["ancestor_list"]
-            .str.findall(r"\d+")
-            .map(lambda ids, first=begun: [int(each) - first for each in ids])
-        )
-        assert (
-            parents.tolist()
-            == one["ancestor_list"].str.findall(r"\d+").map(lambda ids: [*map(int, ids)]).tolist()
-        )
-        begun += len(one)
+    table = pd.read_csv("all.csv")
+    assert (table["ancestor_list"] == "[none]").sum() == 20 + 20 + 8
+    first_id = 0
+    for (condition, run), rows in table.groupby(["condition", "run"], sort=False):
+        mixed.to_phylogeny("single.csv", str(condition), int(str(run)))
+        single = pd.read_csv("single.csv")
+        assert (rows["id"].to_numpy() - first_id).tolist() == single["id"].tolist()
+        assert parent_ids(rows, first_id) == parent_ids(single, 0)
+        first_id += len(single)
     mixed.to_phylogeny("all.csv", "evo/A")
     assert pd.read_csv("all.csv")["run"].unique().tolist() == [0, 1]
 
 
+def parent_ids(phylogeny: pd.DataFrame, first_id: int) -> list[list[int]]:
+    """Return the parents of each agent, with numbers from `first_id`."""
+    lists = phylogeny["ancestor_list"].str.findall(r"\d+")
+    return [[int(parent) - first_id for parent in parents] for parents in lists]
+
+
 @pytest.mark.nightly
-def test_the_phylogeny_of_a_study_fits_the_alife_standard(mixed: Study, tmp_path: Path) -> None:
+def test_the_phylogeny_of_a_study_fulfills_the_alife_standard(mixed: Study, tmp_path: Path) -> None:
     path = tmp_path / "all.csv"
     mixed.to_phylogeny(path)
-    found = validate("phylogeny", path)
-    assert found["is_valid"] and found["is_sexual"] and len(found["roots"]) == 20 + 20 + 8
+    result = validate("phylogeny", path)
+    assert result["is_valid"]
+    assert result["is_sexual"]
+    assert len(result["roots"]) == 20 + 20 + 8
 
 
-def test_a_run_of_no_condition_has_no_phylogeny(mixed: Study, command: Command) -> None:
+def test_a_run_without_a_condition_is_refused(mixed: Study, command: Command) -> None:
     phylogeny = ("--format", "phylogeny", "--run", "0", "--out", "x.csv")
     done = command("export", str(mixed.directory), *phylogeny)
-    assert (done.code, done.err) == (
-        2,
-        "baldwinlab: --run 0 needs --condition, because every condition has a run 0; add --condition\n",
-    )
+    message = "--run 0 needs --condition, because every condition has a run 0; add --condition"
+    assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
 
 
-def test_arviz_has_the_outcome_of_each_run_as_what_was_observed(mixed: Study) -> None:
+def test_arviz_has_the_outcome_of_each_run_as_observed_data(mixed: Study) -> None:
     convert_to_datatree = pytest.importorskip("arviz_base").convert_to_datatree
     summary = pytest.importorskip("arviz_stats.summary").summary
     tree = mixed.to_arviz(last=2)
@@ -161,10 +162,8 @@ def test_arviz_has_the_outcome_of_each_run_as_what_was_observed(mixed: Study) ->
     observed = tree["observed_data"].to_dataset()
     for measure in ("best", "mean", "share"):
         np.testing.assert_array_equal(observed[measure], fitness.final(mixed.data(), measure, 2))
-    assert (
-        observed["share"].attrs["units"] == "1"
-        and observed["mean"].attrs["long_name"] == "fitness of the average agent"
-    )
+    assert observed["share"].attrs["units"] == "1"
+    assert observed["mean"].attrs["long_name"] == "fitness of the average agent"
 
     evo = mixed.to_arviz().observed_data.to_dataset().sel(condition=["evo/A"])
     energy = np.stack([mixed._store.read("evo/A", run)["energy"].values for run in range(2)])
@@ -180,6 +179,6 @@ def test_arviz_has_the_outcome_of_each_run_as_what_was_observed(mixed: Study) ->
     assert float(table.loc["best[evo/A]", "mean"]) == pytest.approx(energy.max(-1).mean(), rel=0.01)
 
 
-def test_no_generation_at_all_is_refused(mixed: Study) -> None:
+def test_an_average_of_zero_generations_is_refused(mixed: Study) -> None:
     with pytest.raises(ArgumentError):
         mixed.to_arviz(last=0)

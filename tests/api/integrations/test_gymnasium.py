@@ -1,4 +1,4 @@
-"""Worlds as environments: their own libraries' checks, and the engine's very lives."""
+"""Worlds as environments: the checks of Gymnasium and PettingZoo, and comparisons with the engine."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ from tests.worlds import make_small_experiment
 EXPERIMENT = make_small_experiment("evo")
 
 
-def test_pettingzoo_finds_nothing_wrong() -> None:
+def test_the_checks_of_pettingzoo_pass() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         parallel_api_test(bl.parallel_env(EXPERIMENT), num_cycles=200)
         parallel_seed_test(lambda: bl.parallel_env(EXPERIMENT), num_cycles=50)
 
 
-def test_gymnasium_finds_nothing_wrong() -> None:
+def test_the_check_of_gymnasium_passes() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(bl.single_env(EXPERIMENT.replace(population={"size": 1})), skip_render_check=True)
 
 
-LONG = pytest.mark.nightly  # a combination of parts to compile
+# A new combination of parts must be compiled.
+LONG = pytest.mark.nightly
 
 
 @pytest.mark.parametrize(
@@ -46,70 +47,76 @@ LONG = pytest.mark.nightly  # a combination of parts to compile
         pytest.param({"motor": {"body": "stay"}}, id="another body", marks=LONG),
         pytest.param(
             {"senses": {"kinds": ["food", "last-action"]}},
-            id="a sense of one's own action",
+            id="the last action as a sense",
             marks=LONG,
         ),
     ],
 )
-def test_a_policy_that_copies_an_evolved_network_gets_the_food_of_the_engines_run(
+def test_a_policy_with_the_outputs_of_a_replay_eats_the_same_food(
     changes: dict[str, Any],
 ) -> None:
     experiment = EXPERIMENT.replace(**changes)
     for generation in (0, 2):
         life = bl.replay(experiment, seed=5, run=1, generation=generation)
         world = SteeredBatch(experiment, 5, [1])
-        sensed, eaten = world.begin(5, generation), np.zeros(experiment.population.size)
+        sensed = world.begin(5, generation)
+        eaten = np.zeros(experiment.population.size)
         for step in range(experiment.lifetime.steps):
             np.testing.assert_array_equal(sensed[0], life["sensor"].values[step])
             sensed, gained = world.act(life["output"].values[None, step])
             eaten += gained[0]
         np.testing.assert_array_equal(eaten, life["eaten"].sum("step").values)
-        assert eaten.any(), "somebody ate"
+        assert eaten.any()
 
 
-def test_each_reset_is_the_next_generation_and_a_seed_begins_anew() -> None:
+def test_each_reset_starts_the_next_generation_and_a_seed_starts_the_first() -> None:
     world = bl.parallel_env(EXPERIMENT)
-    places = []
+    positions = []
     for seed in (5, None, None, 5):
         world.reset(seed=seed)
-        places.append(world._worlds._steered._state.positions.copy())
-    assert (
-        (places[0] == places[3]).all()
-        and (places[0] != places[1]).any()
-        and (places[1] != places[2]).any()
-    )
+        positions.append(world._worlds._steered._state.positions.copy())
+    assert (positions[0] == positions[3]).all()
+    assert (positions[0] != positions[1]).any()
+    assert (positions[1] != positions[2]).any()
 
 
-def test_a_vector_of_worlds_is_its_worlds_side_by_side() -> None:
-    both, draw = bl.vector_env(EXPERIMENT, worlds=2), np.random.default_rng(1)
+def test_a_vector_of_worlds_equals_single_worlds() -> None:
+    both = bl.vector_env(EXPERIMENT, worlds=2)
+    draw = np.random.default_rng(1)
     agents = EXPERIMENT.population.size
-    alone = [SteeredBatch(EXPERIMENT, 7, [run]) for run in range(2)]
+    single = [SteeredBatch(EXPERIMENT, 7, [run]) for run in range(2)]
     sensed, _ = both.reset(seed=7)
-    np.testing.assert_array_equal(sensed, np.concatenate([world.begin(7, 0)[0] for world in alone]))
+    np.testing.assert_array_equal(
+        sensed, np.concatenate([world.begin(7, 0)[0] for world in single])
+    )
     for step in range(EXPERIMENT.lifetime.steps):
         actions = draw.integers(0, 3, 2 * agents)
         sensed, reward, ended, cut, _ = both.step(actions)
         outputs = np.eye(3, dtype=np.float32)[actions].reshape(2, 1, agents, 3)
-        found = [world.act(told) for world, told in zip(alone, outputs, strict=True)]
-        np.testing.assert_array_equal(sensed, np.concatenate([senses[0] for senses, _ in found]))
-        np.testing.assert_array_equal(reward, np.concatenate([gained[0] for _, gained in found]))
-        assert not ended.any() and cut.all() == (step + 1 == EXPERIMENT.lifetime.steps)
+        results = [world.act(rows) for world, rows in zip(single, outputs, strict=True)]
+        np.testing.assert_array_equal(sensed, np.concatenate([inputs[0] for inputs, _ in results]))
+        np.testing.assert_array_equal(reward, np.concatenate([gained[0] for _, gained in results]))
+        assert not ended.any()
+        assert cut.all() == (step + 1 == EXPERIMENT.lifetime.steps)
     sensed, reward, _, cut, _ = both.step(draw.integers(0, 3, 2 * agents))
     assert not cut.any() and not reward.any()
-    np.testing.assert_array_equal(sensed, np.concatenate([world.begin(7, 1)[0] for world in alone]))
+    np.testing.assert_array_equal(
+        sensed, np.concatenate([world.begin(7, 1)[0] for world in single])
+    )
 
 
-def test_a_body_that_does_something_of_all_outputs_takes_numbers() -> None:
+def test_a_continuous_body_takes_one_number_per_output() -> None:
     world = bl.vector_env(EXPERIMENT.replace(motor={"body": "continuous"}))
     assert world.single_action_space.shape == (2,)
     world.reset(seed=1)
     before = world._worlds._steered._state.positions.copy()
     world.step(np.zeros((EXPERIMENT.population.size, 2), np.float32))
-    assert (world._worlds._steered._state.positions == before).all(), "both wheels stand still"
+    # Both outputs are 0, so the agents do not move.
+    assert (world._worlds._steered._state.positions == before).all()
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("call", "message"),
     [
         (lambda: bl.single_env(EXPERIMENT), "population.size = 6"),
         (lambda: bl.parallel_env(bl.load("neat-xor")), "lives have no steps"),
@@ -121,31 +128,31 @@ def test_a_body_that_does_something_of_all_outputs_takes_numbers() -> None:
         (lambda: bl.parallel_env(EXPERIMENT).step({}), "reset"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(asked: Any, said: str) -> None:
-    with pytest.raises(RefusedError, match=said):
-        asked()
+def test_an_unsupported_call_is_refused_with_the_reason(call: Any, message: str) -> None:
+    with pytest.raises(RefusedError, match=message):
+        call()
     with pytest.raises(ArgumentError):
         bl.vector_env(EXPERIMENT, worlds=0)
 
 
-def test_an_agent_that_is_told_nothing_is_named() -> None:
+def test_an_error_names_the_agent_without_an_action() -> None:
     world = bl.parallel_env(EXPERIMENT)
     world.reset(seed=1)
     with pytest.raises(RefusedError, match="agent_0 has no action"):
         world.step({})
 
 
-def test_without_the_extra_one_sentence_says_what_to_install(
+def test_without_the_libraries_the_error_names_the_extra(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     real_import = builtins.__import__
 
     def without(name: str, *arguments: Any) -> Any:
-        if name.startswith("gymnasium"):
+        if name.startswith("pettingzoo"):
             raise ImportError(name)
         return real_import(name, *arguments)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    monkeypatch.delitem(sys.modules, "baldwinlab.api.integrations.gymnasium")
+    monkeypatch.delitem(sys.modules, "baldwinlab.api.integrations.pettingzoo", raising=False)
     with pytest.raises(RefusedError, match=re.escape(installation_command("rl"))):
         _ = bl.parallel_env

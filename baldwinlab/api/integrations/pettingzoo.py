@@ -1,0 +1,177 @@
+"""Worlds of foragers as environments of PettingZoo.
+
+An observation is the inputs of an agent, an action is one of its actions, and the reward is the
+energy that it eats in a step. A lifetime is an episode of fixed length. The same seed gives the same
+worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` starts the next
+generation.
+
+References
+----------
+J. K. Terry and others, "PettingZoo", NeurIPS 34 (2021).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.api.integrations.steered_worlds import SteeredWorlds
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.extras import missing_extra
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.models.miniworld.external_actions import Numbers
+
+try:
+    from pettingzoo import ParallelEnv
+except ImportError:
+    raise missing_extra("rl", "an environment") from None
+
+
+# ParallelEnv has no types.
+class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
+    """The agents of one world, each with a policy. See `parallel_env`.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    """
+
+    # PettingZoo declares the type of `metadata`.
+    metadata = {"name": "baldwinlab_v0", "render_modes": []}  # noqa: RUF012
+    render_mode = None
+
+    def __init__(self, experiment: BaseExperiment) -> None:
+        """Make the environment."""
+        self._worlds = SteeredWorlds(experiment, 1)
+        self.possible_agents = [f"agent_{number}" for number in range(self._worlds.shape[1])]
+        self.agents: list[str] = []
+        self.observation_spaces = {
+            agent: self._worlds.observation_space() for agent in self.possible_agents
+        }
+        self.action_spaces = {agent: self._worlds.action_space() for agent in self.possible_agents}
+
+    def observation_space(self, agent: str) -> Any:
+        """Return the space of the inputs of an agent.
+
+        Parameters
+        ----------
+        agent
+            Name of an agent.
+
+        Returns
+        -------
+        gymnasium.spaces.Box
+            Each input is 0 to 1.
+        """
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Any:
+        """Return the space of the actions of an agent.
+
+        Parameters
+        ----------
+        agent
+            Name of an agent.
+
+        Returns
+        -------
+        gymnasium.spaces.Space
+            Discrete; a Box for a body with continuous actions.
+        """
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Numbers], dict[str, dict[str, Any]]]:
+        """Start the next life, or the first life of a seed.
+
+        Parameters
+        ----------
+        seed
+            Seed of the simulations.
+        options
+            Not used.
+
+        Returns
+        -------
+        tuple of dict
+            The inputs and an empty dict of each agent.
+        """
+        sensed = self._worlds.reset(seed)
+        self.agents = list(self.possible_agents)
+        return self._by_agent(sensed[0]), {agent: {} for agent in self.agents}
+
+    def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
+        """Simulate one step.
+
+        Parameters
+        ----------
+        actions
+            The action of each agent.
+
+        Returns
+        -------
+        tuple of dict
+            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
+            dict of each agent.
+
+        Raises
+        ------
+        RefusedError
+            An agent has no action, or the life is over.
+        """
+        if missing := [agent for agent in self.agents if agent not in actions]:
+            raise RefusedError(
+                f"{missing[0]} has no action; give one for each of the {len(self.agents)} agents"
+            )
+        if not self.agents:
+            raise RefusedError("the life is over; call reset() to start the next one")
+        sensed, gained = self._worlds.act(np.array([actions[agent] for agent in self.agents]))
+        over = self._worlds.is_over
+        agents = self.agents
+        results: tuple[dict[str, Any], ...] = (
+            self._by_agent(sensed[0]),
+            {agent: float(energy) for agent, energy in zip(agents, gained[0], strict=True)},
+            dict.fromkeys(agents, False),
+            dict.fromkeys(agents, over),
+            {agent: {} for agent in agents},
+        )
+        self.agents = [] if over else agents
+        return results
+
+    def render(self) -> None:
+        """Do nothing. `baldwinlab lab` shows lives."""
+
+    def close(self) -> None:
+        """Do nothing. No resource is open."""
+
+    def _by_agent(self, rows: npt.NDArray[Any]) -> dict[str, Any]:
+        return dict(zip(self.possible_agents, rows, strict=True))
+
+
+def parallel_env(experiment: BaseExperiment) -> ParallelForagers:
+    """Return one world of foragers as a ParallelEnv of PettingZoo.
+
+    Observations are inputs from 0 to 1, and the reward is the energy that an agent eats in a step.
+    `reset(seed=...)` starts generation 0 of run 0 of that seed, and each later `reset()` the next
+    generation.
+
+    Parameters
+    ----------
+    experiment
+        The experiment. Its learning rule, selection and variation are not used.
+
+    Returns
+    -------
+    pettingzoo.ParallelEnv
+        The environment, with `population.size` agents.
+
+    Raises
+    ------
+    RefusedError
+        The model has no steps, or its agents act one after another.
+    """
+    return ParallelForagers(experiment)
