@@ -49,8 +49,8 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {
         "cell-foragers": f"{_MODELS}.cell_foragers.model:CellForagers",
-        "cue-learners": f"{_MODELS}.cue_learners:CueLearners",
-        "digit-readers": f"{_MODELS}.digit_readers:DigitReaders",
+        "cue-learners": f"{_MODELS}.cue_learners.model:CueLearners",
+        "digit-readers": f"{_MODELS}.digit_readers.model:DigitReaders",
         "erl-populations": f"{_MODELS}.erl.model:ErlPopulations",
         "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
         "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",
@@ -58,12 +58,12 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "neat-poles-without-velocities": (
             f"{_MODELS}.neat.double_pole_no_velocities:UnseenVelocities"
         ),
-        "light-switch": f"{_MODELS}.light_switch:LightSwitch",
+        "light-switch": f"{_MODELS}.light_switch.model:LightSwitch",
         "neat-xor": f"{_MODELS}.neat.xor:NeatXor",
         "nk-climbers": f"{_MODELS}.nk_climbers:NKClimbers",
         "slope-climbers": f"{_MODELS}.slope_climbers:SlopeClimbers",
         "plastic-prisoners": f"{_MODELS}.plastic_prisoners:PlasticPrisoners",
-        "t-mazes": f"{_MODELS}.t_mazes:TMazes",
+        "t-mazes": f"{_MODELS}.t_mazes.model:TMazes",
     },
     "sense": {
         "compass": f"{_MINIWORLD}.senses.binary:Compass",
@@ -122,13 +122,13 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "bit-flips": f"{_MODELS}.nk_climbers:BitFlips",
         "copy": f"{_EVOLUTION}.variation_operators:Copy",
         "few-mutations": f"{_MODELS}.cell_foragers.variation:FewMutations",
-        "four-bit-weights": f"{_MODELS}.digit_readers:FourBitWeights",
+        "four-bit-weights": f"{_MODELS}.digit_readers.variation:FourBitWeights",
         "gaussian": f"{_EVOLUTION}.variation_operators:Gaussian",
         "gene-pool": f"{_EVOLUTION}.variation_operators:GenePool",
         "neat": f"{_EVOLUTION}.neat.operators:Neat",
         "one-point-alleles": f"{_MODELS}.hinton_nowlan:OnePointOfAlleles",
-        "one-point-bits": f"{_MODELS}.light_switch:OnePointOfBits",
-        "one-point-of-units": f"{_MODELS}.cue_learners:OnePointOfUnits",
+        "one-point-bits": f"{_MODELS}.light_switch.variation:OnePointOfBits",
+        "one-point-of-units": f"{_MODELS}.cue_learners.variation:OnePointOfUnits",
         "one-point-crossover": f"{_EVOLUTION}.variation_operators:OnePointCrossover",
     },
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},

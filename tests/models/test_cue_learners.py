@@ -20,16 +20,9 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.models.cue_learners import (
-    GREEN,
-    HIDDEN,
-    MOTOR,
-    RED,
-    SOUR,
-    SWEET,
-    CueLearners,
-    OnePointOfUnits,
-)
+from baldwinlab.models.cue_learners.lifetimes import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET
+from baldwinlab.models.cue_learners.model import CueLearners
+from baldwinlab.models.cue_learners.variation import OnePointOfUnits
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
 

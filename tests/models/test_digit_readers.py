@@ -13,14 +13,9 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
-from baldwinlab.models.digit_readers import (
-    DIGITS,
-    PIXELS,
-    DigitReaders,
-    FourBitWeights,
-    draw_digit_sets,
-    read_bitmaps,
-)
+from baldwinlab.models.digit_readers.digits import DIGITS, PIXELS, draw_digit_sets, read_bitmaps
+from baldwinlab.models.digit_readers.model import DigitReaders
+from baldwinlab.models.digit_readers.variation import FourBitWeights
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
 

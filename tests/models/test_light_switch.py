@@ -13,7 +13,9 @@ from scipy.stats import chisquare
 from baldwinlab import papers
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
-from baldwinlab.models.light_switch import CHANGED, INPUTS, WORLD, LightSwitch, OnePointOfBits
+from baldwinlab.models.light_switch.lifetimes import INPUTS
+from baldwinlab.models.light_switch.model import CHANGED, WORLD, LightSwitch
+from baldwinlab.models.light_switch.variation import OnePointOfBits
 from baldwinlab.models.miniworld.learning.hebbian import strength_change
 from baldwinlab.parts import LIFE, uniforms
 

@@ -15,16 +15,8 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign
 from baldwinlab.models.grid_frames import HIGH, LOW, WALL
-from baldwinlab.models.t_mazes import (
-    BIAS,
-    END,
-    INPUTS,
-    MAX_SHOWN_TRIPS,
-    REWARD,
-    RULE,
-    TURNING,
-    TMazes,
-)
+from baldwinlab.models.t_mazes.model import MAX_SHOWN_TRIPS, TMazes
+from baldwinlab.models.t_mazes.trips import BIAS, END, INPUTS, REWARD, RULE, TURNING
 from baldwinlab.parts import GridView, PathView
 from baldwinlab.simulation.simulate import simulate_histories
 

@@ -1,0 +1,187 @@
+"""Lifetimes of agents that eat by color or by smell, and learn from both."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.parts import (
+    LIFE,
+    philox,
+    unit,
+)
+
+# Kinds of units.
+RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)
+NOTHING: Final = -1
+ONE = np.float32(1)
+HALF = np.float32(0.5)
+ZERO = np.float32(0)
+
+
+class LifetimeSettings(NamedTuple):
+    """Settings that all agents of a generation share."""
+
+    seed: int
+    generation: int
+    items: int
+    accuracy: float
+    learning: bool
+    rate: np.float32
+
+
+class Units(NamedTuple):
+    """Kind and value of each unit of a network. The arrays are scratch, used for each agent."""
+
+    kinds: npt.NDArray[np.int64]
+    values: npt.NDArray[np.float32]
+
+
+class CueResults(NamedTuple):
+    """Results of lifetimes, as arrays [run, agent]."""
+
+    # Food minus poison.
+    eaten: npt.NDArray[np.float64]
+    # Midpoint between the gain by smell and the gain by color.
+    midpoint: npt.NDArray[np.float64]
+    # 1 if the agent eats by color at death, else 0.
+    by_color: npt.NDArray[np.int32]
+    # 1 if the agent eats by color at birth, else 0.
+    innate_by_color: npt.NDArray[np.int32]
+
+
+@jit_entry_point
+def eat(
+    settings: LifetimeSettings, runs: Any, genomes: Any, units: Units, results: CueResults
+) -> None:
+    """Simulate lifetimes and fill their results.
+
+    Parameters
+    ----------
+    settings : LifetimeSettings
+        Settings that all agents share.
+    runs : array of shape (runs,)
+        Numbers of the runs.
+    genomes : array of shape (runs, agents, genes)
+        Genomes. Their link strengths change in place as agents learn.
+    units : Units
+        Scratch.
+    results : CueResults
+        Output.
+    """
+    for run in range(runs.size):
+        for agent in range(genomes.shape[1]):
+            genome = genomes[run, agent]
+            _read_kinds(genome, units)
+            patch = (
+                ONE
+                if unit(philox(0, agent, settings.generation, LIFE, settings.seed, runs[run])[0])
+                < HALF
+                else -ONE
+            )
+            results.innate_by_color[run, agent] = _eats_by_color(genome, units, patch)
+            gained = ZERO
+            by_color = ZERO
+            by_smell = ZERO
+            for item in range(settings.items):
+                # One call of the generator gives the numbers of two items.
+                if item % 2 == 0:
+                    draw = 1 + item // 2
+                    first, second, third, fourth = philox(
+                        draw, agent, settings.generation, LIFE, settings.seed, runs[run]
+                    )
+                else:
+                    first = third
+                    second = fourth
+                food = ONE if unit(first) < HALF else -ONE
+                sweet = food if unit(second) < settings.accuracy else -food
+                gained += food if _eats(genome, units, patch * food, sweet) else ZERO
+                by_color += food if food > ZERO else ZERO
+                by_smell += food if sweet > ZERO else ZERO
+                if settings.learning:
+                    _learn(genome, units, settings.rate)
+            results.eaten[run, agent] = gained
+            results.midpoint[run, agent] = HALF * (by_color + by_smell)
+            results.by_color[run, agent] = _eats_by_color(genome, units, patch)
+
+
+@compiled
+def _read_kinds(genome: Any, units: Units) -> None:
+    """Fill the kinds of the units. Only the first motor unit of a genome is used."""
+    has_motor = False
+    for unit_number in range(units.kinds.size):
+        units.kinds[unit_number] = (
+            NOTHING if has_motor and int(genome[unit_number]) == MOTOR else int(genome[unit_number])
+        )
+        has_motor = has_motor or units.kinds[unit_number] == MOTOR
+
+
+@compiled
+def _eats(genome: Any, units: Units, red: Any, sweet: Any) -> bool:
+    """Return whether an agent eats an item, and fill the values of its units.
+
+    `red` and `sweet` are 1 or -1.
+    """
+    for unit_number in range(units.kinds.size):
+        kind = units.kinds[unit_number]
+        value = ZERO
+        if kind == RED:
+            value = red
+        elif kind == GREEN:
+            value = -red
+        elif kind == SWEET:
+            value = sweet
+        elif kind == SOUR:
+            value = -sweet
+        units.values[unit_number] = value
+    for unit_number in range(units.kinds.size):
+        if units.kinds[unit_number] == HIDDEN:
+            units.values[unit_number] = _activate(genome, units, unit_number)
+    eats = False
+    for unit_number in range(units.kinds.size):
+        if units.kinds[unit_number] == MOTOR:
+            units.values[unit_number] = _activate(genome, units, unit_number)
+            eats = units.values[unit_number] > ZERO
+    return eats
+
+
+@compiled
+def _activate(genome: Any, units: Units, target: Any) -> Any:
+    """Return 1 if the input of a unit from all other units is above 0, else -1."""
+    total = ZERO
+    n_units = units.values.size
+    for source in range(n_units):
+        if source != target:
+            total += genome[n_units + target * n_units + source] * units.values[source]
+    return ONE if total > ZERO else -ONE
+
+
+@compiled
+def _learn(genome: Any, units: Units, rate: Any) -> None:
+    """Update the Hebbian links of hidden and motor units by the values at their two ends."""
+    n_units = units.values.size
+    for target in range(n_units):
+        if units.kinds[target] >= HIDDEN:
+            for source in range(n_units):
+                link = n_units + target * n_units + source
+                if source != target and genome[link + n_units * n_units] > ZERO:
+                    changed = genome[link] + rate * units.values[target] * units.values[source]
+                    genome[link] = min(max(changed, -ONE), ONE)
+
+
+@compiled
+def _eats_by_color(genome: Any, units: Units, patch: Any) -> int:
+    """Return 1 if an agent with its current weights eats exactly the items with the color of food.
+
+    The color of food is that in its patch. All combinations of color and smell are tested.
+    """
+    is_correct = True
+    for color in range(2):
+        for smell in range(2):
+            red = ONE - np.float32(2 * color)
+            sweet = ONE - np.float32(2 * smell)
+            is_correct = is_correct and _eats(genome, units, red, sweet) == (red == patch)
+    return int(is_correct)

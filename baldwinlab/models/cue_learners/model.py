@@ -1,0 +1,158 @@
+"""The model of agents that learn cues: settings, records and measures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine import poison
+from baldwinlab.models.cue_learners.genes import draw_allele
+from baldwinlab.models.cue_learners.lifetimes import CueResults, LifetimeSettings, Units, eat
+from baldwinlab.parts import (
+    FOUNDER,
+    OF_AGENT,
+    Field,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+)
+
+
+def _first_generation(condition: xr.DataArray) -> xr.DataArray:
+    """Return the first generation in which a condition is true, or the number of generations."""
+    return (
+        condition.argmax("generation")
+        .where(condition.any("generation"), condition.sizes["generation"])
+        .astype(np.float64)
+    )
+
+
+def _time(runs: xr.Dataset) -> xr.DataArray:
+    """Return the first generation whose average agent is above the midpoint."""
+    return _first_generation(runs["beyond"].astype(np.float64).mean("agent") > 0)
+
+
+def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
+    """Return the first generation in which half of the agents learn to eat by color."""
+    learned = runs["by_colour"] * (1 - runs["born_so"])
+    return _first_generation(learned.mean("agent") >= 0.5)
+
+
+class CueLearners(Model, name="cue-learners"):
+    """Agents that learn which color means food, with smell as the teacher."""
+
+    cue_accuracy: float = Field(
+        0.75,
+        ge=0.5,
+        le=1,
+        description="Probability that food smells sweet, and that poison smells sour.",
+    )
+    learning: bool = Field(True, description="Whether Hebbian links change during life.")
+    learning_rate: float = Field(0.1, gt=0, le=2, description="Change of a Hebbian link per item.")
+    units: int = Field(3, ge=2, le=8, description="Number of units.")
+    items: int = Field(100, ge=1, le=100_000, description="Number of items in a lifetime.")
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 100},
+        "evolution": {"generations": 601, "variation": "one-point-of-units", "mutation_rate": 0.01},
+        "record": {"genome_every": 10},
+    }
+    payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
+    records: ClassVar[Mapping[str, Variable]] = {
+        "beyond": Variable(
+            OF_AGENT,
+            np.float32,
+            "items",
+            (
+                "food minus poison eaten, above the midpoint between eating by smell and "
+                "eating by color"
+            ),
+        ),
+        "by_colour": Variable(
+            OF_AGENT,
+            np.int32,
+            "1",
+            "1 if the agent eats by color at death, independent of smell",
+        ),
+        "born_so": Variable(OF_AGENT, np.int32, "1", "1 if the agent eats by color at birth"),
+    }
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "time": Measure(
+            (
+                "generations until the average agent reaches the midpoint between smell "
+                "and color; all if never"
+            ),
+            _time,
+        ),
+        "evolved": Measure(
+            ("1 if the average agent ever reaches the midpoint between smell and color, else 0"),
+            lambda runs: (_time(runs) < runs.sizes["generation"]) * 1.0,
+        ),
+        "time-of-half": Measure(
+            ("generations until half of the agents learn to eat by color; all if never"),
+            _time_of_half,
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def steps(self) -> int:
+        return self.items
+
+    def without_learning(self) -> CueLearners:
+        return self.model_copy(update={"learning": False})
+
+    def weights(self) -> int:
+        """Return the number of genes: unit kinds, link strengths and Hebbian flags.
+
+        The links are ordered by their target, then by their source.
+        """
+        return self.units + 2 * self.units**2
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
+        return np.array(
+            [
+                [[draw_allele(gene, self.units, draw) for gene, draw in enumerate(row)]]
+                for row in draws
+            ],
+            np.float32,
+        )
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        shape = genomes.shape[:2]
+        learned = genomes[:, :, 0].copy()
+        settings = LifetimeSettings(
+            seed,
+            generation,
+            self.items,
+            self.cue_accuracy,
+            self.learning,
+            np.float32(self.learning_rate),
+        )
+        units = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
+        results = CueResults(
+            poison.empty(shape),
+            poison.empty(shape),
+            poison.empty(shape, np.int32),
+            poison.empty(shape, np.int32),
+        )
+        eat(settings, np.array(runs, np.int64), learned, units, results)
+        beyond = (results.eaten - results.midpoint).astype(np.float32)
+        records = {
+            "beyond": beyond,
+            "by_colour": results.by_color,
+            "born_so": results.innate_by_color,
+        }
+        energy = results.eaten + self.items / 2
+        return LifeResults(energy, np.zeros_like(energy), learned, records)

@@ -1,0 +1,68 @@
+"""Digits of 5 by 7 pixels, and the training set and test set of a run."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.parts import (
+    LIFE,
+    uniforms,
+)
+
+PIXELS = 35
+DIGITS = 10
+# Generation number of the random numbers for the digits.
+BEFORE_LIFE: Final = 2**32 - 1
+BITMAPS: Final = """
+.###. ..#.. .###. ####. #..#. ##### .###. ##### .###. .###.
+#...# .##.. #...# ....# #..#. #.... #.... ....# #...# #...#
+#...# ..#.. ....# ....# #..#. ####. #.... ...#. #...# #...#
+#...# ..#.. ...#. .###. ##### ....# ####. ...#. .###. .####
+#...# ..#.. ..#.. ....# ...#. ....# #...# ..#.. #...# ....#
+#...# ..#.. .#... ....# ...#. #...# #...# ..#.. #...# ....#
+.###. .###. ##### ####. ...#. .###. .###. ..#.. .###. .###.
+"""
+
+
+def read_bitmaps() -> npt.NDArray[np.float32]:
+    """Return the ten digits as an array [digit, pixel], where 1 is ink."""
+    rows = [line.split() for line in BITMAPS.strip().splitlines()]
+    return np.array(
+        [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(DIGITS)],
+        np.float32,
+    )
+
+
+@lru_cache(maxsize=64)
+def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArray[np.float32]:
+    """Draw the training set and the test set of a run.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the study.
+    run : int
+        Number of the run.
+    copies : int
+        Number of images per digit in each set.
+    noise : float
+        Probability that a pixel is inverted.
+
+    Returns
+    -------
+    array of shape (2, 10 * copies, 35)
+        Training set and test set, ordered by digit. The array is read-only.
+    """
+    is_inverted = (
+        uniforms(seed, run, BEFORE_LIFE, LIFE, (2 * DIGITS * copies, PIXELS))[:, :, 0] < noise
+    )
+    images = np.abs(
+        np.tile(np.repeat(read_bitmaps(), copies, axis=0), (2, 1)) - is_inverted
+    ).astype(np.float32)
+    # The array is cached.
+    images.flags.writeable = False
+    return images.reshape(2, DIGITS * copies, PIXELS)

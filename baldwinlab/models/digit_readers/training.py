@@ -1,0 +1,169 @@
+"""Training and tests of networks that classify digits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import sigmoid
+from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.models.digit_readers.digits import DIGITS, PIXELS
+from baldwinlab.parts import (
+    LIFE,
+    philox,
+    unit,
+)
+
+ONE = np.float32(1)
+HALF = np.float32(0.5)
+ZERO = np.float32(0)
+
+
+@jit_entry_point
+def train_and_test(
+    numbers: Any,
+    strict: bool,
+    rate: Any,
+    training_set: Any,
+    test_set: Any,
+    weights: Any,
+    scratch: Any,
+    used: Any,
+    wrong: Any,
+) -> None:
+    """Train all agents of a run, and test them before and after the training.
+
+    Parameters
+    ----------
+    numbers : array of shape (6,)
+        Seed, run, generation, number of hidden units, mean number of trials, and whether the
+        numbers of trials are spread.
+    strict : bool
+        Whether all outputs must be on the correct side of 1/2.
+    rate : float32
+        Learning rate.
+    training_set, test_set : arrays of shape (digits * copies, pixels)
+        Images, ordered by digit.
+    weights : array of shape (agents, weights)
+        Weights. They change in place.
+    scratch : array of shape (3, units)
+        Scratch.
+    used : array of shape (agents,)
+        Output: the number of trials.
+    wrong : array of shape (agents, 2)
+        Output: the number of wrong answers before and after the training.
+    """
+    seed = numbers[0]
+    run = numbers[1]
+    generation = numbers[2]
+    hidden = numbers[3]
+    trials = numbers[4]
+    is_spread = numbers[5]
+    units = scratch[0]
+    outputs = scratch[1]
+    errors = scratch[2]
+    copies = test_set.shape[0] // DIGITS
+    for agent in range(used.size):
+        agent_weights = weights[agent]
+        share = unit(philox(0, agent, generation, LIFE, seed, run)[0])
+        used[agent] = int(share * np.float32(2 * trials + 1)) if is_spread else trials
+        wrong[agent, 0] = _count_wrong(test_set, agent_weights, hidden, units, outputs, strict)
+        for trial in range(used[agent]):
+            word = philox(1 + trial, agent, generation, LIFE, seed, run)[0]
+            image = int(unit(word) * np.float32(training_set.shape[0]))
+            _forward(training_set[image], agent_weights, hidden, units, outputs)
+            _train(
+                rate,
+                image // copies,
+                training_set[image],
+                agent_weights,
+                hidden,
+                units,
+                outputs,
+                errors,
+            )
+        wrong[agent, 1] = (
+            _count_wrong(test_set, agent_weights, hidden, units, outputs, strict)
+            if used[agent] > 0
+            else wrong[agent, 0]
+        )
+
+
+@compiled
+def _count_wrong(
+    test_set: Any, weights: Any, hidden: Any, units: Any, outputs: Any, strict: bool
+) -> int:
+    """Return the number of wrong answers.
+
+    An answer is wrong if another output is the largest. If `strict`, an answer is wrong if any
+    output is on the wrong side of 1/2.
+    """
+    copies = test_set.shape[0] // DIGITS
+    wrong = 0
+    for image in range(test_set.shape[0]):
+        _forward(test_set[image], weights, hidden, units, outputs)
+        strongest = 0
+        has_wrong_side = False
+        for digit in range(DIGITS):
+            if outputs[digit] > outputs[strongest]:
+                strongest = digit
+            has_wrong_side = has_wrong_side or (outputs[digit] > HALF) != (digit == image // copies)
+        wrong += int(has_wrong_side if strict else strongest != image // copies)
+    return wrong
+
+
+@compiled
+def _forward(pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any) -> None:
+    """Fill `units` and `outputs`. All units are logistic and have a bias."""
+    for hidden_unit in range(hidden):
+        units[hidden_unit] = weights[PIXELS * hidden + hidden_unit]
+    for pixel in range(PIXELS):
+        if pixels[pixel] > ZERO:
+            for hidden_unit in range(hidden):
+                units[hidden_unit] += weights[pixel * hidden + hidden_unit]
+    after = (PIXELS + 1) * hidden
+    for digit in range(DIGITS):
+        outputs[digit] = weights[after + hidden * DIGITS + digit]
+    for hidden_unit in range(hidden):
+        units[hidden_unit] = sigmoid(units[hidden_unit])
+        for digit in range(DIGITS):
+            outputs[digit] += weights[after + hidden_unit * DIGITS + digit] * units[hidden_unit]
+    for digit in range(DIGITS):
+        outputs[digit] = sigmoid(outputs[digit])
+
+
+@compiled
+def _train(
+    rate: Any,
+    digit_shown: Any,
+    pixels: Any,
+    weights: Any,
+    hidden: Any,
+    units: Any,
+    outputs: Any,
+    errors: Any,
+) -> None:
+    """Do one step of gradient descent on half the squared error.
+
+    The target is 1 for the output of the digit `digit_shown`, and 0 for the other outputs.
+    """
+    after = (PIXELS + 1) * hidden
+    for digit in range(DIGITS):
+        y = outputs[digit]
+        errors[digit] = rate * (y - (ONE if digit == digit_shown else ZERO)) * y * (ONE - y)
+    for hidden_unit in range(hidden):
+        h = units[hidden_unit]
+        error = ZERO
+        for digit in range(DIGITS):
+            weight = after + hidden_unit * DIGITS + digit
+            error += errors[digit] * weights[weight]
+            weights[weight] -= errors[digit] * h
+        units[hidden_unit] = error * h * (ONE - h)
+        weights[PIXELS * hidden + hidden_unit] -= units[hidden_unit]
+    for digit in range(DIGITS):
+        weights[after + hidden * DIGITS + digit] -= errors[digit]
+    for pixel in range(PIXELS):
+        if pixels[pixel] > ZERO:
+            for hidden_unit in range(hidden):
+                weights[pixel * hidden + hidden_unit] -= units[hidden_unit]

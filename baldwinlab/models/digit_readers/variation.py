@@ -1,0 +1,98 @@
+"""Crossover and mutation of four-bit weights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.evolution.variation_operators import flatten, split_modules
+from baldwinlab.parts import (
+    Field,
+    Variation,
+)
+
+# Number of levels of a weight.
+LEVELS: Final = 16
+LARGEST: Final = np.float32(2)
+# Difference between two successive levels.
+LEVEL_STEP: Final = np.float32(4 / 15)
+HIGHEST: Final = np.float32(LEVELS - 1)
+HALF = np.float32(0.5)
+ZERO = np.float32(0)
+
+
+class FourBitWeights(Variation, name="four-bit-weights"):
+    """Copy of one parent, or one-point crossover, of four-bit weights; each bit can flip.
+
+    A weight is -2 + k * 4/15 for k from 0 to 15.
+
+    References
+    ----------
+    Keesing and Stork 1991.
+    """
+
+    crossover_share: float = Field(
+        0.5, ge=0, le=1, description="Share of the children with weights of both parents."
+    )
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
+    }
+
+    @staticmethod
+    def vary(
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        # The number of weights of all modules.
+        length = child.size
+        crossing = gate < part.crossover_share
+        # A uniform number in (0, 1), with or without crossover.
+        position = (
+            gate / part.crossover_share
+            if crossing
+            else (gate - part.crossover_share) / (1.0 - part.crossover_share)
+        )
+        half = int(position * 2 * (length - 1))
+        cut = 1 + half // 2 if crossing else length
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                # The parity of `half` selects the parent of the first weights.
+                of_fitter = (draw < cut) == (half % 2 == 0)
+                inherited = fitter[module, weight] if of_fitter else second[module, weight]
+                child[module, weight] = _flip_bits(inherited, draws[draw], part.rate)
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        parents = flatten(fitter), flatten(second)
+        length = len(parents[0])
+        if gate < part.crossover_share:
+            half = int(gate / part.crossover_share * 2 * (length - 1))
+            cut = 1 + half // 2
+        else:
+            share = (gate - part.crossover_share) / (1 - part.crossover_share)
+            half = int(share * 2 * (length - 1))
+            cut = length
+        child = [*parents[half % 2][:cut], *parents[1 - half % 2][cut:]]
+        for weight, draw in enumerate(draws):
+            flipped = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
+            if flipped:
+                level = int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ flipped
+                child[weight] = level * 4 / 15 - 2
+        return split_modules(child, len(fitter[0]))
+
+
+@compiled
+def _flip_bits(weight: Any, draws: Any, rate: float) -> Any:
+    """Return a weight after the mutation of its four bits, each with one of four `draws`."""
+    flipped = 0
+    for bit in range(4):
+        flipped += (1 << bit) if draws[bit] < rate else 0
+    if flipped == 0:
+        return weight
+    level = int(min(max((weight + LARGEST) / LEVEL_STEP + HALF, ZERO), HIGHEST)) ^ flipped
+    return np.float32(level) * LEVEL_STEP - LARGEST

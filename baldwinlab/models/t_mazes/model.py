@@ -1,0 +1,233 @@
+"""The model of T-mazes: settings, records and views."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine import poison
+from baldwinlab.models.grid_frames import NOT_REACHED, in_t_mazes
+from baldwinlab.models.t_mazes.trips import (
+    CRASHES,
+    HIGH,
+    INPUTS,
+    LIFETIME,
+    ONE,
+    RULE,
+    STEP,
+    TRIP,
+    WEIGHT,
+    explore,
+    high_reward_end,
+)
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Field,
+    GridView,
+    LifeResults,
+    Model,
+    PathView,
+    Variable,
+    View,
+    uniforms,
+)
+
+RATE = np.float32(100)
+RESET_PERIODS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
+# Maximum number of trips in a view.
+MAX_SHOWN_TRIPS: Final = 1000
+
+
+class MazeResults(NamedTuple):
+    """Results of lifetimes, and the actions of the last trips."""
+
+    # [run, agent, weight]: the genes at death.
+    learned: npt.NDArray[np.float32]
+    # [run, agent, slot, 4]: the events of each trip, or of all trips if there is one slot.
+    counts: npt.NDArray[np.int64]
+    # [slot, position] of one agent: -1 left, 0 straight on, 1 right, or NOT_REACHED.
+    actions: npt.NDArray[np.int64]
+
+
+def total_reward(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """Return the total reward of trips from the counts of their events [..., 4]."""
+    high, low, crashes, lost = np.moveaxis(counts, -1, 0)
+    reward: npt.NDArray[np.float64] = high + 0.2 * low - 0.4 * crashes - 0.3 * lost
+    return reward
+
+
+def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
+    trips = min(model.trips, MAX_SHOWN_TRIPS)
+    results = model.explore(
+        key.seed, [key.run], key.generation, genomes[None, [agent]], trips, trips
+    )
+    maze = model.maze(key.seed, key.run, key.generation)
+    high = [high_reward_end(maze, trip) for trip in range(trips)]
+    counts = results.counts[0, 0]
+    return in_t_mazes(
+        model.turning_points,
+        high,
+        results.actions,
+        total_reward(counts * [1, 1, 0, 0]),
+        total_reward(counts),
+    )
+
+
+def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
+    trips = min(model.trips, MAX_SHOWN_TRIPS)
+    counts = model.explore(key.seed, [key.run], key.generation, genomes[None], trips, trips).counts[
+        0
+    ]
+    returns = np.pad(total_reward(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
+    lines = {
+        f"agent {agent}": returns[agent],
+        "average of all": returns.mean(axis=0),
+        "best of all": returns.max(axis=0),
+    }
+    return PathView(lines, "trip", "reward gained until then")
+
+
+class TMazes(Model, name="t-mazes"):
+    """Networks that learn in which arm of a T-maze the high reward is."""
+
+    turning_points: Literal[1, 2] = Field(
+        1,
+        description=(
+            "Number of turning points on the way to an end. 1: single maze; 2: double maze."
+        ),
+    )
+    homing: bool = Field(
+        False,
+        description=(
+            "Whether the agent must return home. Otherwise a trip ends at the end of the maze."
+        ),
+    )
+    trips: int = Field(100, ge=4, le=100_000, description="Number of trips in a lifetime.")
+    standard_neurons: int = Field(
+        3, ge=0, le=50, description="Number of standard neurons, without the output."
+    )
+    modulatory_neurons: int = Field(
+        1, ge=0, le=50, description="Number of modulatory neurons. 0: plasticity is not modulated."
+    )
+    plasticity: bool = Field(True, description="Whether synapses change during life.")
+    memory: Literal["step", "trip", "life"] = Field(
+        "trip", description="Period after which activations are reset to 0."
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 200},
+        "evolution": {
+            "generations": 201,
+            "selection": "larger-tournament",
+            "variation": "gaussian",
+            "mutation_rate": 0.03,
+            "mutation_size": 0.5,
+        },
+        "record": {"genome_every": 10},
+    }
+    payoff: ClassVar[str] = "reward gained in a lifetime"
+    records: ClassVar[Mapping[str, Variable]] = {
+        "high": Variable(OF_AGENT, np.float32, "1", "share of trips that reach the high reward"),
+        "crashed": Variable(OF_AGENT, np.float32, "1", "share of trips that end in a crash"),
+    }
+    views: ClassVar[Mapping[str, View]] = {
+        "trips": View(
+            "An agent in its maze, cell by cell, for each trip. After a crash it "
+            "faces the wall. The position of the high reward, and its change, are "
+            "drawn for each generation.",
+            _trips,
+        ),
+        "returns": View(
+            (
+                "Gain of an agent after each trip, compared with the average and the best"
+                " of its generation."
+            ),
+            _returns,
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.plasticity
+
+    @property
+    def steps(self) -> int:
+        """Return the number of positions of all trips without a crash, home included."""
+        return self.trips * (2 * self.turning_points * (2 if self.homing else 1) + 2)
+
+    def without_learning(self) -> TMazes:
+        return self.model_copy(update={"plasticity": False})
+
+    @property
+    def neurons(self) -> int:
+        return self.modulatory_neurons + self.standard_neurons + 1
+
+    def weights(self) -> int:
+        return self.neurons * (INPUTS + self.neurons) + RULE
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        return drawn
+
+    def maze(self, seed: int, run: int, generation: int) -> tuple[int, int, int]:
+        """Draw the maze of a generation.
+
+        Returns
+        -------
+        first_end : int
+            End that has the high reward first. Ends are numbered from 0.
+        change : int
+            Trip before which the high reward moves.
+        second_end : int
+            End to which the high reward moves.
+        """
+        first_draw, change_draw, second_draw, _ = uniforms(seed, run, generation, LIFE, (1, 1))[
+            0, 0
+        ]
+        ends = 2**self.turning_points
+        first_end = int(first_draw * ends)
+        earliest = self.trips * 35 // 100
+        latest = self.trips * 65 // 100
+        change = earliest + int(change_draw * (latest - earliest + 1))
+        second_end = (first_end + 1 + int(second_draw * (ends - 1))) % ends
+        return first_end, change, second_end
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        learned, counts, _ = self.explore(seed, runs, generation, genomes, self.trips, 1)
+        energy = total_reward(counts[:, :, 0])
+        shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
+        records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
+        return LifeResults(energy, np.zeros_like(energy), learned, records)
+
+    def explore(
+        self,
+        seed: int,
+        runs: Sequence[int],
+        generation: int,
+        genomes: npt.NDArray[np.float32],
+        trips: int,
+        slots: int,
+    ) -> MazeResults:
+        """Simulate the first `trips` trips of lifetimes, with the results of `slots` single trips.
+
+        The last slot has the sum of the remaining trips.
+        """
+        sizes = np.full(self.weights(), WEIGHT)
+        sizes[-RULE:] = 1, 1, 1, 1, RATE
+        weights = np.clip(genomes[:, :, 0], -ONE, ONE) * sizes
+        network = self.neurons, self.modulatory_neurons, self.plasticity, RESET_PERIODS[self.memory]
+        numbers = np.array([*network, self.turning_points, self.homing, trips])
+        mazes = np.array([self.maze(seed, run, generation) for run in runs])
+        counts = np.zeros((*genomes.shape[:2], slots, 4), np.int64)
+        actions = np.full((slots, 4 * self.turning_points + 2), NOT_REACHED, np.int64)
+        scratch = poison.empty(INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
+        explore(numbers, mazes, weights, *scratch, counts, actions)
+        return MazeResults(weights / sizes, counts, actions)
