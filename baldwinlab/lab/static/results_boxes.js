@@ -32,7 +32,7 @@ export function drawBoxes(root, { study, results, groups }, kind) {
         `${points[index].name}, run ${points[index].run}: ` +
         `${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
       ...(isLinked && {
-        leads: "Open the last generation.",
+        targetText: "Open the last generation.",
         href: (index) =>
           formatLifetimeAddress({
             study: study.id,
