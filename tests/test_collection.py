@@ -9,7 +9,8 @@ from pathlib import Path
 COLLECT = """
 import sys
 for name in ("playwright", "axe_playwright_python"):
-    sys.modules[name] = None  # as if the library were not installed
+    # An import now fails, as without the library.
+    sys.modules[name] = None
 import pytest
 sys.exit(pytest.main(["--collect-only", "-q", "-n0", "-p", "no:cacheprovider", *sys.argv[1:]]))
 """

@@ -26,7 +26,8 @@ ALL_PAGES = [
     *sorted((ROOT / "baldwinlab" / "papers").glob("*/README.md")),
 ]
 GUIDES = [page for page in PAGES if page.parent.name in ("tutorials", "how-to")]
-SLOW_PAGES = {  # more than a quarter of a minute each
+# Each page takes more than 15 seconds.
+SLOW_PAGES = {
     "assays.md",
     "breeding.md",
     "controls.md",
@@ -37,7 +38,8 @@ SLOW_PAGES = {  # more than a quarter of a minute each
     "sweeps.md",
     "worlds.md",
 }
-LONGEST_SNIPPET = 30  # lines, on a how-to page
+# In lines, on a how-to page.
+LONGEST_SNIPPET = 30
 FILE_NAME = re.compile(r"# ([\w./-]+\.(?:toml|py|sh|yaml))\n")
 
 

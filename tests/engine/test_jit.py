@@ -85,7 +85,8 @@ def simulate_in_subprocess(which: str, cache: Path) -> str:
     return done.stdout
 
 
-@pytest.mark.nightly  # the whole engine is compiled twice
+# The engine is compiled twice.
+@pytest.mark.nightly
 def test_a_patched_function_is_not_in_the_code_that_a_later_process_loads(tmp_path: Path) -> None:
     patched = simulate_in_subprocess("patched", tmp_path)
     later = simulate_in_subprocess("original", tmp_path)

@@ -38,7 +38,8 @@ def genomes(model: TMazes, agents: int = 200, size: float = 1.2) -> npt.NDArray[
     Some weights are outside the range.
     """
     drawn = np.random.default_rng(4).uniform(-size, size, (1, agents, 1, model.weights())) ** 3
-    synapses = drawn[..., :-RULE].reshape(agents, model.neurons, -1)  # a view
+    # A view, so that changes are in `drawn`.
+    synapses = drawn[..., :-RULE].reshape(agents, model.neurons, -1)
     synapses[..., BIAS] *= 0.01
     synapses[:, -1, TURNING] = np.random.default_rng(5).choice([-1, 1], agents)
     drawn[..., -1] *= 0.1
@@ -391,7 +392,8 @@ def test_a_run_is_bit_identical_in_a_batch() -> None:
     assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 
-@pytest.mark.nightly  # minutes
+# The simulation takes minutes.
+@pytest.mark.nightly
 def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:
     means = {}
     for name in ("modulated-plasticity", "plain-plasticity", "no-plasticity"):
@@ -404,7 +406,8 @@ def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:
     assert np.mean(fixed) <= 60 + 4 * np.std(fixed, ddof=1) / np.sqrt(5)
 
 
-@pytest.mark.nightly  # a minute
+# The simulation takes a minute.
+@pytest.mark.nightly
 def test_in_the_double_maze_the_published_order_is_reversed() -> None:
     """In the paper, modulated networks are better. The README of the paper reports this result."""
     modulated, plain = (

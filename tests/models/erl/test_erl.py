@@ -118,7 +118,8 @@ def test_an_improvement_makes_the_last_action_more_likely() -> None:
     agent = put_agent(rules, world, 210)
     world.evaluation_weights[agent] = 0
     world.action_weights[agent] = 0
-    world.evaluation_weights[agent, 4 * KINDS + 1] = 10  # energy is good
+    # The evaluation increases with energy.
+    world.evaluation_weights[agent, 4 * KINDS + 1] = 10
     step_agent(rules, world, agent, inputs)
     action = world.last_action[agent].copy()
     before = world.action_weights[agent].copy()

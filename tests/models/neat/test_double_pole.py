@@ -197,7 +197,8 @@ def test_networks_that_balance_for_twenty_seconds_evolve() -> None:
     assert history.recorded_values("solves").any()
 
 
-@pytest.mark.nightly  # minutes
+# The simulation takes minutes.
+@pytest.mark.nightly
 def test_the_number_of_networks_is_within_a_factor_of_two_of_the_published_one() -> None:
     """Published: 3,578 on average of 120 runs, for networks that balance for half an hour."""
     tried = []

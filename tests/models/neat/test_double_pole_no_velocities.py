@@ -265,7 +265,8 @@ def test_the_control_has_the_numbers_of_the_paper() -> None:
         assign(experiment, ["neat_poles_without_velocities.endurance_steps=0"])
 
 
-@pytest.mark.nightly  # minutes
+# The simulation takes minutes.
+@pytest.mark.nightly
 def test_the_number_of_networks_is_within_a_factor_of_two_of_the_published_one() -> None:
     """Published: 33,184 on average of 20 runs. A run without a solution counts as infinite."""
     tried: list[float] = []

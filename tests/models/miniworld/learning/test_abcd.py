@@ -69,7 +69,8 @@ def test_a_coefficient_is_limited_to_1() -> None:
 def test_the_first_gene_changes_all_connections_or_a_single_one(coding: str, moved: str) -> None:
     experiment = make_experiment("evolved-abcd", f"learning.evolved_abcd.encoding={coding}")
     genome = make_genomes_with_coefficients(experiment, 0, 0, 0, 0)
-    genome[:, -1, 0] = 1.0  # D
+    # The first gene of D.
+    genome[:, -1, 0] = 1.0
     change = simulate_weights(experiment, genome) - genome[:, 0]
     expected = np.zeros_like(change)
     expected[:, slice(None) if moved == "all" else 0] = 0.25 * STEPS

@@ -135,7 +135,7 @@ def test_a_learning_step_follows_the_gradient(rule: str) -> None:
     np.testing.assert_allclose(change, -RATE * gradient, atol=1e-9)
 
 
-def test_after_a_decrease_of_energy_the_targets_are_all_other_actions() -> None:
+def test_after_a_decrease_of_the_evaluation_the_targets_are_all_other_actions() -> None:
     experiment = assign(make_experiment("crbp"), ["learning.crbp.punishment=0.5"])
     naive = make_naive(experiment)
     agent = make_agent(experiment, 1)
@@ -202,7 +202,7 @@ def test_the_error_to_a_fixed_teacher_decreases_geometrically() -> None:
     np.testing.assert_allclose(errors[-1], errors[0] * ratio**49, rtol=1e-3)
 
 
-def test_the_weights_of_the_teacher_do_not_change() -> None:
+def test_an_agent_with_the_weights_of_its_teacher_does_not_change() -> None:
     experiment = make_experiment("self-taught")
     naive = make_naive(experiment)
     agent = make_agent(experiment, 1)

@@ -70,7 +70,7 @@ def test_food_increases_the_output_of_the_previous_action() -> None:
 
 # The simulation takes half a minute.
 @pytest.mark.nightly
-def test_without_punishment_agents_learn_only_from_increases_of_energy() -> None:
+def test_without_punishment_agents_learn_only_from_increases_of_the_evaluation() -> None:
     experiment = assign(
         make_small_experiment("evo", lifetime={"steps": 60}),
         ["learning.rule=crbp", "learning.rate=0.5", "learning.crbp.punishment=0"],
