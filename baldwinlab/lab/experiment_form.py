@@ -33,7 +33,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"errors": errors, "note": note})
 
     async def schema(request: Request) -> JSONResponse:
-        return JSONResponse(form_of((await body(request)).get("experiment")))
+        return JSONResponse(make_form((await body(request)).get("experiment")))
 
     async def preview(request: Request) -> JSONResponse:
         experiment = validate((await body(request)).get("experiment", {}))
@@ -56,7 +56,7 @@ def appearance_of(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def form_of(tree: Any) -> dict[str, Any]:
+def make_form(tree: Any) -> dict[str, Any]:
     """Return the JSON schema of an experiment with its parts, and the complete experiment.
 
     Tables of parts that are not chosen are left out, and tables of chosen parts get their defaults.

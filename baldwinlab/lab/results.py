@@ -27,20 +27,20 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return QueuedResponse(
             lab,
             lambda: Response(
-                run_curves(lab, study, condition, measure), media_type="application/json"
+                load_run_curves(lab, study, condition, measure), media_type="application/json"
             ),
         )
 
     async def norms(request: Request) -> Response:
         study = text(request.query_params, "study")
         return QueuedResponse(
-            lab, lambda: Response(reaction_norms(lab, study), media_type="application/json")
+            lab, lambda: Response(load_reaction_norms(lab, study), media_type="application/json")
         )
 
     return [Route("/api/results/runs", runs), Route("/api/results/reaction", norms)]
 
 
-def run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
+def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
     """Return the curve of each run of a condition, as JSON.
 
     Raise MissingError, and StudyError and ValueError as `lab_results.read_run_curves`.
@@ -57,7 +57,7 @@ def run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
     )
 
 
-def reaction_norms(lab: Lab, name: str) -> bytes:
+def load_reaction_norms(lab: Lab, name: str) -> bytes:
     """Return the reaction norms of a study, as JSON. They are empty if the assay is not stored.
 
     Raise StudyError, and ValueError for a damaged assay.

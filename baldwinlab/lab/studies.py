@@ -44,7 +44,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def all_results(request: Request) -> Response:
         name = text(request.query_params, "study")
         return QueuedResponse(
-            lab, lambda: Response(results_of(lab, name), media_type="application/json")
+            lab, lambda: Response(load_results(lab, name), media_type="application/json")
         )
 
     async def typical(request: Request) -> Response:
@@ -52,7 +52,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         condition = text(request.query_params, "condition")
         return QueuedResponse(
             lab,
-            lambda: Response(typical_run_of(lab, name, condition), media_type="application/json"),
+            lambda: Response(load_typical_run(lab, name, condition), media_type="application/json"),
         )
 
     endpoints = {
@@ -111,7 +111,7 @@ def _main_condition(study: StudyStore) -> str:
         return ""
 
 
-def typical_run_of(lab: Lab, name: str, condition: str) -> bytes:
+def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
     """Return the typical run of a condition, as JSON.
 
     Raise StudyError as `find_study`, and for a damaged record.
@@ -135,7 +135,7 @@ def typical_run_of(lab: Lab, name: str, condition: str) -> bytes:
     return lab.cache.get(("typical", study.directory, condition, versions), make)
 
 
-def results_of(lab: Lab, name: str) -> bytes:
+def load_results(lab: Lab, name: str) -> bytes:
     """Return the curves, final values and claims of a study, as JSON.
 
     A missing number is null. The results are those stored with the report if they are up to date.

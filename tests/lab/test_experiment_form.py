@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 from pydantic import Field
 
 from baldwinlab.experiment import Experiment, registry
-from baldwinlab.lab.experiment_form import form_of
+from baldwinlab.lab.experiment_form import make_form
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.parts.learning_rules import LearningRule
 from tests.lab.client import CLIENT, LabServer
@@ -31,7 +31,7 @@ def pulling() -> Iterator[str]:
 
 
 def test_a_form_has_the_fields_of_an_experiment_and_the_available_parts() -> None:
-    form = form_of(shorten_preset().to_dict())
+    form = make_form(shorten_preset().to_dict())
     assert form["errors"] == []
     assert form["experiment"] == shorten_preset().to_dict()
     rule = form["schema"]["$defs"]["Learning"]["properties"]["rule"]
@@ -40,17 +40,17 @@ def test_a_form_has_the_fields_of_an_experiment_and_the_available_parts() -> Non
 
 
 def test_missing_fields_get_their_defaults() -> None:
-    assert form_of({"name": "mine"})["experiment"] == Experiment(name="mine").to_dict()
+    assert make_form({"name": "mine"})["experiment"] == Experiment(name="mine").to_dict()
 
 
 def test_the_fields_of_a_part_are_present_only_while_it_is_selected(pulling: str) -> None:
     settings: Any = shorten_preset().to_dict()
     settings["learning"]["rule"] = pulling
-    form = form_of(settings)
+    form = make_form(settings)
     assert form["experiment"]["learning"]["pulling"] == {"strength": 0.5}
     assert "Pulling" in form["schema"]["$defs"]
     form["experiment"]["learning"]["rule"] = "drift"
-    next_form = form_of(form["experiment"])
+    next_form = make_form(form["experiment"])
     assert next_form["errors"] == []
     assert (
         next_form["experiment"]["learning"]
@@ -61,7 +61,7 @@ def test_the_fields_of_a_part_are_present_only_while_it_is_selected(pulling: str
 def test_invalid_settings_are_returned_unchanged_with_the_errors() -> None:
     settings: Any = shorten_preset().to_dict()
     settings["learning"]["rate"] = 11
-    form = form_of(settings)
+    form = make_form(settings)
     assert form["experiment"] == settings
     assert [error["path"] for error in form["errors"]] == ["learning.rate"]
     assert form["schema"] == schema_of(Experiment)
@@ -69,7 +69,7 @@ def test_invalid_settings_are_returned_unchanged_with_the_errors() -> None:
 
 @pytest.mark.parametrize("value", [None, 5, "evo/A", []])
 def test_a_value_that_is_not_a_table_is_rejected(value: Any) -> None:
-    assert form_of(value)["errors"] == [
+    assert make_form(value)["errors"] == [
         {"path": "", "message": "an experiment is a table of its fields"}
     ]
 
@@ -82,7 +82,7 @@ def test_the_server_returns_the_form_and_the_appearance_of_an_experiment(
             f"{lab_server.address}/api/{path}", json={"experiment": shorten_preset().to_dict()}
         ).json()
 
-    assert post("schema") == form_of(shorten_preset().to_dict())
+    assert post("schema") == make_form(shorten_preset().to_dict())
     appearance = post("appearance")
     assert appearance["appearance"]["actions"] == ["left", "forward", "right"]
     assert appearance["world"]["width"] == 640

@@ -225,7 +225,7 @@ def test_an_unexpected_error_returns_a_message_and_the_server_continues(
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(studies, "results_of", fail)
+        patch.setattr(studies, "load_results", fail)
         message = get_error(lab_server.address, "results", 500, study="small")
     assert message == "the lab failed at /api/results: [Errno 28] No space left on device"
     assert get_json(lab_server.address, "results", study="small")["claims"] == []

@@ -135,20 +135,20 @@ def test_results_are_stored_with_the_report_and_used_while_they_are_current(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = make_small_study(tmp_path / "it", runs=1)
-    results = studies.results_of(Lab(tmp_path, Live()), "it")
+    results = studies.load_results(Lab(tmp_path, Live()), "it")
     results_cache.cache_results(study)
     with monkeypatch.context() as patch:
         # Without this function, the results cannot be computed again.
         patch.setattr(lab_results, "compute_results", None)
-        assert studies.results_of(Lab(tmp_path, Live()), "it") == results
+        assert studies.load_results(Lab(tmp_path, Live()), "it") == results
     cache = tmp_path / "it" / results_cache.FILE
     renamed = cache.read_bytes().replace(b'"typical_run"', b'"typical_ran"')
     for content in (b"{", b"[1]", renamed):
         cache.write_bytes(content)
-        assert studies.results_of(Lab(tmp_path, Live()), "it") == results
+        assert studies.load_results(Lab(tmp_path, Live()), "it") == results
     results_cache.cache_results(study)
     study.write("evo/A", 1, simulate(shorten_preset("evo/A"), seed=5, run=1))
-    new_results = json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))
+    new_results = json.loads(studies.load_results(Lab(tmp_path, Live()), "it"))
     assert len(new_results["final"]["evo/A"]["best"]) == 2
 
 
