@@ -21,7 +21,7 @@ from baldwinlab.models import make_simulator
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.combinations.draw import Settings, find_accepted_experiment
-from tests.models.miniworld.plain import compile_nothing
+from tests.models.miniworld.plain import disable_compilation
 
 SEED: Final = 8
 PATTERNS: Final = [
@@ -47,9 +47,9 @@ PATTERNS: Final = [
 REFUSALS: Final = re.compile("|".join(PATTERNS))
 
 
-def disable_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
+def disable_all_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run lifetimes and reproduction in plain Python, because compilation takes longer."""
-    compile_nothing(monkeypatch)
+    disable_compilation(monkeypatch)
     for name in ("breeding", "fitness", "inheritance", "selection"):
         # A function of the package has the name of a module, so an attribute is ambiguous.
         module = import_module(f"baldwinlab.evolution.{name}")

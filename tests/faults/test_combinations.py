@@ -7,7 +7,7 @@ from typing import Final
 import pytest
 
 from tests.combinations.draw import draw_random
-from tests.combinations.run import check_row, disable_compilation
+from tests.combinations.run import check_row, disable_all_compilation
 from tests.faults.amount import amount
 
 COMBINATIONS_PER_TEST: Final = 10
@@ -17,7 +17,7 @@ COMBINATIONS_PER_TEST: Final = 10
 def test_random_combinations_are_refused_or_reproducible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    disable_compilation(monkeypatch)
+    disable_all_compilation(monkeypatch)
     faults = [
         (fault, row)
         for row in draw_random(COMBINATIONS_PER_TEST, seed)

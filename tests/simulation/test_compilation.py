@@ -1,8 +1,9 @@
-"""Combinations of parts are shared out among processes, and who waits long is told how far it is."""
+"""Several processes compile combinations of parts, and a long compilation prints its progress."""
 
 from __future__ import annotations
 
 import subprocess
+from itertools import chain
 
 import pytest
 
@@ -13,13 +14,13 @@ from tests.worlds import make_small_experiment
 
 
 class Process:
-    """One that has compiled when it is asked a second time."""
+    """A process that has ended at the second call of `wait`."""
 
-    asked = 0
+    calls = 0
 
     def wait(self, seconds: float) -> int:
-        self.asked += 1
-        if self.asked == 1:
+        self.calls += 1
+        if self.calls == 1:
             raise subprocess.TimeoutExpired("compile", seconds)
         return 0
 
@@ -35,35 +36,39 @@ class Process:
         (30, 16, [2] * 14 + [1]),
     ],
 )
-def test_each_is_compiled_by_one_process_or_here(
+def test_each_combination_is_compiled_in_one_process(
     combinations: int, cores: int, shares: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    elsewhere, here, told = list[list[Experiment]](), list[Experiment](), list[str]()
+    in_processes = list[list[Experiment]]()
+    in_this_process = list[Experiment]()
+    messages = list[str]()
 
-    def compile_elsewhere(some: list[Experiment]) -> Process:
-        elsewhere.append(some)
+    def start_process(batch: list[Experiment]) -> Process:
+        in_processes.append(batch)
         return Process()
 
     monkeypatch.setattr(compilation, "available_cores", lambda: cores)
-    monkeypatch.setattr(compilation, "_start_compilation", compile_elsewhere)
+    monkeypatch.setattr(compilation, "_start_compilation", start_process)
     monkeypatch.setattr(compilation, "_compile_evolution", lambda experiment: None)
     monkeypatch.setattr(
-        compilation, "simulate_histories", lambda experiment, seed, runs: here.append(experiment)
+        compilation,
+        "simulate_histories",
+        lambda experiment, seed, runs: in_this_process.append(experiment),
     )
     monkeypatch.setattr(
-        cpu, "is_compiled", lambda experiment: any(experiment in some for some in elsewhere)
+        cpu, "is_compiled", lambda experiment: any(experiment in batch for batch in in_processes)
     )
-    wanted = [
+    experiments = [
         make_small_experiment("evo").replace(name=f"number-{number}")
         for number in range(combinations)
     ]
-    compilation._compile_in_processes(wanted, told.append)
-    assert [len(some) for some in elsewhere] == shares
-    assert [one for some in elsewhere for one in some] + here == wanted
+    compilation._compile_in_processes(experiments, messages.append)
+    assert [len(batch) for batch in in_processes] == shares
+    assert [*chain.from_iterable(in_processes), *in_this_process] == experiments
     if shares[0] > compilation.QUIET_COMBINATIONS:
-        assert told[0].startswith(
+        assert messages[0].startswith(
             f"compiling {combinations} combinations of parts, {cores} at a time; they are cached"
         )
-        assert told[-1] == f"compiled: {combinations - 1} of {combinations}"
+        assert messages[-1] == f"compiled: {combinations - 1} of {combinations}"
     else:
-        assert told == []
+        assert messages == []

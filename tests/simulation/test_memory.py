@@ -1,4 +1,4 @@
-"""What lives are estimated to take is what they take: bytes of arrays and files, and a process's peak of memory."""
+"""Estimates of memory and disk space agree with arrays, files and the peak memory of a process."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ from baldwinlab.studies.open import open_runs
 from tests.small_studies import make_small_study, shorten_preset
 
 EXAMPLES = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
-FEW_KEPT = ("evolution.generations=8", "record.genome_every=8")
-LONG = pytest.mark.nightly  # five seconds each
+FEW_GENOMES = ("evolution.generations=8", "record.genome_every=8")
+# These tests take five seconds each.
+NIGHTLY = pytest.mark.nightly
 SHORT = ("lifetime.steps=1", "evolution.generations=20")
 
-# Lives what stands on its input, and says how much more memory its process held at the most than before.
-LIVE = """
+# Runs a task with the experiment on standard input and prints the increase in peak memory.
+MEASURE_SCRIPT = """
 import sys, tempfile
 from pathlib import Path
 from baldwinlab.experiment.toml import from_toml
@@ -43,7 +44,8 @@ from baldwinlab.studies.run import find_missing_runs, run_study
 def of_runs(experiment):
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", [experiment], 0)
-        run_study(study, find_missing_runs(study, 4, ignore_message), 1, ignore_progress, ignore_message)
+        missing = find_missing_runs(study, 4, ignore_message)
+        run_study(study, missing, 1, ignore_progress, ignore_message)
 
 def of_replay(experiment):
     replay(experiment).to_netcdf(engine="scipy")
@@ -57,66 +59,64 @@ print(peak_memory() - before)
 """
 
 
-def changed(name: str, *assignments: str) -> BaseExperiment:
+def load_changed(name: str, *assignments: str) -> BaseExperiment:
     if name == "bit-strings":
         load_file(EXAMPLES / "bit_strings.py")
-    made: BaseExperiment = assign(load(name), assignments)
-    return made
+    experiment: BaseExperiment = assign(load(name), assignments)
+    return experiment
 
 
-def peak(what: str, experiment: BaseExperiment) -> int:
+def measure_peak_memory(task: str, experiment: BaseExperiment) -> int:
     parts = [str(EXAMPLES / "bit_strings.py")] * (experiment.model != "miniworld")
-    done = subprocess.run(
-        [sys.executable, "-c", LIVE, what, *parts],
+    process = subprocess.run(
+        [sys.executable, "-c", MEASURE_SCRIPT, task, *parts],
         input=to_toml(experiment),
         capture_output=True,
         text=True,
         check=True,
     )
-    return int(done.stdout.split()[-1])
+    return int(process.stdout.split()[-1])
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is read from /proc")
+@pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
 @pytest.mark.parametrize(
-    ("what", "name", "assignments"),
+    ("task", "name", "assignments"),
     [
         ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),
         pytest.param(
             "of_runs",
             "evo+self-taught/A",
-            ("lifetime.steps=1", "population.size=20000", *FEW_KEPT),
-            marks=LONG,
+            ("lifetime.steps=1", "population.size=20000", *FEW_GENOMES),
+            marks=NIGHTLY,
         ),
         pytest.param(
             "of_runs",
             "bit-strings",
             ("population.size=10000", "evolution.generations=20"),
-            marks=LONG,
+            marks=NIGHTLY,
         ),
         pytest.param(
             "of_simulate",
             "evo/A",
             (*SHORT, "population.size=20000", "record.genome_every=20"),
-            marks=LONG,
+            marks=NIGHTLY,
         ),
         ("of_replay", "evo+self-taught/A", ("lifetime.steps=6000", "population.size=500")),
     ],
 )
 def test_memory_is_estimated_within_a_factor_of_two(
-    what: str, name: str, assignments: tuple[str, ...]
+    task: str, name: str, assignments: tuple[str, ...]
 ) -> None:
-    experiment = changed(name, *assignments)
-    needs = {
+    experiment = load_changed(name, *assignments)
+    estimates = {
         "of_runs": lambda: memory.estimate_runs([(experiment, 4)], workers=1, worlds=4),
         "of_simulate": lambda: memory.estimate_simulation(experiment),
         "of_replay": lambda: memory.estimate_replay(experiment),  # type: ignore[arg-type]
     }
-    held = min(
-        peak(what, experiment) for _ in range(2)
-    )  # the first may compile, which takes more than most lives
-    assert (
-        held / 2 < needs[what]().memory < 2 * held + memory.ENGINE
-    )  # which counts where nothing was compiled before
+    # The first process may compile, which takes more memory than most simulations.
+    measured = min(measure_peak_memory(task, experiment) for _ in range(2))
+    # The estimate includes the memory of the compiler.
+    assert measured / 2 < estimates[task]().memory < 2 * measured + memory.ENGINE
 
 
 @pytest.mark.parametrize(
@@ -136,62 +136,55 @@ def test_disk_is_estimated_within_a_tenth(
     tmp_path: Path, name: str, assignments: tuple[str, ...]
 ) -> None:
     short = () if name == "bit-strings" else ("lifetime.steps=1", "evolution.generations=7")
-    experiment = changed(name, *short, *assignments)
+    experiment = load_changed(name, *short, *assignments)
     study = make_small_study(tmp_path / "study", [experiment], runs=3)  # type: ignore[list-item]
     stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
-    assert memory.estimate_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(
-        stored, rel=0.1
-    )
+    estimated = memory.estimate_runs([(experiment, 3)], workers=2, worlds=4).disk
+    assert estimated == pytest.approx(stored, rel=0.1)
 
 
 @pytest.mark.parametrize("name", ["evo/A", "evo+self-taught/B", "evo+drift/A"])
 @pytest.mark.parametrize("worlds", [1, 5])
-def test_the_bytes_of_a_state_are_those_of_its_arrays(name: str, worlds: int) -> None:
+def test_the_size_of_a_state_is_the_size_of_its_arrays(name: str, worlds: int) -> None:
     experiment = load(name)
-    there = sum(array.nbytes for array in iterate_arrays(make_state(experiment, worlds)))
-    assert (
-        0 <= there - state_bytes(experiment, worlds) <= 100
-    )  # the numbers of layers' units, which the network derives
+    array_bytes = sum(array.nbytes for array in iterate_arrays(make_state(experiment, worlds)))
+    # The difference is the number of units per layer, which the network derives.
+    assert 0 <= array_bytes - state_bytes(experiment, worlds) <= 100
 
 
-def test_a_life_that_is_written_down_is_estimated_to_the_byte_but_for_what_is_said_of_it() -> None:
+def test_the_size_of_a_trace_is_estimated_without_its_attributes() -> None:
     assert memory.estimate_replay(shorten_preset()).disk == pytest.approx(
         replay(shorten_preset()).nbytes, rel=0.02
     )
 
 
-def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_variables(
+def test_the_sizes_of_runs_and_tables_are_the_sizes_of_their_variables(
     tmp_path: Path,
 ) -> None:
     experiment = shorten_preset().replace(record={"genome_every": 3})
     assert memory.dataset_bytes(experiment) == sum(
-        each.nbytes for each in simulate(experiment).data_vars.values()
+        variable.nbytes for variable in simulate(experiment).data_vars.values()
     )
     tables = open_runs(make_small_study(tmp_path / "study", [experiment], runs=2).directory)
-    held = sum(each.nbytes for each in tables.drop_vars("experiment").data_vars.values())
-    needed = memory.estimate_tables(
-        [(experiment, 2)]
-    ).memory - memory.READING * memory.record_bytes(experiment)
-    assert needed == memory.TABLES * held
+    variables = tables.drop_vars("experiment").data_vars.values()
+    table_bytes = sum(variable.nbytes for variable in variables)
+    estimated = memory.estimate_tables([(experiment, 2)]).memory
+    reading = memory.READING * memory.record_bytes(experiment)
+    assert estimated - reading == memory.TABLES * table_bytes
 
 
-def test_no_more_is_counted_than_lives_at_a_time() -> None:
-    small_one, large = (
-        shorten_preset().replace(population={"size": 20}),
-        shorten_preset().replace(population={"size": 2000}),
-    )
-    alone = memory.estimate_runs([(large, 1)], workers=4, worlds=4).memory
-    assert (
-        memory.estimate_runs([(large, 1), (small_one, 40)], workers=1, worlds=1).memory
-        < alone + 10_000
-    )
-    assert memory.estimate_runs([(large, 40)], workers=8, worlds=1).memory - memory.ENGINE > 7 * (
-        alone - memory.ENGINE
-    )
+def test_the_estimate_counts_only_the_runs_that_are_simulated_at_the_same_time() -> None:
+    small = shorten_preset().replace(population={"size": 20})
+    large = shorten_preset().replace(population={"size": 2000})
+    single_run = memory.estimate_runs([(large, 1)], workers=4, worlds=4).memory
+    sequential = memory.estimate_runs([(large, 1), (small, 40)], workers=1, worlds=1).memory
+    assert sequential < single_run + 10_000
+    parallel = memory.estimate_runs([(large, 40)], workers=8, worlds=1).memory
+    assert parallel - memory.ENGINE > 7 * (single_run - memory.ENGINE)
     assert memory.estimate_runs([(large, 0)], workers=8, worlds=1) == (0, 0)
 
 
-def test_what_no_file_can_hold_is_refused() -> None:
+def test_a_record_larger_than_the_netcdf_limit_is_refused() -> None:
     large = shorten_preset().replace(population={"size": 1_000_000}, network={"hidden": [20]})
     with pytest.raises(
         RefusedError,
@@ -203,7 +196,7 @@ def test_what_no_file_can_hold_is_refused() -> None:
     )
 
 
-def test_neither_simulate_nor_replay_begins_what_is_too_large() -> None:
+def test_simulate_and_replay_refuse_requests_for_too_much_memory() -> None:
     long = load("evo/A").replace(
         lifetime={"steps": 100_000_000}, evolution={"generations": 1_000_000}
     )

@@ -1,4 +1,4 @@
-"""What is written down of lives is the same, whoever asks for what at which moments."""
+"""Recorders record the same values for any choice of variables, steps and agents."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.small_studies import shorten_preset
 STEPS = 300
 
 
-def newborns(runs: int = 1) -> CpuBatch:
+def make_newborn_batch(runs: int = 1) -> CpuBatch:
     experiment = shorten_preset()
     return make_batch(
         experiment,
@@ -26,59 +26,53 @@ def newborns(runs: int = 1) -> CpuBatch:
     )
 
 
-def test_a_variable_is_noted_at_the_moments_and_of_the_agents_that_are_asked_for() -> None:
+def test_a_series_records_a_variable_at_the_given_steps_for_the_given_agents() -> None:
     trace = replay(shorten_preset(), seed=1)
-    some, one = (
-        Series("x", [0, 7, 299], slice(2, 5)),
-        Series("eaten_in_life", range(1, STEPS + 1), 4, np.uint16),
-    )
-    record_batch(newborns(), [some, one])
-    assert np.array_equal(some.values, trace.x.values[[0, 7, 299], 2:5])
-    assert np.array_equal(one.values, trace.eaten.values[:, 4].cumsum())
-    assert one.values.dtype == np.uint16
+    x = Series("x", [0, 7, 299], slice(2, 5))
+    eaten = Series("eaten_in_life", range(1, STEPS + 1), 4, np.uint16)
+    record_batch(make_newborn_batch(), [x, eaten])
+    assert np.array_equal(x.values, trace.x.values[[0, 7, 299], 2:5])
+    assert np.array_equal(eaten.values, trace.eaten.values[:, 4].cumsum())
+    assert eaten.values.dtype == np.uint16
 
 
-def test_a_batch_that_has_lived_is_followed_from_there() -> None:
-    whole, part, batch = (
-        Series("y", range(STEPS), slice(20)),
-        Series("y", range(100, 120), slice(20)),
-        newborns(),
-    )
-    record_batch(newborns(), [whole])
+def test_recording_can_start_during_a_lifetime() -> None:
+    complete = Series("y", range(STEPS), slice(20))
+    part = Series("y", range(100, 120), slice(20))
+    batch = make_newborn_batch()
+    record_batch(make_newborn_batch(), [complete])
     batch.simulate(0, 50)
     record_batch(batch, [part], steps_done=50)
-    assert np.array_equal(part.values, whole.values[100:120])
+    assert np.array_equal(part.values, complete.values[100:120])
 
 
-def test_moves_lead_from_where_items_lay_to_where_they_lie() -> None:
-    trace, moves = replay(shorten_preset(), seed=1), ItemMoves(range(40, STEPS))
-    record_batch(newborns(), [moves])
-    found = moves.columns()
-    places = moves.items.copy()
-    assert np.array_equal(places[:, 0], trace.item_x.values[40])
-    places[found["item"]] = np.stack(
-        [found["x"], found["y"]], axis=1
-    )  # of an item that moved twice, the later place
-    assert np.array_equal(places[:, 0], trace.item_x.values[-1])
-    assert (found["step"] > 40).all()
-    assert (np.diff(found["step"].astype(int)) >= 0).all()
+def test_item_moves_give_the_final_positions_of_the_items() -> None:
+    trace = replay(shorten_preset(), seed=1)
+    moves = ItemMoves(range(40, STEPS))
+    record_batch(make_newborn_batch(), [moves])
+    columns = moves.columns()
+    positions = moves.items.copy()
+    assert np.array_equal(positions[:, 0], trace.item_x.values[40])
+    # The last assignment counts if an item moves twice.
+    positions[columns["item"]] = np.stack([columns["x"], columns["y"]], axis=1)
+    assert np.array_equal(positions[:, 0], trace.item_x.values[-1])
+    assert (columns["step"] > 40).all()
+    assert (np.diff(columns["step"].astype(int)) >= 0).all()
 
 
-@pytest.mark.parametrize("moments", [[0, STEPS], [0, 90, 100, 290, STEPS], range(STEPS + 1)])
-def test_what_came_about_first_is_found_down_to_the_step_and_the_life_goes_on_as_without(
-    moments: list[int],
+@pytest.mark.parametrize("steps", [[0, STEPS], [0, 90, 100, 290, STEPS], range(STEPS + 1)])
+def test_the_first_time_of_an_event_is_exact_and_recording_does_not_change_the_lifetime(
+    steps: list[int],
 ) -> None:
-    batch = newborns(runs=2)
-    fed, eaten = (
-        FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments),
-        Series("eaten_in_life", moments, slice(40)),
-    )
+    batch = make_newborn_batch(runs=2)
+    fed = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), steps)
+    eaten = Series("eaten_in_life", steps, slice(40))
     record_batch(batch, [fed, eaten])
     for run in range(2):
         ate = replay(shorten_preset(), seed=1, run=run).eaten.values > 0
         first = np.where(ate.any(axis=0), ate.argmax(axis=0) + 1, np.nan)
         assert np.array_equal(fed.values[run], first, equal_nan=True)
-    undisturbed = newborns(runs=2)
-    undisturbed.simulate(0, STEPS)
-    assert np.array_equal(undisturbed.eaten_in_life(), batch.eaten_in_life())
-    assert np.array_equal(undisturbed.weights(), batch.weights())
+    unrecorded = make_newborn_batch(runs=2)
+    unrecorded.simulate(0, STEPS)
+    assert np.array_equal(unrecorded.eaten_in_life(), batch.eaten_in_life())
+    assert np.array_equal(unrecorded.weights(), batch.weights())

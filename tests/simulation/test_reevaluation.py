@@ -1,4 +1,4 @@
-"""Lives of given genomes are those of the study, where the genomes and the circumstances are."""
+"""Reevaluation of stored genomes in the stored world gives the stored results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COSTS = {"cost_per_step": 0.001, "cost_per_change": 0.1}
         make_small_experiment("self-taught", population={"size": 1}),
     ],
 )
-def test_a_generation_lived_again_ends_as_it_did(experiment: Experiment) -> None:
+def test_reevaluation_of_a_generation_gives_the_stored_results(experiment: Experiment) -> None:
     runs = (4, 0, 9)
     records = [simulate(experiment, seed=2, run=run) for run in runs]
     for generation in range(3):
@@ -38,7 +38,7 @@ def test_a_generation_lived_again_ends_as_it_did(experiment: Experiment) -> None
     assert sum(record.food_eaten.sum() for record in records) > 0
 
 
-def test_agents_with_one_module_use_the_first() -> None:
+def test_agents_with_a_single_module_use_the_first_module() -> None:
     learner = make_small_experiment("evo+self-taught")
     without = learner.replace(learning={"rule": "none"})
     genomes = simulate(learner, seed=1).genome.values[None, 2]
@@ -47,15 +47,13 @@ def test_agents_with_one_module_use_the_first() -> None:
     assert np.array_equal(lives.weights, genomes[:, :, 0])
 
 
-@pytest.mark.parametrize("inherited", [0.0, 0.5], ids=["as they were born", "as they had learned"])
-def test_genomes_that_were_not_kept_are_bred_again(inherited: float) -> None:
-    whole = make_small_experiment(
+@pytest.mark.parametrize("inherited", [0.0, 0.5], ids=["darwinian", "lamarckian"])
+def test_genomes_that_were_not_stored_are_recomputed(inherited: float) -> None:
+    experiment = make_small_experiment(
         "evo+self-taught", evolution={"generations": 6, "lamarckian_share": inherited}
     )
-    every, some = (
-        simulate(whole, seed=3, run=1),
-        simulate(whole.replace(record={"genome_every": 4}), seed=3, run=1),
-    )
+    every = simulate(experiment, seed=3, run=1)
+    some = simulate(experiment.replace(record={"genome_every": 4}), seed=3, run=1)
     for generation in range(6):
-        assert np.array_equal(stored_genome(whole, some, generation), every.genome[generation])
-    assert np.array_equal(list(stored_genomes(whole, some)), every.genome)
+        assert np.array_equal(stored_genome(experiment, some, generation), every.genome[generation])
+    assert np.array_equal(list(stored_genomes(experiment, some)), every.genome)

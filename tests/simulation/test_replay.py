@@ -1,4 +1,4 @@
-"""A replay is the lifetime that the run had, step by step."""
+"""A replay is the lifetime of a stored run, step by step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.small_studies import shorten_preset
 
 
 @pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A", "self-taught/A"])
-def test_a_trace_agrees_with_its_run_to_the_bit(condition: str) -> None:
+def test_a_trace_is_identical_to_its_run(condition: str) -> None:
     experiment = shorten_preset(condition)
     run = simulate(experiment, seed=9, run=4)
     for generation in range(3):
@@ -28,7 +28,7 @@ def test_a_trace_agrees_with_its_run_to_the_bit(condition: str) -> None:
     assert run.food_eaten.sum() > 0
 
 
-def test_a_trace_holds_the_declared_variables() -> None:
+def test_a_trace_contains_the_declared_variables() -> None:
     trace = replay(shorten_preset(), seed=1)
     assert {*trace.data_vars, "action"} == set(TRACE)
     for name, variable in TRACE.items():
@@ -38,24 +38,24 @@ def test_a_trace_holds_the_declared_variables() -> None:
     assert set(np.unique(trace.heading % 9)) == {0}
 
 
-def test_a_trace_survives_netcdf(tmp_path: Path) -> None:
+def test_a_trace_is_read_from_netcdf_unchanged(tmp_path: Path) -> None:
     trace = replay(shorten_preset(), seed=1)
     trace.to_netcdf(tmp_path / "trace.nc")
-    with xr.open_dataset(tmp_path / "trace.nc") as again:
-        xr.testing.assert_identical(again.load(), trace)
+    with xr.open_dataset(tmp_path / "trace.nc") as stored:
+        xr.testing.assert_identical(stored.load(), trace)
 
 
-def test_only_learning_changes_weights_and_only_those_of_the_action_module() -> None:
+def test_learning_changes_only_the_weights_of_the_action_module() -> None:
     learner = replay(shorten_preset(), seed=1)
     changed = (learner.weight_birth != learner.weight_death).any(("agent", "weight"))
     assert changed.sel(module="action")
     assert not changed.sel(module="reinforcement")
-    other = replay(shorten_preset("evo/A"), seed=1)
-    assert (other.weight_birth == other.weight_death).all()
+    without_learning = replay(shorten_preset("evo/A"), seed=1)
+    assert (without_learning.weight_birth == without_learning.weight_death).all()
 
 
 @pytest.mark.parametrize("generation", [-1, 3])
-def test_a_generation_that_is_not_there_is_refused(generation: int) -> None:
+def test_a_generation_out_of_range_is_refused(generation: int) -> None:
     with pytest.raises(
         ValueError, match=f"generation = {generation} must be at least 0 and less than 3"
     ):

@@ -1,8 +1,9 @@
-"""A run is labelled, carries its provenance, and depends on nothing but experiment, seed and run."""
+"""A run has labels and provenance, and depends only on the experiment, the seed and its number."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from baldwinlab.studies.records import encode
 from tests.small_studies import shorten_preset
 
 
-def test_a_run_holds_the_declared_variables_with_their_dimensions_types_and_units() -> None:
+def test_a_run_contains_the_declared_variables_with_dimensions_types_and_units() -> None:
     run = simulate(shorten_preset(), seed=1)
     assert set(run.data_vars) == set(RUN)
     for name, variable in RUN.items():
@@ -27,56 +28,55 @@ def test_a_run_holds_the_declared_variables_with_their_dimensions_types_and_unit
     assert list(run.module.values) == ["action", "reinforcement"]
 
 
-def test_a_run_carries_what_it_takes_to_make_it_again() -> None:
+def test_a_run_can_be_repeated_from_its_attributes() -> None:
     run = simulate(shorten_preset(), seed=7, run=2)
-    again = simulate(
+    repeated = simulate(
         from_toml(run.attrs["experiment"], where="attribute"),
         seed=run.attrs["seed"],
         run=run.attrs["run"],
     )
-    xr.testing.assert_identical(run, again)
+    xr.testing.assert_identical(run, repeated)
     assert {"baldwinlab", "numba", "numpy", "python", "platform"} <= set(run.attrs)
 
 
-def test_another_seed_and_another_run_are_other_runs() -> None:
+def test_different_seeds_and_run_numbers_give_different_runs() -> None:
     runs = [
         simulate(shorten_preset(), seed=seed, run=run)
         for seed, run in ((1, 0), (2, 0), (1, 1), (0, 1))
     ]
-    for i, one in enumerate(runs):
-        for other in runs[:i]:
-            assert not np.array_equal(one.genome, other.genome)
-            assert not np.array_equal(one.food_eaten, other.food_eaten)
+    for first, second in combinations(runs, 2):
+        assert not np.array_equal(first.genome, second.genome)
+        assert not np.array_equal(first.food_eaten, second.food_eaten)
 
 
-def test_genomes_are_kept_at_the_stride_that_the_experiment_names_and_at_the_end() -> None:
-    every = simulate(shorten_preset().replace(evolution={"generations": 6}), seed=1)
-    some = simulate(
+def test_genomes_are_stored_at_the_given_interval_and_at_the_end() -> None:
+    complete = simulate(shorten_preset().replace(evolution={"generations": 6}), seed=1)
+    sparse = simulate(
         shorten_preset().replace(evolution={"generations": 6}, record={"genome_every": 2}), seed=1
     )
-    kept = some.genome.notnull().all(("agent", "module", "weight"))
-    assert kept.values.tolist() == [True, False, True, False, True, True]
-    assert np.array_equal(some.genome[kept.values], every.genome[kept.values])
-    assert np.array_equal(some.food_eaten, every.food_eaten)
+    is_stored = sparse.genome.notnull().all(("agent", "module", "weight"))
+    assert is_stored.values.tolist() == [True, False, True, False, True, True]
+    assert np.array_equal(sparse.genome[is_stored.values], complete.genome[is_stored.values])
+    assert np.array_equal(sparse.food_eaten, complete.food_eaten)
 
 
-def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_room_for_more() -> (
-    None
-):
+def test_a_history_contains_only_the_genomes_to_store() -> None:
     experiment = shorten_preset().replace(
         evolution={"generations": 7}, record={"genome_every": 3}, lifetime={"steps": 5}
     )
-    held = []
+    stored_generations = []
 
-    def look(histories: Sequence[History]) -> None:
-        held.append(histories[0].record().kept_generation.values.tolist())
+    def record_generations(histories: Sequence[History]) -> None:
+        stored_generations.append(histories[0].record().kept_generation.values.tolist())
 
-    (history,) = simulate_histories(experiment, seed=1, runs=[2], after_generation=look)
-    assert held == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
+    (history,) = simulate_histories(
+        experiment, seed=1, runs=[2], after_generation=record_generations
+    )
+    assert stored_generations == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
     assert encode(history.record()) == encode(history.dataset())
 
 
-def test_energy_is_what_items_give_and_decides_who_breeds() -> None:
+def test_energy_comes_from_items_and_determines_the_parents() -> None:
     food = [
         {"x": [400, 560], "y": [80, 240], "count": 30, "energy": 2.5},
         {"x": [380, 560], "y": [60, 260], "count": 20, "energy": 0},
@@ -91,7 +91,7 @@ def test_energy_is_what_items_give_and_decides_who_breeds() -> None:
             assert fit[generation][run.parents.values[generation + 1]].all()
 
 
-def test_parents_are_named_from_the_second_generation_on() -> None:
+def test_parents_are_recorded_from_the_second_generation() -> None:
     run = simulate(shorten_preset(), seed=1)
     assert (run.parents[0] == -1).all()
     assert ((run.parents[1:] >= 0) & (run.parents[1:] < 20)).all()
@@ -107,24 +107,20 @@ def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
         simulate(shorten_preset(), seed=seed, run=run)
 
 
-def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> (
-    None
-):
+def test_an_unfinished_run_of_a_batch_equals_a_run_of_fewer_generations() -> None:
     experiment = shorten_preset().replace(evolution={"generations": 5}, record={"genome_every": 3})
-    cut: dict[int, list[xr.Dataset]] = {}
+    datasets: dict[int, list[xr.Dataset]] = {}
 
-    def keep(histories: Sequence[History]) -> None:
-        cut[histories[0].n_generations] = [
+    def save_datasets(histories: Sequence[History]) -> None:
+        datasets[histories[0].n_generations] = [
             history.dataset().copy(deep=True) for history in histories
         ]
 
-    whole = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=keep)
-    assert list(cut) == [1, 2, 3, 4, 5]
-    for lived, runs in cut.items():
+    final = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=save_datasets)
+    assert list(datasets) == [1, 2, 3, 4, 5]
+    for generations, runs in datasets.items():
+        shorter = experiment.replace(evolution={"generations": generations})
         for run, number in zip(runs, (0, 4), strict=True):
-            xr.testing.assert_identical(
-                run,
-                simulate(experiment.replace(evolution={"generations": lived}), seed=1, run=number),
-            )
-    for run, same in zip(whole, cut[5], strict=True):
+            xr.testing.assert_identical(run, simulate(shorter, seed=1, run=number))
+    for run, same in zip(final, datasets[5], strict=True):
         xr.testing.assert_identical(run, same)
