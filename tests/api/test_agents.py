@@ -1,4 +1,4 @@
-"""Genomes of stored agents are those of the simulation; their networks give the outputs of a replayed life, bit for bit."""
+"""Genomes and networks of stored agents are bit-identical to those of the simulation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ SHORT = {
     "population.size": 5,
     "record.genome_every": 3,
 }
-NEAR = {"world.start.x": 380}  # so that agents sense food
+NEAR = {"world.start.x": 380}
+"""Agents that start here sense food."""
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
     return bl.run(["evo/A", "evo+self-taught/A"], runs=2, out=out, set=SHORT | NEAR)
 
 
-def simulated(study: bl.Study, condition: str, run: int) -> Any:
+def simulate_genomes(study: bl.Study, condition: str, run: int) -> Any:
     experiment = study.experiment(condition).replace(record={"genome_every": 1})
     return bl.simulate(experiment, seed=study.seed, run=run).genome
 
@@ -39,18 +40,18 @@ def simulated(study: bl.Study, condition: str, run: int) -> Any:
 def test_genomes_are_those_of_the_simulation(
     study: bl.Study, condition: str, generation: int
 ) -> None:
-    found = study.genomes(1, generation, condition=condition)
-    expected = simulated(study, condition, 1).isel(generation=generation)
-    np.testing.assert_array_equal(found, expected)
-    assert found.dims == ("agent", "module", "weight")
-    assert found.module.values.tolist() == list(study.experiment(condition).modules)
-    assert (found.run, found.generation, found.condition) == (1, generation, condition)
+    genomes = study.genomes(1, generation, condition=condition)
+    expected = simulate_genomes(study, condition, 1).isel(generation=generation)
+    np.testing.assert_array_equal(genomes, expected)
+    assert genomes.dims == ("agent", "module", "weight")
+    assert genomes.module.values.tolist() == list(study.experiment(condition).modules)
+    assert (genomes.run, genomes.generation, genomes.condition) == (1, generation, condition)
 
 
 def test_one_agent_and_several_are_taken_out_by_number(study: bl.Study) -> None:
-    every = study.genomes(0, 3, condition="evo/A")
-    assert study.genomes(0, 3, 2, condition="evo/A").equals(every.sel(agent=2))
-    assert study.genomes(0, 3, [4, 1], condition="evo/A").equals(every.sel(agent=[4, 1]))
+    population = study.genomes(0, 3, condition="evo/A")
+    assert study.genomes(0, 3, 2, condition="evo/A").equals(population.sel(agent=2))
+    assert study.genomes(0, 3, [4, 1], condition="evo/A").equals(population.sel(agent=[4, 1]))
     best = study.data(["evo/A"]).energy.isel(condition=0, run=0, generation=3).argmax("agent")
     assert study.genomes(0, 3, best.item(), condition="evo/A").agent == best
 
@@ -106,13 +107,14 @@ def test_compiled_lives_give_the_same_outputs(study: bl.Study) -> None:
 
 def test_a_learner_gives_its_outputs_until_it_learns(study: bl.Study) -> None:
     trace = study.replay("evo+self-taught/A", run=0, generation=3)
-    born = study.network(0, 3, 1, condition="evo+self-taught/A")
-    found = born(trace.sensor.sel(agent=1)) == trace.output.sel(agent=1)
-    assert found[0].all() and not found.all()
-    taught = study.genomes(0, 3, 1, condition="evo+self-taught/A")
+    newborn = study.network(0, 3, 1, condition="evo+self-taught/A")
+    is_same = newborn(trace.sensor.sel(agent=1)) == trace.output.sel(agent=1)
+    assert is_same[0].all()
+    assert not is_same.all()
+    genome = study.genomes(0, 3, 1, condition="evo+self-taught/A")
     teacher = study.network(0, 3, 1, condition="evo+self-taught/A", module="reinforcement")
-    np.testing.assert_array_equal(born.weights, taught.sel(module="action"))
-    np.testing.assert_array_equal(teacher.weights, taught.sel(module="reinforcement"))
+    np.testing.assert_array_equal(newborn.weights, genome.sel(module="action"))
+    np.testing.assert_array_equal(teacher.weights, genome.sel(module="reinforcement"))
 
 
 def test_one_row_of_inputs_gives_one_row_of_outputs(study: bl.Study) -> None:
@@ -129,7 +131,8 @@ def test_a_recurrent_network_starts_each_call_without_memory(
     in_plain_python: None, tmp_path: Path
 ) -> None:
     study = bl.run(experiment_with(KINDS[3]), runs=1, out=tmp_path / "study")
-    network, row = study.network(0, 0, 0), [1, 0, 1]
+    network = study.network(0, 0, 0)
+    row = [1, 0, 1]
     assert network([row, row])[0].equals(network(row))
     assert not network([row, row])[1].equals(network(row))
 

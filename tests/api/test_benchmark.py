@@ -32,7 +32,7 @@ def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds(
     assert "world-10000" not in benchmark.cases("cuda")
 
 
-def test_every_learning_rule_is_a_case_where_it_is_asked_for(
+def test_every_learning_rule_is_a_case_with_all_rules(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert {"rule-none", "rule-self-taught", "rule-prediction"} <= set(benchmark.rule_cases())
@@ -73,10 +73,10 @@ def test_the_command_prints_a_line_a_case_and_writes_the_records(
         cli.main()
     assert not end.value.code
     shown = capsys.readouterr().out.splitlines()
-    found = json.loads((tmp_path / "bench.json").read_text())
+    contents = json.loads((tmp_path / "bench.json").read_text())
     assert (
         [line.split()[0] for line in shown[1:3]]
-        == [record["case"] for record in found["records"]]
+        == [record["case"] for record in contents["records"]]
         == ["evo/A", "evo/B"]
     )
-    assert {"processor", "cores", "numba"} <= set(found["machine"])
+    assert {"processor", "cores", "numba"} <= set(contents["machine"])

@@ -1,10 +1,11 @@
-"""Claims of one's own, held against a study that is not of their making."""
+"""Custom claims, evaluated with the runs of a study."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 from shutil import copytree
+from typing import Any
 
 import pytest
 
@@ -16,36 +17,40 @@ from tests.commands import Command
 CLAIM = """
 [[claims]]
 id = "mine"
-title = "Who climbs is fitter in life"
-claim = "Strings that climb end their lives fitter than strings that do not."
+title = "Climbers are fitter"
+claim = "Strings that climb have a higher fitness than strings that do not."
 rule = "greater"
 comparisons = [{ a = "climbing/smooth", b = "not-climbing/smooth", measure = "mean" }]
 
 [[claims]]
-id = "own-measure"
-title = "They change some bits"
-claim = "At last, climbers change a bit or more in life."
+id = "measure-of-the-model"
+title = "Climbers change bits"
+claim = "Climbers change at least one bit during their lifetime."
 rule = "at_least"
 comparisons = [{ a = "climbing/smooth", measure = "changed", bound = 1 }]
 """
 
 
 @pytest.fixture(scope="module")
-def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     paper = papers.load("mayley-1996")
-    experiments = [one.replace(evolution={"generations": 3}) for one in paper.experiments()]
+    experiments = [
+        experiment.replace(evolution={"generations": 3}) for experiment in paper.experiments()
+    ]
     folder = tmp_path_factory.mktemp("claims") / "study"
     run_missing(StudyRequest(experiments, folder, runs=8, seed=0, paper=paper), RunOptions())
     return folder
 
 
 @pytest.fixture
-def study(lived: Path, tmp_path: Path, command: Command) -> Path:
-    copytree(lived, "study")
+def study(stored: Path, tmp_path: Path, command: Command) -> Path:
+    copytree(stored, "study")
     return Path("study")
 
 
-def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, study: Path) -> None:
+def test_a_file_of_claims_is_evaluated_with_the_rules_of_papers(
+    command: Command, study: Path
+) -> None:
     Path("mine.toml").write_text(CLAIM, encoding="utf-8")
     before = {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
     done = command(
@@ -58,25 +63,28 @@ def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, st
         "--out",
         "verdicts.json",
     )
-    assert done.code == 0 and "The claims of mine.toml" in done.out and "paper" not in done.out
-    found = {
-        claim["id"]: claim
-        for claim in json.loads(Path("verdicts.json").read_text(encoding="utf-8"))
-    }
-    assert found["mine"]["verdict"] == "holds" and found["mine"]["effect"] > 0
-    assert found["own-measure"]["verdict"] == "holds" and found["own-measure"]["effect"] > 1
-    assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}, (
-        "nothing of the study is written"
-    )
-    own = command("claims", "study", "--last-generations", "3", "--out", "again.json")
-    assert own.code == 0 and "The claims of mayley-1996" in own.out
-    assert [
-        claim["id"] for claim in json.loads(Path("again.json").read_text(encoding="utf-8"))
-    ] == ["M1", "M2", "M3", "M4"]
+    assert done.code == 0
+    assert "The claims of mine.toml" in done.out
+    assert "paper" not in done.out
+    results = {result["id"]: result for result in read_results("verdicts.json")}
+    assert results["mine"]["verdict"] == "holds"
+    assert results["mine"]["effect"] > 0
+    assert results["measure-of-the-model"]["verdict"] == "holds"
+    assert results["measure-of-the-model"]["effect"] > 1
+    # The command does not change the study.
+    assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
+    done = command("claims", "study", "--last-generations", "3", "--out", "paper.json")
+    assert done.code == 0
+    assert "The claims of mayley-1996" in done.out
+    assert [result["id"] for result in read_results("paper.json")] == ["M1", "M2", "M3", "M4"]
+
+
+def read_results(path: str) -> Any:
+    return json.loads(Path(path).read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ('climbing/smooth", b', 'climbing/smoth", b', "did you mean 'climbing/smooth'"),
         ('measure = "changed"', 'measure = "changd"', "did you mean 'changed'"),
@@ -84,15 +92,17 @@ def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, st
         ("[[claims]]", "[[claim]]", "mine.toml"),
     ],
 )
-def test_a_claim_that_cannot_be_decided_is_refused_in_a_sentence(
-    command: Command, study: Path, old: str, new: str, said: str
+def test_an_invalid_claim_is_refused_with_the_reason(
+    command: Command, study: Path, old: str, new: str, message: str
 ) -> None:
     Path("mine.toml").write_text(CLAIM.replace(old, new), encoding="utf-8")
     done = command("claims", "study", "--claims", "mine.toml", "--out", "verdicts.json")
-    assert done.code == 2 and said in done.err and not Path("verdicts.json").exists()
+    assert done.code == 2
+    assert message in done.err
+    assert not Path("verdicts.json").exists()
 
 
-def test_what_is_not_there_is_refused(command: Command, study: Path) -> None:
+def test_a_missing_file_and_a_missing_study_are_refused(command: Command, study: Path) -> None:
     assert (
         "nothing.toml does not exist" in command("claims", "study", "--claims", "nothing.toml").err
     )

@@ -1,4 +1,4 @@
-"""What the doctor finds: a machine that is well, and each thing that may be wrong, with its fix."""
+"""Findings of `doctor`: a machine without problems, and each problem with its fix."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from baldwinlab.engine import cache
 from tests.commands import Command
 
 
-def found(folder: Path) -> dict[str, DoctorFinding]:
+def findings_of(folder: Path) -> dict[str, DoctorFinding]:
     return {finding.topic: finding for finding in examine(folder)}
 
 
-def test_a_machine_that_is_well_is_told_in_a_line_each(command: Command) -> None:
+def test_a_machine_without_problems_has_a_line_per_topic(command: Command) -> None:
     done = command("doctor")
-    assert done.code == 0 and "PROBLEM" not in done.out
-    for about in (
+    assert done.code == 0
+    assert "PROBLEM" not in done.out
+    for topic in (
         "Python",
         "core",
         "extra lab",
@@ -30,17 +31,19 @@ def test_a_machine_that_is_well_is_told_in_a_line_each(command: Command) -> None
         "disk, results",
         "GPU",
     ):
-        assert about in done.out
+        assert topic in done.out
 
 
-def test_an_extra_that_is_not_installed_is_no_problem_and_says_what_it_is_for(
+def test_a_missing_extra_is_not_a_problem_and_has_the_command_that_installs_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = extras.installed_version
+    installed_version = extras.installed_version
     monkeypatch.setattr(
-        extras, "installed_version", lambda name: None if name == "distributed" else known(name)
+        extras,
+        "installed_version",
+        lambda name: None if name == "distributed" else installed_version(name),
     )
-    cluster = found(tmp_path)["extra cluster"]
+    cluster = findings_of(tmp_path)["extra cluster"]
     assert (cluster.state, cluster.fix) == ("missing", extras.installation_command("cluster"))
     assert cluster.message.endswith("; not installed: distributed")
     assert not has_problem([cluster])
@@ -49,22 +52,25 @@ def test_an_extra_that_is_not_installed_is_no_problem_and_says_what_it_is_for(
 def test_a_core_that_lacks_a_package_is_a_problem(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = extras.installed_version
+    installed_version = extras.installed_version
     monkeypatch.setattr(
-        extras, "installed_version", lambda name: None if name == "scipy" else known(name)
+        extras,
+        "installed_version",
+        lambda name: None if name == "scipy" else installed_version(name),
     )
-    core = found(tmp_path)["core"]
-    assert core.state == "problem" and "scipy" in core.message and core.fix
+    core = findings_of(tmp_path)["core"]
+    assert core.state == "problem"
+    assert "scipy" in core.message
+    assert core.fix
 
 
-def test_a_cache_that_cannot_be_used_is_a_problem(
+def test_an_unusable_cache_is_a_problem(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("BALDWINLAB_CACHE", str(tmp_path / "file"))
-    monkeypatch.setattr(
-        cache, "cache_root", cache.cache_root.__wrapped__
-    )  # which is remembered for as long as a process lives
+    # The decorated function stores its first result.
+    monkeypatch.setattr(cache, "cache_root", cache.cache_root.__wrapped__)
     done = command("doctor")
     assert (
         done.code == 1 and "PROBLEM  compiled code" in done.out and "BALDWINLAB_CACHE" in done.out
@@ -78,19 +84,19 @@ def test_a_folder_that_cannot_be_written_to_is_a_problem(
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    studies = found(tmp_path / "not" / "there")["studies"]
+    studies = findings_of(tmp_path / "missing" / "folder")["studies"]
     assert (
         studies.state == "problem"
         and f"{tmp_path} cannot be written to (Permission denied)" in studies.message
     )
 
 
-def test_little_memory_and_a_full_disk_are_problems_and_what_is_not_told_is_none(
+def test_a_full_disk_is_a_problem_and_unknown_memory_is_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(resources, "free_disk", lambda folder: 10**6)
     monkeypatch.setattr(resources, "available_memory", lambda: None)
-    findings = found(tmp_path)
+    findings = findings_of(tmp_path)
     assert (
         findings[f"disk, {tmp_path}"].state == "problem"
         and "--out" in findings[f"disk, {tmp_path}"].fix

@@ -1,4 +1,4 @@
-"""Parts of installed packages are known in Python as on the command line: when they are needed, and once."""
+"""Parts of installed packages: Python and the command line load them once, at first use."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from baldwinlab.parts import Selection
 
 print("executed")
 
-class Theirs(Selection, name="{name}"):
-    \"\"\"Nobody is fitter than anybody.\"\"\"
+class InstalledSelection(Selection, name="{name}"):
+    \"\"\"A selection of an installed package.\"\"\"
 """
-Says = Callable[[str], list[str]]
+RunCode = Callable[[str], list[str]]
 
 
 @pytest.fixture
-def says(tmp_path: Path) -> Says:
-    """What a new process prints, in which a package brings a part."""
+def run_code(tmp_path: Path) -> RunCode:
+    """Run code in a new process with an installed part, and return the printed lines."""
     (tmp_path / "theirs.py").write_text(PART.format(name="theirs"))
     facts = tmp_path / "theirs-1.dist-info"
     facts.mkdir()
@@ -31,7 +31,7 @@ def says(tmp_path: Path) -> Says:
     (facts / "entry_points.txt").write_text("[baldwinlab.parts]\ntheirs = theirs\n")
     paths = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
 
-    def says(code: str) -> list[str]:
+    def run_in_process(code: str) -> list[str]:
         done = subprocess.run(
             [sys.executable, "-c", code],
             cwd=tmp_path,
@@ -41,32 +41,41 @@ def says(tmp_path: Path) -> Says:
         )
         return [*done.stdout.splitlines(), *done.stderr.splitlines()[-1:]]
 
-    return says
+    return run_in_process
 
 
-def test_python_knows_them_when_it_first_needs_them_and_executes_them_once(says: Says) -> None:
+def test_the_first_use_of_a_preset_executes_an_installed_part_once(run_code: RunCode) -> None:
     code = "import baldwinlab as bl; print('imported'); bl.load('evo/B'); x = bl.load('evo/A')"
-    shown = says(code + ".replace(evolution={'selection': 'theirs'}); print(x.evolution.selection)")
+    shown = run_code(
+        code + ".replace(evolution={'selection': 'theirs'}); print(x.evolution.selection)"
+    )
     assert shown == ["imported", "executed", "theirs"]
 
 
-def test_a_run_knows_them(says: Says) -> None:
-    code = "import baldwinlab as bl; bl.run('evo/A', runs=0, out='there', set={'evolution.selection': 'theirs'})"
-    shown = says(code)
+def test_a_run_loads_installed_parts(run_code: RunCode) -> None:
+    code = (
+        "import baldwinlab as bl;"
+        "bl.run('evo/A', runs=0, out='study', set={'evolution.selection': 'theirs'})"
+    )
+    shown = run_code(code)
     assert shown[0] == "executed" and "runs = 0 must be at least 1" in shown[-1]
 
 
-def test_so_does_the_command_line(says: Says) -> None:
+def test_the_command_line_loads_installed_parts(run_code: RunCode) -> None:
     words = ["baldwinlab", "show", "evo/A", "--set", "evolution.selection=theirs"]
-    shown = says(f"import sys; sys.argv = {words}; from baldwinlab.cli import main; main()")
+    shown = run_code(f"import sys; sys.argv = {words}; from baldwinlab.cli import main; main()")
     assert shown[0] == "executed" and any(line.startswith('selection = "theirs"') for line in shown)
 
 
-def test_a_part_whose_file_somebody_gave_keeps_its_place(says: Says, tmp_path: Path) -> None:
+def test_a_part_of_a_file_has_priority_over_an_installed_part(
+    run_code: RunCode, tmp_path: Path
+) -> None:
     (tmp_path / "mine.py").write_text(PART.format(name="theirs").replace("executed", "mine"))
-    code = "import baldwinlab as bl; from baldwinlab.parts import load_file; mine = load_file('mine.py'); bl.load('evo/A');"
-    shown = says(
-        code
-        + "from baldwinlab.experiment import registry; print(registry.find('selection', 'theirs') is mine.Theirs)"
+    code = (
+        "import baldwinlab as bl; from baldwinlab.parts import load_file;"
+        "from baldwinlab.experiment import registry;"
+        "mine = load_file('mine.py'); bl.load('evo/A');"
+        "print(registry.find('selection', 'theirs') is mine.InstalledSelection)"
     )
+    shown = run_code(code)
     assert shown == ["mine", "executed", "True"]

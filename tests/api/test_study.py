@@ -1,4 +1,4 @@
-"""A whole study in Python: run, opened, asked, carried on."""
+"""A study in Python: run, open, read, compare, assay, report and resume."""
 
 from __future__ import annotations
 
@@ -33,35 +33,35 @@ def test_a_run_is_the_study_that_the_command_line_makes(study: Study, tmp_path: 
     assert study.experiment("evo/A") == shorten_preset("evo/A")
 
 
-def test_presets_are_taken_by_name_and_changed_together(
+def test_settings_change_all_presets_of_a_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     study = bl.run(["evo/A", bl.load("evo+self-taught/A")], runs=1, set=SHORT)
     assert study.directory == Path("results/evo-A-evo+self-taught-A")
     assert study.experiment("evo/A") == bl.load("evo/A").replace(**SHORT_SETTINGS)
-    one = bl.run("evo/A", runs=1, set={**SHORT, "world.food.0.count": 3}, out="one")
-    assert one.experiment("evo/A").world.food[0].count == 3
+    single = bl.run("evo/A", runs=1, set={**SHORT, "world.food.0.count": 3}, out="single")
+    assert single.experiment("evo/A").world.food[0].count == 3
     (tmp_path / "mine.toml").write_text(
         'name = "mine"\n[lifetime]\nsteps = 5\n[evolution]\ngenerations = 1\n'
     )
     assert bl.run(Path("mine.toml"), runs=1).conditions == ("mine",)
 
 
-def test_the_same_call_again_does_what_is_missing(
+def test_the_same_call_runs_the_missing_runs(
     study: Study, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    again = bl.run(
+    resumed = bl.run(
         [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")],
         runs=3,
         seed=5,
         out=study.directory,
     )
     assert "4 of 6 runs stored" in capsys.readouterr().out
-    assert again.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
+    assert resumed.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
 
 
-def test_opened_it_has_its_data_and_any_life_of_it(study: Study) -> None:
+def test_an_open_study_has_its_data_and_replays_lifetimes(study: Study) -> None:
     opened = bl.open_study(study.directory)
     xr.testing.assert_identical(opened.data(), bl.open_runs(study.directory))
     assert opened.data(["evo/A"]).sizes["condition"] == 1
@@ -72,7 +72,7 @@ def test_opened_it_has_its_data_and_any_life_of_it(study: Study) -> None:
     assert f"evo/A: {len(opened.runs('evo/A'))} runs" in repr(opened)
 
 
-def test_its_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study) -> None:
+def test_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study) -> None:
     table = study.compare()
     assert table[["condition_a", "condition_b", "measure"]].values.tolist() == [
         ["evo+self-taught/A", "evo/A", "mean"],
@@ -95,7 +95,7 @@ def test_its_conditions_are_compared_with_the_first_or_with_a_baseline(study: St
         study.compare(last=0)
 
 
-def test_an_assay_is_measured_when_it_is_first_asked_for(
+def test_the_first_request_of_an_assay_runs_it(
     study: Study, capsys: pytest.CaptureFixture[str]
 ) -> None:
     innate = study.assay("innate", "evo+self-taught/A", workers=1)
@@ -103,10 +103,10 @@ def test_an_assay_is_measured_when_it_is_first_asked_for(
         innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A")
     )
     assert "2 assays to do" in capsys.readouterr().out
-    whole = study.assay("innate")
+    all_conditions = study.assay("innate")
     assert "assays to do" not in capsys.readouterr().out
-    assert whole.condition.values.tolist() == ["evo/A", "evo+self-taught/A"]
-    learned = whole.energy.sel(condition="evo+self-taught/A")
+    assert all_conditions.condition.values.tolist() == ["evo/A", "evo+self-taught/A"]
+    learned = all_conditions.energy.sel(condition="evo+self-taught/A")
     np.testing.assert_array_equal(
         learned.dropna("life", how="all"), innate.energy.transpose(*learned.dims)
     )
@@ -134,7 +134,7 @@ def test_a_record_leads_to_its_experiment(study: Study) -> None:
         bl.read_experiment(xr.Dataset())
 
 
-def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(
+def test_invalid_arguments_are_refused_before_the_study_is_created(
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "study"
@@ -154,7 +154,7 @@ def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(
     assert not out.exists()
 
 
-def test_a_setting_that_does_nothing_is_refused_unless_it_does_something_beside(
+def test_a_setting_without_effect_in_every_condition_is_refused(
     tmp_path: Path,
 ) -> None:
     idle = {"learning.teacher": "shuffled", "evolution.lamarckian_share": 0.5}

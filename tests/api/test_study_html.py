@@ -1,4 +1,4 @@
-"""How a notebook shows a study."""
+"""The HTML of a study in a notebook."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def drawings(page: str) -> list[ElementTree.Element]:
     ]
 
 
-def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study) -> None:
+def test_a_study_shows_its_content_and_a_curve_per_condition(study: Study) -> None:
     page = study._repr_html_()
     assert "evo+self-taught/A: 2 runs" in page
     (drawing,) = drawings(page)
@@ -44,21 +44,21 @@ def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study)
 
 
 def test_only_its_first_conditions_are_drawn(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = len(study._repr_html_())
+    full_length = len(study._repr_html_())
     monkeypatch.setattr("baldwinlab.api.study.MAX_LISTED", 1)
     page = study._repr_html_()
     assert "and 1 more conditions" in page
-    assert len(page) < whole
+    assert len(page) < full_length
 
 
-def test_a_study_without_runs_is_told_in_words_alone(tmp_path: Path) -> None:
+def test_a_study_without_runs_has_text_and_no_curves(tmp_path: Path) -> None:
     make_small_study(tmp_path / "new", [shorten_preset("evo/A")], runs=0)
     page = open_study(tmp_path / "new")._repr_html_()
     assert "evo/A: 0 runs" in page
     assert not drawings(page)
 
 
-def test_where_a_record_is_damaged_the_study_says_so(study: Study, tmp_path: Path) -> None:
+def test_a_study_with_a_damaged_record_names_the_record(study: Study, tmp_path: Path) -> None:
     make_small_study(tmp_path / "hurt", [shorten_preset("evo/A")], runs=1)
     (record,) = (tmp_path / "hurt").rglob("*.nc")
     record.write_bytes(record.read_bytes()[:-1])

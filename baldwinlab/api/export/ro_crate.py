@@ -147,11 +147,10 @@ def _address_of(license: str) -> str:
 
 
 def _person(author: str) -> Entity:
-    author = author.strip()
-    name, _, address = author.rpartition(" ")
+    name, _, address = author.strip().rpartition(" ")
     if not address.startswith("https://orcid.org/"):
-        name = author
-        address = f"#{quote(author)}"
+        name = author.strip()
+        address = f"#{quote(name)}"
     if not name:
         raise RefusedError(
             f"--author {author} must have a name, which the address of an ORCID may follow"

@@ -97,11 +97,12 @@ def test_parquet_is_read_by_pandas_and_polars_as_what_it_was(
     path = tmp_path / "study.parquet"
     mixed.to_parquet(path)
     assert pq.ParquetFile(path).num_row_groups == 2
-    read, there = pd.read_parquet(path), mixed.to_pandas()
-    assert read.attrs == there.attrs
+    read = pd.read_parquet(path)
+    table = mixed.to_pandas()
+    assert read.attrs == table.attrs
     pd.testing.assert_frame_equal(
         by_key(read),
-        by_key(there),
+        by_key(table),
         check_dtype=False,
         check_index_type=False,
         check_categorical=False,
@@ -120,13 +121,12 @@ def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
 ) -> None:
     path = tmp_path / "study.csv"
     mixed.to_csv(path)
-    there = mixed.to_pandas()
-    read = pd.read_csv(
-        path, keep_default_na=False, na_values={name: "" for name in there.columns if name != "map"}
-    )
+    table = mixed.to_pandas()
+    missing = {name: "" for name in table.columns if name != "map"}
+    read = pd.read_csv(path, keep_default_na=False, na_values=missing)
     pd.testing.assert_frame_equal(
         by_key(read),
-        by_key(there),
+        by_key(table),
         check_dtype=False,
         check_index_type=False,
         check_categorical=False,
@@ -136,16 +136,16 @@ def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of its own libraries
         described = csvw.CSVW(str(tmp_path / "study.csv-metadata.json"), validate=True)
-        (table,) = described.tables
-        rows = list(table)
+        (csvw_table,) = described.tables
+        rows = list(csvw_table)
     assert described.is_valid
-    assert [row["energy"] for row in rows] == there["energy"].tolist()
+    assert [row["energy"] for row in rows] == table["energy"].tolist()
     assert [row["food_eaten"] for row in rows[-3:]] == [None] * 3 and isinstance(
         rows[0]["food_eaten"], int
     )
     columns = {
-        each["name"]: each
-        for each in json.loads(path.with_name("study.csv-metadata.json").read_text())[
+        column["name"]: column
+        for column in json.loads(path.with_name("study.csv-metadata.json").read_text())[
             "tableSchema"
         ]["columns"]
     }
@@ -176,7 +176,7 @@ def test_in_a_sweep_the_fields_that_were_swept_are_columns(tmp_path: Path) -> No
     ]
 
 
-WAYS: list[Callable[[Study, Path], object]] = [
+EXPORTS: list[Callable[[Study, Path], object]] = [
     lambda study, path: study.to_pandas(),
     lambda study, path: study.to_polars(),
     lambda study, path: study.to_arviz(),
@@ -198,26 +198,26 @@ def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
     out.mkdir()
     record = study.directory / "runs" / "evo" / "A" / "0001.nc"
     record.write_bytes(record.read_bytes()[:-1] + b"?")
-    for way in WAYS:
+    for export in EXPORTS:
         with pytest.raises(StudyError, match=r"0001\.nc is damaged"):
-            way(study, out)
+            export(study, out)
     record.unlink()
     record.with_name("0000.nc").unlink()
-    for way in WAYS:
+    for export in EXPORTS:
         with pytest.raises(StudyError, match="holds no finished run yet"):
-            way(study, out)
+            export(study, out)
     assert not list(out.iterdir())
 
 
-@pytest.mark.parametrize(("library", "way"), [("polars", 1), ("pyarrow", 3), ("zarr", 5)])
-def test_a_library_that_is_not_there_is_told_with_its_extra(
-    mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, way: int
+@pytest.mark.parametrize(("library", "number"), [("polars", 1), ("pyarrow", 3), ("zarr", 5)])
+def test_without_a_library_the_error_has_the_command_that_installs_it(
+    mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, number: int
 ) -> None:
     for name in [name for name in sys.modules if name.partition(".")[0] == library]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(RefusedError, match=re.escape(installation_command("exchange"))):
-        WAYS[way](mixed, tmp_path)
+        EXPORTS[number](mixed, tmp_path)
     assert not list(tmp_path.iterdir())
 
 
@@ -244,8 +244,8 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
     [
         (
             ["--out", "x.xlsx"],
-            "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the results of "
-            "a study; or give --format",
+            "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the "
+            "results of a study; or give --format",
         ),
         (
             ["--out", "x.csv", "--seed", "3"],
@@ -253,7 +253,8 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
         ),
         (
             [],
-            "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; only --format ro-crate needs no file",
+            "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; "
+            "only --format ro-crate needs no file",
         ),
         (["--format", "csv"], "--out is missing: --format csv needs the name of a file"),
         (

@@ -1,6 +1,7 @@
-"""Validate files with libraries that have an environment of their own (`make nightly` installs it).
+"""Validate files with libraries of a separate environment, which `make nightly` installs.
 
-A test calls `validate`; the environment's Python runs this file as a script, which prints its findings as JSON.
+A test calls `validate`. The Python of that environment runs this file as a script, which prints the
+result as JSON.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ PYTHON = Path(sys.prefix, "validators", "bin", "python")
 
 def validate(kind: str, *arguments: object) -> Any:
     """Run `validate_crate` or `validate_phylogeny` in the environment of the validators."""
-    import pytest  # here, because the validators' environment has none
+    # The environment of the validators has no pytest.
+    import pytest
 
     if not PYTHON.exists():
         pytest.skip(f"make nightly installs the validators into {PYTHON.parents[1]}")
@@ -60,7 +62,7 @@ def validate_crate(folder: str, severity: str, context: str) -> dict[str, list[s
 
 
 def validate_phylogeny(path: str) -> dict[str, Any]:
-    """Return what the ALife standard says of a table of agents, and the identifiers of its roots."""
+    """Return the properties of a phylogeny in the ALife standard, and its roots."""
     import pandas as pd
     from phyloframe import legacy
 

@@ -1,4 +1,4 @@
-"""An experiment as a problem: the lives that an optimiser is told of are those of the engine."""
+"""An experiment as the objective of an optimizer: fitness and behavior equal those of the engine."""
 
 from __future__ import annotations
 
@@ -22,17 +22,16 @@ EXPERIMENT = make_small_experiment(
 
 
 def test_genomes_of_a_run_have_the_fitness_that_they_had_in_it() -> None:
-    """Of three worlds at once, in any generation, on any number of threads."""
+    """The genomes are from three worlds, two generations, on one and two threads."""
     runs = [bl.simulate(EXPERIMENT, seed=4, run=run) for run in range(3)]
     for generation in range(2):
-        lived = [run["energy"].values[generation] for run in runs]
+        fitness = [run["energy"].values[generation] for run in runs]
         genomes = np.concatenate([run["genome"].values[generation] for run in runs])
         for workers in (1, 2):
-            told = bl.make_problem(EXPERIMENT, seed=4, workers=workers).evaluate(
-                genomes, generation
-            )
-            np.testing.assert_array_equal(told.fitness, np.concatenate(lived))
-    assert np.concatenate(lived).any(), "somebody ate"
+            problem = bl.make_problem(EXPERIMENT, seed=4, workers=workers)
+            result = problem.evaluate(genomes, generation)
+            np.testing.assert_array_equal(result.fitness, np.concatenate(fitness))
+    assert np.concatenate(fitness).any()
 
 
 def test_founders_are_those_of_the_runs() -> None:
@@ -43,7 +42,7 @@ def test_founders_are_those_of_the_runs() -> None:
     )
 
 
-def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
+def test_the_fitness_of_a_single_agent_does_not_depend_on_other_genomes() -> None:
     problem = bl.make_problem(EXPERIMENT.replace(population={"size": 1}), seed=2)
     genomes = problem.founders(6)
     together = problem.evaluate(genomes)
@@ -70,14 +69,13 @@ def test_behavior_is_where_a_forager_ends_and_what_other_models_record() -> None
     strings = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 4})
     climbing = bl.make_problem(strings, seed=1)
     assert climbing.behaviors == ("innate", "learned", "changed")
-    told = climbing.evaluate(climbing.founders(8))
-    np.testing.assert_allclose(
-        told.fitness, told.behavior[:, 1], rtol=1e-6
-    )  # what it learned, at no cost
+    result = climbing.evaluate(climbing.founders(8))
+    # Learning has no cost, so the fitness is that of the learned string.
+    np.testing.assert_allclose(result.fitness, result.behavior[:, 1], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("genomes", "said"),
+    ("genomes", "message"),
     [
         (np.zeros((5, 7)), "must be \\[genome, "),
         (np.zeros((0, 1)), "with at least one genome"),
@@ -86,15 +84,15 @@ def test_behavior_is_where_a_forager_ends_and_what_other_models_record() -> None
         (np.full((5, 1), np.nan), "genome 0 has a number that is not finite"),
     ],
 )
-def test_genomes_that_cannot_live_are_refused_in_a_sentence(genomes: np.ndarray, said: str) -> None:
+def test_invalid_genomes_are_refused_with_the_reason(genomes: np.ndarray, message: str) -> None:
     problem = bl.make_problem(EXPERIMENT, seed=4)
     if genomes.shape[1:] == (1,):
         genomes = np.repeat(genomes, problem.length, axis=1)
-    with pytest.raises(RefusedError, match=said):
+    with pytest.raises(RefusedError, match=message):
         problem.evaluate(genomes)
 
 
-def test_what_is_out_of_range_is_refused() -> None:
+def test_arguments_out_of_range_are_refused() -> None:
     problem = bl.make_problem(EXPERIMENT)
     with pytest.raises(ArgumentError):
         problem.evaluate(problem.founders(5), generation=-1)
@@ -104,14 +102,12 @@ def test_what_is_out_of_range_is_refused() -> None:
         bl.make_problem(EXPERIMENT, workers=0)
 
 
-def test_graphs_that_grow_are_no_free_numbers() -> None:
+def test_genomes_of_neat_are_refused() -> None:
     with pytest.raises(RefusedError, match="graphs"):
         bl.make_problem(bl.load("neat-xor"))
 
 
-def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> (
-    None
-):
+def test_a_network_of_neat_python_has_the_outputs_of_the_engine() -> None:
     experiment = make_small_experiment("evo", network={"hidden": [10]})
     life = bl.replay(experiment, seed=5)
     kinds = (neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)
@@ -120,19 +116,19 @@ def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_o
     config.add_activation("logistic", lambda x: 1 / (1 + math.exp(-x)))
     genome = SameUnits(0)
     genome.configure_new(config)
-    links = [(one, other) for one in (-1, -2, -3) for other in range(3, 13)]
-    links += [(one, other) for one in range(3, 13) for other in range(3)]
+    links = [(source, target) for source in (-1, -2, -3) for target in range(3, 13)]
+    links += [(source, target) for source in range(3, 13) for target in range(3)]
     assert genome.connections.keys() == set(links)
     for link, weight in zip(links, life["weight_birth"].values[0, 0], strict=True):
         genome.connections[link].weight = float(weight)
     for node in genome.nodes.values():
         node.activation = "logistic"
     network = neat.nn.FeedForwardNetwork.create(genome, SimpleNamespace(genome_config=config))
-    sensed, answers = life["sensor"].values[:, 0], life["output"].values[:, 0]
-    seen = {tuple(map(int, code)): answer for code, answer in zip(sensed, answers, strict=True)}
-    assert len(seen) > 1, "it saw food"
-    for code, answer in seen.items():
-        np.testing.assert_allclose(network.activate(code), answer, rtol=1e-5)
+    rows = zip(life["sensor"].values[:, 0], life["output"].values[:, 0], strict=True)
+    outputs = {tuple(map(int, inputs)): output for inputs, output in rows}
+    assert len(outputs) > 1
+    for inputs, output in outputs.items():
+        np.testing.assert_allclose(network.activate(inputs), output, rtol=1e-5)
 
 
 class SameUnits(neat.DefaultGenome):  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""The page of all papers that are stored, made by its command."""
+"""The page of all stored papers, written by the command `gallery`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tests.commands import Command
 
 
 @pytest.fixture(scope="module")
-def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two papers, small: runs, assays and claims."""
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Reproduce two papers with few runs."""
     folder = tmp_path_factory.mktemp("papers")
     for name in ("mayley-1996", "paenke-2007"):
         bl.reproduce(name, runs=2, generations=4, out=folder / name)
@@ -25,28 +25,25 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def folder(lived: Path, command: Command) -> Path:
-    copytree(lived, "all")
+def folder(stored: Path, command: Command) -> Path:
+    copytree(stored, "all")
     return Path("all")
 
 
-def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder: Path) -> None:
+def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> None:
     done = command("gallery", "all")
     assert done.code == 0 and "all/gallery.html" in done.out
-    page, record = (
-        Path("all/gallery.html").read_text("utf-8"),
-        json.loads(Path("all/gallery.json").read_text("utf-8")),
-    )
-    assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"], (
-        "in the order of their years"
-    )
+    page = Path("all/gallery.html").read_text("utf-8")
+    record = json.loads(Path("all/gallery.json").read_text("utf-8"))
+    # The papers are in the order of their years.
+    assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"]
     systems = {system["condition"]: system for system in record["papers"][0]["systems"]}
     assert (
         systems["climbing/smooth"]["control"]
         == systems["costly-climbing/smooth"]["control"]
         == "not-climbing/smooth"
     )
-    assert systems["climbing/smooth"]["answers"]["gain"]["median"] > 0, "who climbs gains by it"
+    assert systems["climbing/smooth"]["answers"]["gain"]["median"] > 0
     assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
     assert "climbing/smooth" in page and "undecided" in page
     assert {path.name for path in Path("all/figures").iterdir()} == {
@@ -72,33 +69,32 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
     assert find_studies(folder)["mayley-1996"].directory.name == "another"
 
 
-def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
-    command: Command, folder: Path
-) -> None:
+def test_the_page_has_the_command_that_runs_a_missing_assay(command: Command, folder: Path) -> None:
     rmtree("all/mayley-1996/assays")
     done = command("gallery", "all")
     assert done.code == 0 and "paenke-2007 is not included" not in done.out
-    for said in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
-        assert "mayley-1996 is not included: the assay innate is not stored" in said
-        assert "baldwinlab assay all/mayley-1996 --assays innate" in said
+    for text in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
+        assert "mayley-1996 is not included: the assay innate is not stored" in text
+        assert "baldwinlab assay all/mayley-1996 --assays innate" in text
     assert command("assay", "all/mayley-1996", "--assays", "innate").code == 0
     assert "is not included" not in command("gallery", "all").out
 
 
-def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> None:
-    for left in (
+def test_the_command_states_why_a_paper_is_not_included(command: Command, folder: Path) -> None:
+    for path in (
         "mayley-1996/assays",
         "mayley-1996/runs/climbing",
         "mayley-1996/runs/costly-climbing",
         "paenke-2007",
     ):
-        for record in (folder / left).rglob("*.nc"):
+        for record in (folder / path).rglob("*.nc"):
             record.unlink()
     rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
-    (folder / "mayley-1996" / "claims.json").unlink()  # decided by the runs that are gone
-    said = " ".join(command("gallery", "all").out.split())
-    assert "mayley-1996 is not included: its conditions do not learn." in said
-    assert "paenke-2007 is not included: its runs have a single generation." in said
+    # These claims were evaluated with the removed runs.
+    (folder / "mayley-1996" / "claims.json").unlink()
+    text = " ".join(command("gallery", "all").out.split())
+    assert "mayley-1996 is not included: its conditions do not learn." in text
+    assert "paenke-2007 is not included: its runs have a single generation." in text
 
 
 UNREADABLE = {
@@ -110,7 +106,7 @@ UNREADABLE = {
 
 
 @pytest.mark.parametrize("text", UNREADABLE.values(), ids=UNREADABLE)
-def test_claims_that_cannot_be_read_are_told_in_a_sentence(
+def test_an_unreadable_file_of_claims_is_refused_with_its_path(
     command: Command, folder: Path, text: str
 ) -> None:
     (folder / "mayley-1996" / "claims.json").write_text(text)

@@ -23,8 +23,12 @@ def test_points_are_compared_with_the_first_or_with_a_baseline(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     study = bl.sweep(PLAN, out=tmp_path / "food")
-    needed = "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
-    assert needed in capsys.readouterr().out.split("of 8 runs")[0], "before the runs"
+    needed = (
+        "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
+        "At least 5 runs are needed."
+    )
+    # The message is printed before the runs.
+    assert needed in capsys.readouterr().out.split("of 8 runs")[0]
     page = study.report().read_text("utf-8")
     assert "Each condition is compared with world.food.0.count = 50." in page and needed in page
     assert page.index("Comparison of the points") < page.index("Response to each field")
