@@ -18,8 +18,8 @@ from baldwinlab.models.cell_foragers.grid import DRAWS, FOOD, SIDE
 from baldwinlab.models.cell_foragers.model import MAX_SHOWN_MOVES, CellForagers
 from baldwinlab.models.cell_foragers.network import (
     INPUTS,
+    Activations,
     Layers,
-    Units,
     backpropagate,
     compute_outputs,
 )
@@ -49,9 +49,9 @@ def genomes(
     return drawn.astype(np.float32)
 
 
-def make_units(outputs: int) -> Units:
+def make_units(outputs: int) -> Activations:
     values, teacher = np.zeros((2, INPUTS + HIDDEN + outputs), np.float32)
-    return Units(values, teacher, np.zeros(2, np.float32))
+    return Activations(values, teacher, np.zeros(2, np.float32))
 
 
 def forward(weights: Any, values: Any, outputs: int) -> tuple[Any, Any]:

@@ -21,8 +21,8 @@ from baldwinlab.models.cell_foragers.grid import (
 from baldwinlab.models.cell_foragers.network import (
     ACTIONS,
     INPUTS,
+    Activations,
     Layers,
-    Units,
     backpropagate,
     compute_outputs,
 )
@@ -69,7 +69,7 @@ class Scratch(NamedTuple):
 
     # int64 [item]: the cells of the remaining food, or -1.
     food: npt.NDArray[np.int64]
-    units: Units
+    units: Activations
 
 
 class ForagingResults(NamedTuple):
@@ -180,7 +180,7 @@ def _read_action(layers: Layers, values: Any) -> int:
 
 @compiled
 def _learn(
-    settings: ForagingSettings, visit: Visit, modules: Modules, units: Units, move: Any
+    settings: ForagingSettings, visit: Visit, modules: Modules, units: Activations, move: Any
 ) -> None:
     """Change the weights of the action module. The targets are the next sensation."""
     layers = settings.layers

@@ -21,7 +21,7 @@ from baldwinlab.models.cell_foragers.lifetimes import (
     Scratch,
     simulate_lifetimes,
 )
-from baldwinlab.models.cell_foragers.network import ACTIONS, INPUTS, Layers, Units
+from baldwinlab.models.cell_foragers.network import ACTIONS, INPUTS, Activations, Layers
 from baldwinlab.models.grid_frames import foraged
 from baldwinlab.parts import (
     FOUNDER,
@@ -227,7 +227,7 @@ class CellForagers(Model, name="cell-foragers"):
         )
         scratch = Scratch(
             poison.empty(FOOD, np.int64),
-            Units(
+            Activations(
                 poison.empty(units, np.float32),
                 poison.empty(units, np.float32),
                 poison.empty(2, np.float32),

@@ -26,7 +26,7 @@ class Layers(NamedTuple):
     rate: np.float32
 
 
-class Units(NamedTuple):
+class Activations(NamedTuple):
     """Scratch for the activations of two networks and for one step of learning."""
 
     # float32 [unit]: inputs, hidden units and outputs of the action module.
@@ -56,7 +56,7 @@ def compute_outputs(layers: Layers, weights: Any, values: Any) -> None:
 
 
 @compiled
-def backpropagate(layers: Layers, weights: Any, units: Units, first: Any) -> None:
+def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) -> None:
     """Do one step of backpropagation from the outputs `first` and `first + 1` to their targets."""
     hidden = layers.hidden
     outputs = layers.outputs

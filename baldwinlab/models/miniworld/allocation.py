@@ -117,6 +117,30 @@ def _heading_vectors() -> tuple[Floats, Floats]:
     return cosine, sine
 
 
+def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
+    """Return the arrays of the model that describe the regions of items and their grids."""
+    world = experiment.world
+    regions = item_regions(experiment)
+    kinds = item_kinds(experiment)
+    boxes = [
+        (region.x[0], region.x[1] - region.x[0], region.y[0], region.y[1] - region.y[0])
+        for region in regions
+    ]
+    box_array = np.array(boxes, np.float32).reshape(-1, 4)
+    shapes = [_grid_shape(region, experiment) for region in regions]
+    grid = np.array(shapes, np.int64).reshape(-1, 2)
+    images = [count_images(*_span(region), margin, world.width, world.height) for region in regions]
+    return {
+        "region_kind": np.array([kinds.index(region.kind) for region in regions], np.int64),
+        "regions": box_array,
+        "region_items": np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
+        "region_cells": np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
+        "grid": grid,
+        "cell_size": (box_array[:, 1::2] / grid).astype(np.float32),
+        "images": np.array(images, np.int64),
+    }
+
+
 def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
     """Return the constants of a batch of `worlds` worlds."""
     world = experiment.world
@@ -124,16 +148,10 @@ def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
     cosine, sine = _heading_vectors()
     regions = item_regions(experiment)
     stride = experiment.part("motor.body").stride
-    boxes = np.array(
-        [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32
-    ).reshape(-1, 4)
     alert_radius = compute_alert_radius(contact.reach, contact.shape == "square", stride)
     margin = max(experiment.senses.visual_radius, alert_radius) + stride
-    grid = np.array([_grid_shape(region, experiment) for region in regions], np.int64).reshape(
-        -1, 2
-    )
-    images = [count_images(*_span(region), margin, world.width, world.height) for region in regions]
-    sensed_kinds = {sense.item_kind for sense in experiment.parts("senses.kinds")}
+    senses = experiment.parts("senses.kinds")
+    sensed_kinds = {sense.item_kind for sense in senses}
     return MiniWorldModel(
         worlds=worlds,
         agents=experiment.population.size,
@@ -141,15 +159,7 @@ def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
         height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
         random_headings=world.start.headings == "random",
-        region_kind=np.array(
-            [item_kinds(experiment).index(region.kind) for region in regions], np.int64
-        ),
-        regions=boxes,
-        region_items=np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
-        region_cells=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
-        grid=grid,
-        cell_size=(boxes[:, 1::2] / grid).astype(np.float32),
-        images=np.array(images, np.int64),
+        **_region_arrays(experiment, margin),
         cosine=cosine,
         sine=sine,
         visual_radius=np.float32(experiment.senses.visual_radius),
@@ -162,9 +172,7 @@ def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
         learning_steps=experiment.learning_steps,
         rate=float(experiment.learning.rate),
         evolved_rate=experiment.learning.evolved_rate,
-        least_near=np.float32(
-            0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5
-        ),
+        least_near=np.float32(0 if all(sense.only_items for sense in senses) else 0.5),
         always_alert=int(not sensed_kinds.issuperset(region.kind for region in regions)),
     )
 

@@ -16,6 +16,7 @@ from baldwinlab.models.t_mazes.trips import (
     INPUTS,
     LIFETIME,
     ONE,
+    RATE,
     RULE,
     STEP,
     TRIP,
@@ -37,7 +38,6 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-RATE = np.float32(100)
 RESET_PERIODS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
 # Maximum number of trips in a view.
 MAX_SHOWN_TRIPS: Final = 1000

@@ -18,6 +18,7 @@ CORRIDOR: Final = -1
 RULE: Final = 5
 # Limits of a weight and of the rate. A gene is a share of the limit.
 WEIGHT = np.float32(10)
+RATE = np.float32(100)
 # Events that are counted.
 HIGH, LOW, CRASHES, LOST = range(4)
 # Periods after which activations are reset.
