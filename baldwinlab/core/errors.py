@@ -24,6 +24,15 @@ OPTIONS: Final = {"last": "last-generations"}
 class ArgumentError(RefusedError):
     """Argument out of range.
 
+    Parameters
+    ----------
+    name
+        Name of the argument.
+    value
+        The invalid value.
+    rule
+        The rule that the value violates, such as "must be at least 1".
+
     Attributes
     ----------
     option
@@ -31,17 +40,6 @@ class ArgumentError(RefusedError):
     """
 
     def __init__(self, name: str, value: object, rule: str) -> None:
-        """Create an error such as ArgumentError("runs", 0, "must be at least 1").
-
-        Parameters
-        ----------
-        name
-            Name of the argument.
-        value
-            The invalid value.
-        rule
-            The rule that the value violates, such as "must be at least 1".
-        """
         super().__init__(name, value, rule)
         self.option = f"--{OPTIONS.get(name, name)} {value} {rule}"
 

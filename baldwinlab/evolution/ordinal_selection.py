@@ -202,6 +202,8 @@ class Rank(Selection, name="rank"):
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
         def rank(value: float) -> float:
-            return 0.5 + sum((lower < value) + 0.5 * (lower == value) for lower in fitness)
+            n_lower = sum(1.0 for compared in fitness if compared < value)
+            n_equal = sum(1.0 for compared in fitness if compared == value)
+            return 0.5 + n_lower + 0.5 * n_equal
 
         return spin_oracle([rank(value) for value in fitness], uniforms)

@@ -28,15 +28,18 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
 Eaten = Mapping[str, Sequence[float]]
 
 
-def verdicts(eaten: Eaten, **how: Any) -> dict[str, Verdict]:
+def verdicts(eaten: Eaten, **options: Any) -> dict[str, Verdict]:
     return {
-        result.claim.id: result.verdict for result in evaluate_claims(study(eaten, **how), last=5)
+        result.claim.id: result.verdict
+        for result in evaluate_claims(study(eaten, **options), last=5)
     }
 
 
-def one(name: str, eaten: Eaten, **how: Any) -> ClaimResult:
+def evaluate_claim(name: str, eaten: Eaten, **options: Any) -> ClaimResult:
     return next(
-        result for result in evaluate_claims(study(eaten, **how), last=5) if result.claim.id == name
+        result
+        for result in evaluate_claims(study(eaten, **options), last=5)
+        if result.claim.id == name
     )
 
 
@@ -44,7 +47,7 @@ def swapped(first: str, second: str) -> Eaten:
     return {**AS_THE_PAPER, first: AS_THE_PAPER[second], second: AS_THE_PAPER[first]}
 
 
-def test_where_all_is_as_in_the_paper_every_claim_holds() -> None:
+def test_every_claim_holds_for_the_results_of_the_paper() -> None:
     assert verdicts(AS_THE_PAPER, hungry=6) == dict.fromkeys(
         (f"C{number}" for number in range(1, 10)), "holds"
     )
@@ -63,13 +66,11 @@ def test_where_all_is_as_in_the_paper_every_claim_holds() -> None:
         ("C8", "self-taught/A", "self-taught/B"),
     ],
 )
-def test_where_it_is_the_other_way_round_a_claim_does_not_hold(
-    name: str, first: str, second: str
-) -> None:
+def test_a_claim_does_not_hold_for_the_opposite_results(name: str, first: str, second: str) -> None:
     assert verdicts(swapped(first, second))[name] == "does not hold"
 
 
-def test_where_conditions_do_not_differ_nothing_is_decided_but_zero() -> None:
+def test_equal_conditions_decide_only_claims_of_no_difference() -> None:
     alike = {name: range(RUNS) for name in AS_THE_PAPER}
     assert set(verdicts(alike, hungry=0).values()) == {"undecided", "does not hold"}
     assert verdicts(alike, hungry=0)["C3"] == "does not hold"
@@ -106,33 +107,33 @@ def test_a_single_item_refutes_that_evo_never_eats() -> None:
     assert third.verdict == "does not hold" and third.record()["effect"] == 1
 
 
-def test_claims_about_absent_conditions_are_not_evaluated_and_say_so() -> None:
+def test_claims_about_absent_conditions_are_not_evaluated_and_name_them() -> None:
     some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {
         "self-taught/A": [math.nan]
     }
-    found = {result.claim.id: result for result in evaluate_claims(study(some))}
-    assert found["C1"].verdict == found["C2"].verdict == "holds"
-    assert found["C6"].verdict == "not evaluated"
-    assert found["C6"].missing == ("self-taught/A",)
-    assert found["C5"].missing == ("evo+self-taught/B", "self-taught/A", "self-taught/B")
-    assert found["C6"].record()["p"] is None and found["C6"].record()["comparisons"] == []
+    results = {result.claim.id: result for result in evaluate_claims(study(some))}
+    assert results["C1"].verdict == results["C2"].verdict == "holds"
+    assert results["C6"].verdict == "not evaluated"
+    assert results["C6"].missing == ("self-taught/A",)
+    assert results["C5"].missing == ("evo+self-taught/B", "self-taught/A", "self-taught/B")
+    assert results["C6"].record()["p"] is None and results["C6"].record()["comparisons"] == []
 
 
-def test_conditions_of_one_s_own_are_no_concern_of_the_claims() -> None:
+def test_claims_are_not_evaluated_for_custom_conditions() -> None:
     assert set(verdicts({"my-rule": [1, 2, 3]}).values()) == {"not evaluated"}
 
 
 @pytest.mark.parametrize("generations", [1, 3])
-def test_one_run_decides_only_what_needs_no_statistics(generations: int) -> None:
+def test_a_single_run_decides_only_rules_without_statistics(generations: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = verdicts(
+        results = verdicts(
             {name: list(values)[:1] for name, values in AS_THE_PAPER.items()},
             generations=generations,
             agents=1,
         )
-    assert found.pop("C3") == "holds"
-    assert set(found.values()) == {"undecided"}
+    assert results.pop("C3") == "holds"
+    assert set(results.values()) == {"undecided"}
 
 
 def test_all_p_values_of_all_claims_are_one_family() -> None:
@@ -150,12 +151,12 @@ def test_the_record_shows_the_weakest_comparison_and_the_distance_from_the_paper
         **AS_THE_PAPER,
         "self-taught/B": [value + 46 for value in AS_THE_PAPER["self-taught/B"]],
     }
-    fifth = one("C5", weak).record()
+    fifth = evaluate_claim("C5", weak).record()
     assert (fifth["condition"], fifth["comparison"]) == ("evo+self-taught/B", "self-taught/B")
     assert fifth["p_holm"] == max(comparison["p_holm"] for comparison in fifth["comparisons"])
-    first = one("C1", AS_THE_PAPER)
+    first = evaluate_claim("C1", AS_THE_PAPER)
     assert first.record()["figure"] == 40 and first.from_paper == 0
-    assert one("C4", AS_THE_PAPER).from_paper is None
+    assert evaluate_claim("C4", AS_THE_PAPER).from_paper is None
 
 
 def test_files_are_strict_and_complete(tmp_path: Path) -> None:
@@ -189,7 +190,7 @@ def test_files_are_strict_and_complete(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["statistics.csv", "summary.csv"]
 
 
-def test_the_claims_name_only_what_there_is() -> None:
+def test_claims_name_only_existing_conditions_rules_and_fields() -> None:
     names = {experiment.name for experiment in paper()}
     fields = Experiment().to_dict()
     for claim in load().claims:
@@ -202,21 +203,21 @@ def test_the_claims_name_only_what_there_is() -> None:
 
 
 def strings(**unset: Sequence[float]) -> xr.Dataset:
-    """Runs of strings whose share of ? at last is that of each run; half succeed in the generation before, where it was 0.9."""
+    """Return runs of strings with two generations. The share of ? is 0.9 in the first."""
     conditions = []
     for name, values in unset.items():
         share = np.stack(
             [np.full((len(values), 4), 0.9), np.tile(np.array(values)[:, None], (1, 4))], axis=1
         )
         dims = ("run", "generation", "agent")
-        found = {
+        variables = {
             "energy": share + 1,
             "unset": share,
             "ones": 1 - share,
             "zeros": 0 * share,
             "succeeded": np.ones_like(share),
         }
-        runs = xr.Dataset({each: (dims, array) for each, array in found.items()})
+        runs = xr.Dataset({variable: (dims, array) for variable, array in variables.items()})
         conditions.append(runs.expand_dims(condition=[name.replace("_", "-")]))
     return xr.concat(conditions, "condition", join="outer")
 
@@ -256,25 +257,25 @@ SPREAD = [0.40, 0.42, 0.44, 0.46, 0.48, 0.50]
         ('measure = "take-off", rule = "within", bound = [0, 0]', "holds"),
     ],
 )
-def test_a_model_s_own_measure_is_held_to_bounds(
+def test_a_measure_of_a_model_is_compared_with_bounds(
     tmp_path: Path, comparison: str, verdict: Verdict
 ) -> None:
     assert of_strings(tmp_path, comparison, guessing=SPREAD).verdict == verdict
 
 
-def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_have(
+def test_a_measure_of_a_model_ignores_missing_runs_and_generations(
     tmp_path: Path,
 ) -> None:
     of_strings(
         tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD
     )
-    beside_larger = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
-    (result,) = evaluate_claims(beside_larger, source=open_paper(tmp_path / "strings"))
+    padded = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
+    (result,) = evaluate_claims(padded, source=open_paper(tmp_path / "strings"))
     assert result.verdict == "holds" and result.deciding is not None
     assert result.deciding.numbers.n_a == len(SPREAD)
 
 
-def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
+def test_two_conditions_are_compared_in_a_measure_of_a_model(tmp_path: Path) -> None:
     comparison = 'b = "all-set", measure = "ones", rule = "lower"'
     less = [share / 2 for share in SPREAD]
     result = of_strings(tmp_path, comparison, guessing=SPREAD, all_set=less)
@@ -286,8 +287,8 @@ def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) ->
 @pytest.mark.parametrize(
     "rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "all-set"']
 )
-def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: str) -> None:
-    """As of runs in which nobody ever succeeds, so that nothing takes off."""
+def test_a_measure_without_values_leaves_a_claim_undecided(tmp_path: Path, rule: str) -> None:
+    """No agent of these runs ever succeeds, so that no run has a take-off."""
     never = strings(guessing=SPREAD, all_set=SPREAD).assign(
         succeeded=lambda runs: 0 * runs["succeeded"]
     )
@@ -297,8 +298,8 @@ def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: s
     assert result.verdict == "undecided"
 
 
-def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: Path) -> None:
-    """A report needs no part: what the model's own measure would say is left open."""
+def test_a_measure_of_an_absent_model_is_not_evaluated(tmp_path: Path) -> None:
+    """A report needs no part, so a claim about the measure of an absent model stays open."""
     of_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0', guessing=SPREAD)
     (tmp_path / "strings" / "conditions" / "guessing.toml").write_text(
         'description = "gone"\nmodel = "gone"\n'
@@ -308,7 +309,7 @@ def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: P
 
 
 @pytest.mark.parametrize(("shared", "verdict"), [(0.01, "holds"), (0.0, "undecided")])
-def test_runs_in_pairs_tell_a_small_difference_that_all_share(
+def test_paired_runs_show_a_small_difference_that_all_pairs_have(
     tmp_path: Path, shared: float, verdict: Verdict
 ) -> None:
     more = [share + shared for share in SPREAD]
@@ -320,31 +321,34 @@ def test_runs_in_pairs_tell_a_small_difference_that_all_share(
     )
     assert result.verdict == verdict and result.deciding is not None
     assert result.deciding.numbers.effect == pytest.approx(shared, abs=1e-6)
-    alone = tmp_path / "alone"
-    alone.mkdir()
-    apart = of_strings(
-        alone, 'b = "all-set", measure = "unset", rule = "greater"', guessing=more, all_set=SPREAD
+    unpaired = tmp_path / "unpaired"
+    unpaired.mkdir()
+    result = of_strings(
+        unpaired,
+        'b = "all-set", measure = "unset", rule = "greater"',
+        guessing=more,
+        all_set=SPREAD,
     )
-    assert apart.verdict == "undecided", "as runs differ by more among themselves"
+    assert result.verdict == "undecided", "the differences between runs are larger"
 
 
 @pytest.mark.parametrize(
     ("apart", "verdict"), [(0.0, "holds"), (0.02, "undecided"), (0.2, "does not hold")]
 )
-def test_two_conditions_are_close_where_the_interval_of_their_difference_is(
+def test_two_conditions_are_close_if_the_interval_of_their_difference_is(
     tmp_path: Path, apart: float, verdict: Verdict
 ) -> None:
     """The difference of each pair is `apart`, less or more by 0.015."""
-    others = [
+    shares = [
         share + apart + (0.015 if number % 2 else -0.015) for number, share in enumerate(SPREAD)
     ]
     comparison = 'b = "all-set", measure = "unset", rule = "close", paired = true, bound = 0.02'
-    result = of_strings(tmp_path, comparison, guessing=others, all_set=SPREAD)
+    result = of_strings(tmp_path, comparison, guessing=shares, all_set=SPREAD)
     assert result.verdict == verdict and "within 0.02 of 0" in result.claim.rule
 
 
 def populations(**survived: Sequence[float]) -> xr.Dataset:
-    """Populations by strategy that survive so many steps, and are left alone at 1000."""
+    """Return populations by strategy with their survival times, which end at step 1000."""
     conditions = []
     for name, times in survived.items():
         steps = np.array(times, np.float64)[:, None, None]
@@ -362,30 +366,36 @@ EARLY = np.arange(10, 60, 2).tolist()
 LATE = [*range(100, 120), *[1000] * 5]
 
 
-@pytest.mark.parametrize(("first", "second", "verdict"), [
-    (LATE, EARLY, "holds"), (EARLY, LATE, "does not hold"), (LATE, LATE, "undecided"), ([1000] * 25, [1000] * 25, "undecided"),
-])  # fmt: skip
-def test_who_survives_longer_is_told_by_the_log_rank_test(
+@pytest.mark.parametrize(
+    ("first", "second", "verdict"),
+    [
+        (LATE, EARLY, "holds"),
+        (EARLY, LATE, "does not hold"),
+        (LATE, LATE, "undecided"),
+        ([1000] * 25, [1000] * 25, "undecided"),
+    ],
+)
+def test_survival_times_are_compared_by_the_log_rank_test(
     first: list[float], second: list[float], verdict: Verdict
 ) -> None:
     result, *_ = evaluate_claims(
         populations(ERL=first, E=second), source=load("ackley-littman-1991")
     )
     assert result.claim.id == "A1" and result.verdict == verdict and result.deciding is not None
-    one, other = (
+    first_times, second_times = (
         stats.CensoredData.right_censored(times, np.array(times) == 1000)
         for times in (first, second)
     )
     with np.errstate(invalid="ignore"):
-        p = stats.logrank(one, other).pvalue
+        p = stats.logrank(first_times, second_times).pvalue
     assert result.deciding.numbers.p == pytest.approx(1.0 if math.isnan(p) else p)
     assert result.deciding.numbers.effect == pytest.approx(np.mean(first) - np.mean(second)), (
-        "as all are left alone at the same step"
+        "all simulations end at the same step"
     )
 
 
-def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() -> None:
-    """Most die sooner, but two outlive all others by far."""
+def test_a_claim_is_undecided_if_the_test_and_the_restricted_mean_disagree() -> None:
+    """Most populations die sooner, but two survive much longer."""
     few = [*range(10, 33), 999, 999]
     first, *_ = evaluate_claims(
         populations(ERL=few, E=list(range(30, 55))), source=load("ackley-littman-1991")
@@ -397,10 +407,10 @@ def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() ->
     )
 
 
-def test_a_run_that_is_missing_counts_neither_as_dead_nor_as_alive() -> None:
+def test_a_missing_run_is_left_out_of_survival_times() -> None:
     less, all_of = (
-        evaluate_claims(populations(ERL=LATE, E=each), source=load("ackley-littman-1991"))[0]
-        for each in (EARLY[:9], EARLY)
+        evaluate_claims(populations(ERL=LATE, E=times), source=load("ackley-littman-1991"))[0]
+        for times in (EARLY[:9], EARLY)
     )
     assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (
         25,

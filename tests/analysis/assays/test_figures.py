@@ -59,14 +59,14 @@ def test_three_conditions_have_two_rows_and_missing_kinds_of_life_are_left_out()
 
 
 def test_weight_changes_are_drawn_if_a_model_has_weights() -> None:
-    told = innate(A, off=constant(1), on=constant(2))
-    untold = told.assign(
-        distance=told["energy"].isel(life=0, drop=True).expand_dims(layer=["genome"]) * np.nan
+    data = innate(A, off=constant(1), on=constant(2))
+    without_weights = data.assign(
+        distance=data["energy"].isel(life=0, drop=True).expand_dims(layer=["genome"]) * np.nan
     )
-    known = untold.assign(distance=untold["distance"].fillna(1.0))
+    with_weights = without_weights.assign(distance=without_weights["distance"].fillna(1.0))
     panels = [
         len(figures.draw_gain_and_distance({"innate": {A: data}}, [A], "fitness").axes)
-        for data in (known, untold)
+        for data in (with_weights, without_weights)
     ]
     assert panels == [2, 1]
 

@@ -35,7 +35,9 @@ def greater(a: str, b: str) -> Claim:
 
 
 CLAIMS = [
-    greater(f"{learner}/{place}", f"evo/{place}") for place in "AB" for learner in (TAUGHT, DRIFT)
+    greater(f"{learner}/{map_name}", f"evo/{map_name}")
+    for map_name in "AB"
+    for learner in (TAUGHT, DRIFT)
 ]
 
 
@@ -60,8 +62,8 @@ def summarize(comparison: LearnerComparison | None, folder: Path) -> tuple[Seque
 def test_learners_that_find_food_where_evolution_alone_finds_none_are_named(tmp_path: Path) -> None:
     (success, innate_text, costs), table = summarize(compare(), tmp_path)
     assert (
-        success
-        == "1 of 2 learners find food on map B, where evolution alone (evo) finds none: self-taught."
+        success == "1 of 2 learners find food on map B, where evolution alone (evo) finds none: "
+        "self-taught."
     )
     assert "has no measurement of innate fitness" in innate_text
     assert costs == "On map A, these learners eat less than evolution alone: drift."
@@ -75,8 +77,8 @@ def test_where_evolution_alone_finds_food_learners_that_eat_more_are_named(tmp_p
         tmp_path,
     )
     assert (
-        success
-        == "1 of 2 learners eat more than evolution alone (evo) on at least one map: self-taught (A)."
+        success == "1 of 2 learners eat more than evolution alone (evo) on at least one map: "
+        "self-taught (A)."
     )
 
 

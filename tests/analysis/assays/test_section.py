@@ -1,4 +1,4 @@
-"""The section on the Baldwin effect: its words follow the numbers, and a browser shows it well on a desk and on a phone."""
+"""Section of a report on the Baldwin effect: sentences, figures and its layout in a browser."""
 
 from __future__ import annotations
 
@@ -126,10 +126,10 @@ def test_unmeasured_criteria_are_named() -> None:
         "Does evolution improve agents that learn?" in text
     )
     assert "newborns" not in text and "random weight changes" not in text
-    alone = text_on(modules=modules(A, (100, 90, 3, 10)))
+    modules_text = text_on(modules=modules(A, (100, 90, 3, 10)))
     assert (
-        alone.startswith("unknown")
-        and "only the reinforcement module alone improves fitness" in alone
+        modules_text.startswith("unknown")
+        and "only the reinforcement module alone improves fitness" in modules_text
     )
 
 
@@ -142,7 +142,10 @@ def test_one_run_allows_no_verdict() -> None:
 
 def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
     few = section({"innate": {A: innate(A, off=constant(1), on=constant(50), runs=5)}}, tmp_path)
-    sentence = "With 5 runs and 5 tests, the smallest corrected p-value is 0.31. At least 8 runs are needed."
+    sentence = (
+        "With 5 runs and 5 tests, the smallest corrected p-value is 0.31. "
+        "At least 8 runs are needed."
+    )
     assert sentence in few.body and few.short.endswith(sentence)
     assert (
         "</span> too few runs</span>" in few.body
@@ -201,18 +204,22 @@ def test_many_conditions_have_an_overview_and_folded_sentences(
     tmp_path: Path,
 ) -> None:
     names = [
-        f"evo+{rule}/{place}"
+        f"evo+{rule}/{map_name}"
         for rule in ("self-taught", "hebb", "crbp", "reward", "imitation")
-        for place in "AB"
+        for map_name in "AB"
     ]
-    lived = {
+    innate_assays = {
         name: innate(name, off=constant(1), on=rising(10, 90), drift=constant(2)) for name in names
     }
-    lived[names[0]] = innate(names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2))
-    found = section({"innate": lived}, tmp_path)
-    assert found.short.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
-    assert "In 1 of 10 conditions: both phases of the Baldwin effect" in found.short
-    assert "<strong>9 of 10 conditions</strong>" in found.body and found.body.count("<figure") == 1
+    innate_assays[names[0]] = innate(
+        names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2)
+    )
+    result = section({"innate": innate_assays}, tmp_path)
+    assert result.short.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
+    assert "In 1 of 10 conditions: both phases of the Baldwin effect" in result.short
+    assert (
+        "<strong>9 of 10 conditions</strong>" in result.body and result.body.count("<figure") == 1
+    )
     drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
     assert drawn[0] == "quantity,condition,learner,map,median,verdict,direction"
     (rise,) = (
@@ -223,8 +230,8 @@ def test_many_conditions_have_an_overview_and_folded_sentences(
     assert rise.endswith(",yes,1")
     assert len(drawn) == 1 + 2 * 10
     assert (
-        "<summary>Results of each condition</summary>" in found.body
-        and "not measured, or" not in found.body
+        "<summary>Results of each condition</summary>" in result.body
+        and "not measured, or" not in result.body
     )
 
 
@@ -232,14 +239,14 @@ def test_many_conditions_with_only_the_neutral_control_have_an_overview(
     tmp_path: Path,
 ) -> None:
     names = [
-        f"evo+{rule}/{place}"
+        f"evo+{rule}/{map_name}"
         for rule in ("self-taught", "hebb", "crbp", "reward", "imitation")
-        for place in "BA"
+        for map_name in "BA"
     ]
-    found = section(
+    result = section(
         {"neutral": {name: neutral(name, (5, 50), (5, 20)) for name in names}}, tmp_path
     )
-    assert found.short == "" and "unknown" not in found.body and "<ul>\n<li>" in found.body
+    assert result.short == "" and "unknown" not in result.body and "<ul>\n<li>" in result.body
     drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
     assert [row.split(",")[1] for row in drawn[1:11]] == names  # in the study's order
     assert "Effect of selection on the gain from learning" in "".join(drawn)

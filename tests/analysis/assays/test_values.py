@@ -48,18 +48,18 @@ def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) 
     return path
 
 
-def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
+def test_stored_assays_are_read_by_assay_and_condition(tmp_path: Path) -> None:
     for assay, conditions in make_all_assays(runs=2).items():
         for condition, data in conditions.items():
             path = tmp_path / "assays" / assay / f"{condition}.nc"
             path.parent.mkdir(parents=True, exist_ok=True)
             data.to_netcdf(path, engine="scipy")
-    found = read_assays(Assayed(tmp_path))
-    assert {assay: set(conditions) for assay, conditions in found.items()} == {
+    result = read_assays(Assayed(tmp_path))
+    assert {assay: set(conditions) for assay, conditions in result.items()} == {
         assay: set(conditions) for assay, conditions in make_all_assays(runs=2).items()
     }
-    assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
-    assert read_factors(found["innate"][A]) == Factors(learner=A)
+    assert result["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
+    assert read_factors(result["innate"][A]) == Factors(learner=A)
     assert (
         read_factors(
             read_assays(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]
@@ -67,19 +67,19 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
         == "A"
     )
     assert (
-        compute_quantities(found, A, 10).keys()
+        compute_quantities(result, A, 10).keys()
         == compute_quantities(make_all_assays(runs=2), A, 10).keys()
     )
 
 
-def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
+def test_a_study_without_assays_has_no_datasets(tmp_path: Path) -> None:
     assert read_assays(Assayed(tmp_path)) == {}
 
 
-@pytest.mark.parametrize("keep", [0, 3, 200])
-def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
+@pytest.mark.parametrize("size", [0, 3, 200])
+def test_a_damaged_file_is_named(tmp_path: Path, size: int) -> None:
     path = stored(tmp_path)
-    path.write_bytes(path.read_bytes()[:keep])
+    path.write_bytes(path.read_bytes()[:size])
     with pytest.raises(
         ValueError,
         match=r"A\.nc is damaged: .*; `baldwinlab assay .* --assays innate` measures it again",
@@ -91,28 +91,28 @@ def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
     "foreign",
     ["other variables", "no coordinates", "text for numbers", "no experiment", "experiment 5"],
 )
-def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(
+def test_a_netcdf_file_that_is_no_assay_is_named_despite_a_valid_checksum(
     tmp_path: Path, foreign: str
 ) -> None:
     data = innate(A, off=constant(1), on=constant(2), runs=2)
-    other = {
+    invalid = {
         "other variables": xr.Dataset({"rain": ("day", np.zeros(3))}, attrs=data.attrs),
         "no coordinates": data.drop_vars(list(data.coords)),
         "text for numbers": data.assign(energy=data.energy.astype("S1")),
         "no experiment": data.drop_attrs(deep=False),
         "experiment 5": data.assign_attrs(experiment=5),
     }[foreign]
-    stored(tmp_path).write_bytes(to_bytes(other))
+    stored(tmp_path).write_bytes(to_bytes(invalid))
     with pytest.raises(
         ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"
     ):
         read_assays(Assayed(tmp_path))
 
 
-def test_the_last_of_more_generations_than_there_could_be_are_all(tmp_path: Path) -> None:
+def test_a_window_longer_than_the_run_has_all_generations(tmp_path: Path) -> None:
     stored(tmp_path)
-    found = compute_quantities(read_assays(Assayed(tmp_path)), A, 10**18 - 1)
-    np.testing.assert_allclose(found["off", "last"], found["off", "throughout"])
+    result = compute_quantities(read_assays(Assayed(tmp_path)), A, 10**18 - 1)
+    np.testing.assert_allclose(result["off", "last"], result["off", "throughout"])
 
 
 def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
@@ -121,54 +121,54 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
         read_assays(Assayed(tmp_path))
 
 
-def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
-    found = compute_quantities(
+def test_a_window_averages_over_generations_separately_for_each_run() -> None:
+    result = compute_quantities(
         {"innate": {A: innate(A, off=rising(0, 39), on=constant(78), runs=3)}}, A, last=4
     )
-    own = spread(3)
-    np.testing.assert_allclose(found["off", "first"].values, 1.5 * own)
-    np.testing.assert_allclose(found["off", "last"].values, 37.5 * own)
-    np.testing.assert_allclose(found["gain", "last"].values, 40.5 * own)
-    np.testing.assert_allclose(found["innate share", "last"].values, 37.5 / 78)
-    assert found["drift", "last"].isnull().all() and found["frozen share", "last"].isnull().all()
+    factors = spread(3)
+    np.testing.assert_allclose(result["off", "first"].values, 1.5 * factors)
+    np.testing.assert_allclose(result["off", "last"].values, 37.5 * factors)
+    np.testing.assert_allclose(result["gain", "last"].values, 40.5 * factors)
+    np.testing.assert_allclose(result["innate share", "last"].values, 37.5 / 78)
+    assert result["drift", "last"].isnull().all() and result["frozen share", "last"].isnull().all()
 
 
 def test_a_share_of_nothing_is_undefined() -> None:
-    found = compute_quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
-    assert found["innate share", "last"].isnull().all()
-    assert (found["gain", "last"] == 0).all()
+    result = compute_quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
+    assert result["innate share", "last"].isnull().all()
+    assert (result["gain", "last"] == 0).all()
 
 
-def test_learning_is_held_against_drift_where_drift_was_lived() -> None:
+def test_learning_is_compared_with_drift_in_the_generations_with_drift() -> None:
     data = innate(A, off=constant(1), on=rising(0, 39), drift=constant(5), runs=2)
     data["energy"].loc[{"life": "drift", "generation": range(1, 39)}] = np.nan
-    found = compute_quantities({"innate": {A: data}}, A, 10)
-    np.testing.assert_allclose(found["on, with drift control", "last"].values, 39 * spread(2))
-    np.testing.assert_allclose(found["on", "last"].values, 34.5 * spread(2))
+    result = compute_quantities({"innate": {A: data}}, A, 10)
+    np.testing.assert_allclose(result["on, with drift control", "last"].values, 39 * spread(2))
+    np.testing.assert_allclose(result["on", "last"].values, 34.5 * spread(2))
 
 
-def test_layers_add_up_to_a_distance_as_perpendicular_ways_do() -> None:
+def test_the_distance_is_the_euclidean_norm_of_the_layers() -> None:
     data = innate(A, on=constant(1), runs=1)
     data["distance"][{"layer": 0}], data["distance"][{"layer": 1}] = 3, 4
-    found = weight_distances(data)
-    assert (found["distance"] == 5).all() and (found["distance, hidden to actions"] == 4).all()
+    result = weight_distances(data)
+    assert (result["distance"] == 5).all() and (result["distance, hidden to actions"] == 4).all()
 
 
-def test_who_never_ate_counts_with_the_whole_life() -> None:
+def test_an_agent_that_never_ate_counts_with_the_complete_lifetime() -> None:
     data = within_life(A, 0, 5, runs=1)
     data["first_meal"][{"newborns": -1}] = [[100, 200, np.nan, np.nan]]
-    found = compute_quantities({"within-life": {A: data}}, A, 10)
-    assert float(found["first meal", "evolved"][0]) == (100 + 200 + 2 * STEPS) / 4
-    assert float(found["ever ate", "evolved"][0]) == 0.5
-    assert float(found["first meal", "random genome"][0]) == STEPS
-    assert float(found["eaten in life", "evolved"][0]) == 6 * 50
+    result = compute_quantities({"within-life": {A: data}}, A, 10)
+    assert float(result["first meal", "evolved"][0]) == (100 + 200 + 2 * STEPS) / 4
+    assert float(result["ever ate", "evolved"][0]) == 0.5
+    assert float(result["first meal", "random genome"][0]) == STEPS
+    assert float(result["eaten in life", "evolved"][0]) == 6 * 50
 
 
-def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
-    found = compute_quantities(make_all_assays(), A, 10)
-    assert ("setting", "as evolved") in found and ("setting, relative", "as evolved") not in found
-    np.testing.assert_allclose(found["setting, relative", "map = A"].values, 7 / 8)
-    assert found["setting", "learning.rate = 0.1"].shape == (RUNS,)
+def test_settings_are_relative_to_the_setting_of_evolution() -> None:
+    result = compute_quantities(make_all_assays(), A, 10)
+    assert ("setting", "as evolved") in result and ("setting, relative", "as evolved") not in result
+    np.testing.assert_allclose(result["setting, relative", "map = A"].values, 7 / 8)
+    assert result["setting", "learning.rate = 0.1"].shape == (RUNS,)
 
 
 def test_a_window_has_at_least_one_generation() -> None:
@@ -176,7 +176,7 @@ def test_a_window_has_at_least_one_generation() -> None:
         compute_quantities(make_all_assays(), A, 0)
 
 
-def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_path: Path) -> None:
+def test_an_assay_with_a_flipped_bit_is_named_and_measured_again(tmp_path: Path) -> None:
     study = measured(tmp_path, names=["innate"])
     path = next(iter(sorted((study.directory / "assays" / "innate").rglob("*.nc"))))
     condition = path.relative_to(study.directory / "assays" / "innate").with_suffix("").as_posix()
@@ -191,7 +191,7 @@ def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_pat
     assert find_missing_assays(study, ["innate"])[condition] == ["innate"]
 
 
-def test_an_assay_in_another_s_place_is_named(tmp_path: Path) -> None:
+def test_an_assay_under_the_name_of_another_condition_is_named(tmp_path: Path) -> None:
     study = measured(tmp_path, names=["innate"])
     first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
     second.write_bytes(first.read_bytes())
@@ -203,14 +203,14 @@ CONDITION = "evo+self-taught/A"
 
 
 def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2) -> Path:
-    """The file of the assay `innate` of a study of one condition."""
+    """Return the file of the assay `innate` of a study of one condition."""
     study = make_small_study(folder, [experiment], runs, seed)
     run_assays(study, find_missing_assays(study, ["innate"]), 1, ignore_progress, ignore_message)
     return assay_path(folder, "innate", experiment.name)
 
 
 @pytest.mark.parametrize(
-    ("other", "why"),
+    ("changes", "why"),
     [
         ({"seed": 6}, "is of a study with seed 6, and this study has seed 5"),
         (
@@ -222,24 +222,24 @@ def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2
     ids=["another seed", "another experiment", "other runs"],
 )
 def test_an_assay_of_another_study_is_refused_and_measured_again(
-    tmp_path: Path, other: dict[str, Any], why: str
+    tmp_path: Path, changes: dict[str, Any], why: str
 ) -> None:
-    path = innate_of(tmp_path / "own", shorten_preset())
-    own = path.read_bytes()
-    numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
-    shutil.copy(innate_of(tmp_path / "other", shorten_preset().replace(**other), **numbers), path)
-    study = StudyStore(tmp_path / "own")
-    again = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
+    path = innate_of(tmp_path / "study", shorten_preset())
+    content = path.read_bytes()
+    numbers = {name: changes.pop(name) for name in ("seed", "runs") if name in changes}
+    shutil.copy(innate_of(tmp_path / "other", shorten_preset().replace(**changes), **numbers), path)
+    study = StudyStore(tmp_path / "study")
+    remedy = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
     for refused in (
         lambda: read_assays(study),
         lambda: open_assay(study.directory, "innate", CONDITION),
     ):
-        with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
+        with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {remedy}")):
             refused()
     missing = find_missing_assays(study, ["innate"])
     assert missing == {CONDITION: ["innate"]}
     run_assays(study, missing, 1, ignore_progress, ignore_message)
-    assert path.read_bytes() == own
+    assert path.read_bytes() == content
 
 
 def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
@@ -249,9 +249,7 @@ def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("lacking", ["seed", "experiment", "run"])
-def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
-    tmp_path: Path, lacking: str
-) -> None:
+def test_an_assay_without_provenance_is_refused(tmp_path: Path, lacking: str) -> None:
     path = innate_of(tmp_path, shorten_preset())
     data = from_bytes(path.read_bytes())
     if lacking == "run":
@@ -263,7 +261,7 @@ def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
         read_assays(StudyStore(tmp_path))
 
 
-def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Path) -> None:
+def test_an_assay_of_an_absent_condition_is_refused(tmp_path: Path) -> None:
     path = innate_of(tmp_path, shorten_preset())
     foreign = assay_path(tmp_path, "innate", "evo/C")
     foreign.parent.mkdir(parents=True, exist_ok=True)
@@ -286,5 +284,5 @@ def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> No
 def test_newborns_of_older_files_have_their_new_names(tmp_path: Path) -> None:
     data = neutral(A, (5, 50), (5, 20), runs=2)
     stored(tmp_path, "neutral", data.assign_coords(newborns=["evolved", "neutral twin"]))
-    found = read_assays(Assayed(tmp_path))["neutral"][A]
-    assert found["newborns"].values.tolist() == ["evolved", "neutral control"]
+    result = read_assays(Assayed(tmp_path))["neutral"][A]
+    assert result["newborns"].values.tolist() == ["evolved", "neutral control"]

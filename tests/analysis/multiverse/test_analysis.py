@@ -21,7 +21,7 @@ from baldwinlab.analysis.multiverse.analysis import (
 )
 from baldwinlab.analysis.multiverse.files import read_multiverse, summarize, write_multiverse
 from tests.analysis.multiverse.variants import (
-    NOBODY_EATS,
+    NO_MEALS,
     TAUGHT_BEAT_EVOLVED,
     multiverse_of,
     variant_of,
@@ -34,22 +34,22 @@ STANDARD = variant_of()
 OVERTURNED = multiverse_of(STANDARD, variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED))
 
 
-def test_a_study_as_the_paper_says_holds_every_claim_at_no_distance() -> None:
+def test_the_results_of_the_paper_confirm_every_claim_at_distance_0() -> None:
     assert STANDARD.held == 9 and STANDARD.distance == 0 and STANDARD.runs == (8, 8)
     outcome = STANDARD.outcomes["C1"]
     assert (outcome.verdict, outcome.effect, outcome.a12) == ("holds", 40, 1)
     assert outcome.p_holm is not None and outcome.p_holm < 0.05
 
 
-def test_a_claim_that_one_choice_overturns_depends_on_that_choice_alone() -> None:
+def test_a_claim_that_one_choice_overturns_depends_on_that_choice() -> None:
     assert decisive_choices(OVERTURNED, "C6") == {"R4": ["rank"]}
     assert {
         claim: decisive_choices(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"
     } == {claim: {} for claim in EVERY_CLAIM if claim != "C6"}
     assert select_claims(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
     groups = {
-        verdict: [variant.name for variant in found]
-        for verdict, found in group_by_verdict(OVERTURNED, "C6").items()
+        verdict: [variant.name for variant in variants]
+        for verdict, variants in group_by_verdict(OVERTURNED, "C6").items()
     }
     assert groups == {"holds": ["standard", "biases"], "undecided": [], "does not hold": ["rank"]}
 
@@ -71,21 +71,21 @@ def test_the_nearest_variant_is_that_of_the_least_distance() -> None:
     assert find_nearest(multiverse_of(far, near)) == near
 
 
-def test_a_variant_under_which_nobody_eats_is_never_the_nearest() -> None:
-    nobody = variant_of("literal", NOBODY_EATS)
+def test_a_variant_without_meals_is_never_the_nearest() -> None:
+    without_meals = variant_of("literal", NO_MEALS)
     far = variant_of("rank", with_gain(140))
-    assert nobody.distance == 1 and far.distance == pytest.approx(2.5)
-    assert find_nearest(multiverse_of(nobody, far)) == far
+    assert without_meals.distance == 1 and far.distance == pytest.approx(2.5)
+    assert find_nearest(multiverse_of(without_meals, far)) == far
 
 
-def test_the_variants_whose_intervals_contain_the_papers_figures_are_found() -> None:
+def test_variants_whose_intervals_contain_the_effects_of_the_paper_are_selected() -> None:
     several = multiverse_of(
         STANDARD, variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
     )
     assert variants_with_figures(several) == [STANDARD]
 
 
-def test_the_variants_under_which_most_claims_hold_are_found() -> None:
+def test_variants_with_the_most_claims_that_hold_are_selected() -> None:
     assert [variant.name for variant in variants_with_most_claims(OVERTURNED)] == [
         "standard",
         "biases",
@@ -104,7 +104,7 @@ def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() 
     assert compute_distance({}) is None
 
 
-def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
+def test_shares_over_all_combinations_show_the_decisive_choice() -> None:
     several = multiverse_of(
         STANDARD,
         variant_of("biases"),
@@ -113,12 +113,12 @@ def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
     )
     assert several.has_combinations and not OVERTURNED.has_combinations
     assert [variant.name for variant in several.singles.variants] == ["standard", "biases", "rank"]
-    found = {
+    shares = {
         (share.choice, share.alternative): share.share
         for share in compute_shares(several)
         if share.claim == "C6"
     }
-    assert found == {
+    assert shares == {
         ("R3", "standard"): 0.5,
         ("R3", "biases"): 0.5,
         ("R4", "standard"): 1,
@@ -128,9 +128,9 @@ def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
     assert ends is not None and [end.alternative for end in ends] == ["standard", "rank"]
 
 
-def test_what_is_written_has_no_nan_and_is_read_again(tmp_path: Path) -> None:
+def test_a_written_multiverse_has_no_nan_and_can_be_read(tmp_path: Path) -> None:
     several = multiverse_of(
-        STANDARD, variant_of("literal", NOBODY_EATS), variant_of("rank", {"evo/A": [1]})
+        STANDARD, variant_of("literal", NO_MEALS), variant_of("rank", {"evo/A": [1]})
     )
     path = write_multiverse(several, tmp_path / "multiverse.json")
     record = json.loads(path.read_text(), parse_constant=pytest.fail)

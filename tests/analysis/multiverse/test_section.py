@@ -21,7 +21,7 @@ from baldwinlab.analysis.report import write_page
 from baldwinlab.analysis.statistics.rules import HOLDS, UNDECIDED
 from baldwinlab.studies.multiverse import vary_one_at_a_time
 from tests.analysis.multiverse.variants import (
-    NOBODY_EATS,
+    NO_MEALS,
     TAUGHT_BEAT_EVOLVED,
     multiverse_of,
     variant_of,
@@ -49,7 +49,8 @@ def test_sentences_name_robust_claims_and_the_choices_that_change_others() -> No
     )
     assert "C6" not in sentences[0]
     assert (
-        "C6 (self-teaching alone does not exceed evolution on map A) holds under the standard variant and biases (R3); "
+        "C6 (self-teaching alone does not exceed evolution on map A) holds under the "
+        "standard variant and biases (R3); "
         "does not hold under rank (R4)." in sentences
     )
     assert (
@@ -84,14 +85,14 @@ def test_many_variants_are_counted_and_few_are_named() -> None:
 def test_claims_that_fail_under_all_variants_are_named() -> None:
     sentences = compose_sentences(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)))
     assert (
-        "C6 (self-teaching alone does not exceed evolution on map A) does not hold under any variant."
-        in sentences
+        "C6 (self-teaching alone does not exceed evolution on map A) does not hold "
+        "under any variant." in sentences
     )
 
 
 def test_variants_without_effect_and_claims_that_never_hold_are_named() -> None:
     sentences = compose_sentences(
-        multiverse_of(variant_of(eaten=NOBODY_EATS), variant_of("open-boundaries", NOBODY_EATS))
+        multiverse_of(variant_of(eaten=NO_MEALS), variant_of("open-boundaries", NO_MEALS))
     )
     assert (
         "All verdicts and effects equal those of the standard variant under open-boundaries (R8)."
@@ -142,8 +143,8 @@ def test_equal_runs_or_equal_verdicts_need_no_explanation() -> None:
 
 
 def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path) -> None:
-    found = read_multiverse(write_multiverse(full_multiverse(), tmp_path / "multiverse.json"))
-    made = section(found, tmp_path / "figures")
+    multiverse = read_multiverse(write_multiverse(full_multiverse(), tmp_path / "multiverse.json"))
+    made = section(multiverse, tmp_path / "figures")
     assert made == section(full_multiverse(), tmp_path / "again")
     assert (made.anchor, made.title) == ("variants", "Variants of the paper")
     names = {

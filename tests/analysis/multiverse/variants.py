@@ -1,4 +1,4 @@
-"""Multiverses made by hand, so that what they must say is known."""
+"""Artificial multiverses, for which the correct results are known."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
 
-NOBODY_EATS: Eaten = {name: [0] * RUNS for name in AS_THE_PAPER}
+NO_MEALS: Eaten = {name: [0] * RUNS for name in AS_THE_PAPER}
 TAUGHT_BEAT_EVOLVED: Eaten = {
     **AS_THE_PAPER,
     "self-taught/A": range(100, 100 + RUNS),
@@ -20,11 +20,12 @@ TAUGHT_BEAT_EVOLVED: Eaten = {
 
 
 def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> VariantResult:
-    """A variant of that name, such as `contact-5+rank`, under which agents eat so much."""
+    """Return the variant with a name, such as `contact-5+rank`, and with these eaten items."""
     return _variant_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
 
 
-@cache  # half a second each, and the same few are asked for again and again
+# Each evaluation takes half a second, and tests use the same variants.
+@cache
 def _variant_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> VariantResult:
     parts = () if name == "standard" else tuple(name.split("+"))
     data = study(dict(eaten), generations=24)
@@ -36,5 +37,5 @@ def multiverse_of(*variants: VariantResult) -> Multiverse:
 
 
 def with_gain(gain: float) -> Eaten:
-    """As the paper, but that evo+self-taught eats so much more than evo on map A."""
+    """Return the results of the paper, with another gain of evo+self-taught on map A."""
     return {**AS_THE_PAPER, "evo+self-taught/A": [eaten + gain for eaten in AS_THE_PAPER["evo/A"]]}

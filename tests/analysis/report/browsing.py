@@ -28,7 +28,8 @@ def errors_and_width(
     opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
     page_width = int(opened.evaluate("document.documentElement.scrollWidth"))
     errors += opened.evaluate(
-        "[...document.images].filter(image => !image.complete || !image.naturalWidth).map(image => image.alt)"
+        "[...document.images].filter(image => !image.complete || !image.naturalWidth)"
+        ".map(image => image.alt)"
     )
     opened.close()
     return errors, page_width

@@ -29,8 +29,8 @@ SUMMARY = ReportSummary(
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("many")
     eaten = {
-        f"{name}/{place}": range(10 * number, 10 * number + RUNS)
-        for place in "ABCD"
+        f"{name}/{map_name}": range(10 * number, 10 * number + RUNS)
+        for map_name in "ABCD"
         for number, name in enumerate(LEARNERS)
     }
     data = study(eaten, generations=3, agents=2)
@@ -51,13 +51,13 @@ def test_questions_without_a_paper_have_no_column_for_one(page: Path) -> None:
 def test_the_overview_is_in_the_summary_between_its_sentences_and_its_table(
     page: Path,
 ) -> None:
-    head, *others = page.read_text("utf-8").split('<h2 id="setup"')
+    head, *rest = page.read_text("utf-8").split('<h2 id="setup"')
     order = [
         head.index(part)
         for part in (SUMMARY.sentences[0], 'id="figure-overview"', "a table of them")
     ]
     assert order == sorted(order)
-    assert 'id="figure-overview"' not in "".join(others)
+    assert 'id="figure-overview"' not in "".join(rest)
 
 
 def test_long_tables_are_folded(page: Path) -> None:
@@ -69,7 +69,7 @@ def test_long_tables_are_folded(page: Path) -> None:
 
 def test_many_conditions_are_listed_by_learners_and_maps(page: Path) -> None:
     assert "<dd>16: each of 4 learners on each of 4 maps</dd>" in page.read_text("utf-8")
-    few = {f"evo/{place}": Factors("evo", place) for place in "AB"}
+    few = {f"evo/{map_name}": Factors("evo", map_name) for map_name in "AB"}
     assert describe_conditions(few) == [("conditions", "evo/A, evo/B")]
     uneven = {f"{number}/A": Factors(str(number), "A") for number in range(20)} | {
         "0/B": Factors("0", "B")

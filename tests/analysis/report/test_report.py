@@ -1,4 +1,4 @@
-"""The report: what it says, that it needs nothing but itself, and that a browser shows it well on a desk and on a phone."""
+"""Report of a study: sentences, figures, a self-contained page, and its layout in a browser."""
 
 from __future__ import annotations
 
@@ -135,8 +135,13 @@ def test_its_contents_lead_to_every_section(page: Path) -> None:
 def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) -> None:
     text = page.read_text("utf-8")
     assert re.findall(r'href="#figure-([\w-]+)">Figure\xa0(\d)</a>', text) == [
-        ("networks", "1"), ("senses", "2"), ("maps", "3"), ("fitness", "4"), ("final-fitness", "5"), ("emergence", "6"),
-    ]  # fmt: skip
+        ("networks", "1"),
+        ("senses", "2"),
+        ("maps", "3"),
+        ("fitness", "4"),
+        ("final-fitness", "5"),
+        ("emergence", "6"),
+    ]
     files = re.findall(r'href="(figures/[^"]+)"', text)
     assert {"figures/emergence.svg", "figures/emergence.png", "figures/emergence.csv"} < set(files)
     assert all((page.parent / file).is_file() for file in files)
@@ -146,7 +151,7 @@ def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) 
     )
 
 
-def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
+def test_a_page_in_another_folder_links_to_the_figures(tmp_path: Path) -> None:
     folder = tmp_path / "a study"
     out = tmp_path / "pages" / "report.html"
     write_report(folder, draw_report(report_data(study(AS_THE_PAPER), folder)), out)
@@ -194,7 +199,7 @@ def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
         study({"evo/A": [1, 2], "evo/B": [float("nan"), float("nan")]}),
         study({name: [0] for name in AS_THE_PAPER}),
     ],
-    ids=["one of one's own", "nothing of a condition", "nobody ate"],
+    ids=["custom condition", "condition without values", "no meals"],
 )
 def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None:
     text = report_of(data, tmp_path).read_text("utf-8")
@@ -244,7 +249,7 @@ def test_the_variant_is_named_or_spelt_out() -> None:
     )
 
 
-def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
+def test_senses_are_not_drawn_without_the_looks_of_agents(tmp_path: Path) -> None:
     data = study(AS_THE_PAPER)
     contents = draw_report(report_data(data, tmp_path))
     write_report(tmp_path, contents, tmp_path / "report.html")
@@ -259,9 +264,9 @@ def test_maps_are_titled_by_what_tells_them_apart() -> None:
     paper = {name: load(name) for name in AS_THE_PAPER}
     assert list(title_worlds(paper, factors())) == ["Map A", "Map B"]
     moved = load("evo/A").replace(world={"start": {"x": 100}})
-    own = {"one/A": load("evo/A"), "two/A": moved}
+    experiments = {"one/A": load("evo/A"), "two/A": moved}
     assert list(
-        title_worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})
+        title_worlds(experiments, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})
     ) == [
         "one/A",
         "two/A",
@@ -386,8 +391,8 @@ def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
 def test_a_report_says_where_so_few_runs_can_give_no_verdict(tmp_path: Path) -> None:
     text = own_report(study({"evo/A": range(4), "evo+drift/A": range(20, 24)}), tmp_path)
     assert (
-        "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
-        in text
+        "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
+        "At least 5 runs are needed." in text
     )
     assert text.count("</span> too few runs</span>") == 2 and "</span> undecided</span>" not in text
 
@@ -396,7 +401,8 @@ def test_claims_of_too_few_runs_say_so(tmp_path: Path) -> None:
     few = {name: list(values)[:3] for name, values in AS_THE_PAPER.items()}
     text = text_of(report_of(study(few), tmp_path))
     assert re.search(
-        r"With 3 runs and \d+ tests, the smallest corrected p-value is 1\. At least \d+ runs are needed\.",
+        r"With 3 runs and \d+ tests, the smallest corrected p-value is 1\. "
+        r"At least \d+ runs are needed\.",
         text,
     )
     assert "</span> too few runs</span>" in text
@@ -410,26 +416,25 @@ def test_many_comparisons_are_folded(tmp_path: Path) -> None:
     assert "<details><summary>All comparisons of conditions</summary>" in text
 
 
-def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
-    """Not as a share of agents, which it was taken for."""
+def test_a_bounded_measure_of_the_average_agent_is_not_a_share() -> None:
     comparison = ClaimComparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
     numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
-    found = describe_finding(Finding(comparison, numbers, float("nan"), "holds"))
-    assert found == "taught: average agent, mean over runs: 81.5"
+    text = describe_finding(Finding(comparison, numbers, float("nan"), "holds"))
+    assert text == "taught: average agent, mean over runs: 81.5"
 
 
-def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way() -> None:
-    """A few that live on for very long outweigh many that die somewhat sooner."""
+def test_survival_is_reported_as_restricted_means_because_medians_can_differ_in_sign() -> None:
+    """A few long lifetimes outweigh many lifetimes that are somewhat shorter."""
     comparison = ClaimComparison(a="ERL", b="B", measure="survived", rule="survives_longer")
     numbers = statistics.Comparison(
         100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
     )
-    found = Finding(comparison, numbers, 0.0051, "holds", "steps that the population survives")
+    finding = Finding(comparison, numbers, 0.0051, "holds", "steps that the population survives")
     assert (
-        describe_finding(found)
+        describe_finding(finding)
         == "steps that the population survives, restricted mean: +304,398 in ERL compared with B"
     )
     assert (
-        describe_comparison(found)
+        describe_comparison(finding)
         == "ERL 6,002, B 8,343 (steps that the population survives; medians)"
     )

@@ -1,4 +1,4 @@
-"""Sweeps made by hand, as `baldwinlab.open_sweep` gives them."""
+"""Artificial sweeps, in the form of `baldwinlab.open_sweep`."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ import numpy as np
 import xarray as xr
 
 DIMS = ("run", "generation", "agent")
-GRID_ENERGY = np.array(
-    [[0, 1.5, 10], [0, 4.5, 14]]
-)  # [learning.rate 0.1 and 0.01, items 0, 10 and 50]
+# [learning.rate 0.1 and 0.01, items 0, 10 and 50]
+GRID_ENERGY = np.array([[0, 1.5, 10], [0, 4.5, 14]])
 MEANINGS = {
     "learning.rate": "learning rate, per step",
     "world.food.0.count": "number of items in the region at any time",
-    "evolution.selection": "roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)",
+    "evolution.selection": (
+        "roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)"
+    ),
 }
 
 
 def grid(runs: int = 3, flat: bool = False) -> xr.Dataset:
-    """Every agent of a point eats as `GRID_ENERGY` says, a little more or less by run where there is food."""
+    """Return a grid with the energy `GRID_ENERGY`, which differs a little between runs."""
     energy = np.array([GRID_ENERGY[0], GRID_ENERGY[0]]) if flat else GRID_ENERGY
     by_run = energy[..., None] + (np.arange(runs) - (runs - 1) / 2) * (energy > 0)[..., None]
     fields = {"learning.rate": [0.1, 0.01], "world.food.0.count": [0, 10, 50]}
@@ -28,7 +29,7 @@ def grid(runs: int = 3, flat: bool = False) -> xr.Dataset:
 
 
 def sample(points: int) -> xr.Dataset:
-    """Agents eat as many items as lie in their world, whatever the other fields are."""
+    """Return a sample in which agents eat all items of their world."""
     generator = np.random.default_rng(3)
     rate = 10 ** generator.uniform(-4, 0, points)
     count = generator.permutation(np.arange(1, points + 1))

@@ -1,4 +1,4 @@
-"""Responses to the fields of a sweep, on sweeps made by hand, so that what they must say is known."""
+"""Responses to the fields of a sweep, computed for artificial sweeps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RATE = "learning.rate"
 COUNT = "world.food.0.count"
 
 
-def test_a_grid_is_told_point_by_point_in_the_order_of_its_file() -> None:
+def test_points_of_a_grid_have_the_order_of_its_file() -> None:
     measured = responses.compute_finals(grid())
     assert measured["mean"].dims == ("point", "run")
     assert measured[RATE].values.tolist() == [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]
@@ -27,22 +27,22 @@ def test_a_grid_is_told_point_by_point_in_the_order_of_its_file() -> None:
 
 def test_a_response_is_the_mean_over_all_other_fields_with_the_interval_over_runs() -> None:
     measured = responses.compute_finals(grid(runs=2))
-    found = responses.compute_responses(measured, COUNT, "mean")
-    assert [(response.group, response.points) for response in found] == [
+    curve = responses.compute_responses(measured, COUNT, "mean")
+    assert [(response.group, response.points) for response in curve] == [
         ("0", 2),
         ("10", 2),
         ("50", 2),
     ]
-    assert [response.mean for response in found] == [0, 3, 12]
+    assert [response.mean for response in curve] == [0, 3, 12]
     half = (
         12.706204736174698 * math.sqrt(2) * 0.5 / math.sqrt(2)
     )  # t of one degree of freedom; runs differ by 1
-    assert half > 3  # but no fitness lies below 0
-    np.testing.assert_allclose([found[1].low, found[1].high], [0, 3 + half])
-    assert found[0].low == found[0].high == 0
+    assert half > 3  # but fitness is not below 0
+    np.testing.assert_allclose([curve[1].low, curve[1].high], [0, 3 + half])
+    assert curve[0].low == curve[0].high == 0
 
 
-def test_a_field_that_nothing_depends_on_has_a_flat_response() -> None:
+def test_a_field_without_effect_has_a_flat_response() -> None:
     means = [
         response.mean
         for response in responses.compute_responses(
@@ -52,7 +52,7 @@ def test_a_field_that_nothing_depends_on_has_a_flat_response() -> None:
     assert len(means) == 2 and means[0] == means[1]
 
 
-def test_one_run_has_no_interval_and_a_missing_one_is_left_out() -> None:
+def test_a_single_run_has_no_interval_and_a_missing_run_is_left_out() -> None:
     (first, *_) = responses.compute_responses(responses.compute_finals(grid(runs=1)), COUNT, "mean")
     assert first.mean == 0 and math.isnan(first.low) and math.isnan(first.high)
     holed = grid(runs=2)
@@ -73,7 +73,7 @@ def test_two_fields_of_a_grid_make_a_table_by_ascending_values() -> None:
     assert responses.list_pairs(sample(4)) == []
 
 
-def test_a_sample_is_put_together_by_quantiles_and_every_point_is_in_one_group() -> None:
+def test_a_sample_is_grouped_by_quantiles_and_every_point_is_in_one_group() -> None:
     measured = responses.compute_finals(sample(40))
     groups = responses.group_points(measured, RATE)
     assert [len(group.points) for group in groups] == [5] * 8
@@ -84,29 +84,34 @@ def test_a_sample_is_put_together_by_quantiles_and_every_point_is_in_one_group()
     assert (label, position, points.tolist()) == ("roulette", 1, list(range(1, 40, 2)))
 
 
-def test_what_a_measure_depends_on_is_recovered_from_a_sample() -> None:
+def test_a_sample_shows_the_fields_that_a_measure_depends_on() -> None:
     measured = responses.compute_finals(sample(64))
     means = [response.mean for response in responses.compute_responses(measured, COUNT, "mean")]
     assert means == sorted(means) and means[-1] > 4 * means[0]
     first = responses.compute_responses(measured, COUNT, "mean")[0]
     assert first.low < first.mean < first.high
-    found = {(one.field, one.measure): one for one in responses.compute_correlations(measured)}
-    assert found[COUNT, "mean"].rho > 0.95 and found[COUNT, "mean"].p_holm < 1e-9
-    assert abs(found[RATE, "mean"].rho) < 0.3 and found[RATE, "mean"].p_holm > 0.05
-    assert (COUNT, "share") in found and math.isnan(
-        found[COUNT, "share"].rho
-    )  # everybody eats, always
-    assert not any(field == "evolution.selection" for field, _ in found)  # a text has no rank
+    correlations = {
+        (correlation.field, correlation.measure): correlation
+        for correlation in responses.compute_correlations(measured)
+    }
+    assert correlations[COUNT, "mean"].rho > 0.95 and correlations[COUNT, "mean"].p_holm < 1e-9
+    assert abs(correlations[RATE, "mean"].rho) < 0.3 and correlations[RATE, "mean"].p_holm > 0.05
+    assert (COUNT, "share") in correlations and math.isnan(
+        correlations[COUNT, "share"].rho
+    )  # all agents eat in all runs
+    assert not any(
+        field == "evolution.selection" for field, _ in correlations
+    )  # a text has no rank
 
 
 def test_two_points_have_no_correlation() -> None:
     assert all(
-        math.isnan(one.rho) and math.isnan(one.p_holm)
-        for one in responses.compute_correlations(responses.compute_finals(sample(2)))
+        math.isnan(correlation.rho) and math.isnan(correlation.p_holm)
+        for correlation in responses.compute_correlations(responses.compute_finals(sample(2)))
     )
 
 
-def test_the_table_for_other_programs_has_a_row_for_each_point_and_measure(tmp_path: Path) -> None:
+def test_the_csv_file_has_a_row_for_each_point_and_measure(tmp_path: Path) -> None:
     responses.write_responses(responses.compute_finals(grid(runs=1)), tmp_path)
     lines = (tmp_path / "responses.csv").read_text().splitlines()
     assert lines[0] == "point,learning.rate,world.food.0.count,measure,runs,mean,low,high"
@@ -117,7 +122,7 @@ def test_the_table_for_other_programs_has_a_row_for_each_point_and_measure(tmp_p
 @pytest.mark.parametrize(
     "data", [grid(runs=1), sample(1), sample(3), grid().isel({RATE: [0], COUNT: [0]})]
 )
-def test_small_sweeps_are_told_without_a_warning(data: xr.Dataset) -> None:
+def test_small_sweeps_are_evaluated_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         measured = responses.compute_finals(data)

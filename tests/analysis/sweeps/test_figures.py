@@ -50,7 +50,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
         "one run",
         "one sampled point",
         "three sampled points",
-        "one point where nobody eats",
+        "one point without meals",
         "points without a run",
     ],
 )

@@ -1,4 +1,4 @@
-"""The page of a sweep: what it says follows from the numbers, and a browser shows it well on a desk and on a phone."""
+"""Page of a sweep: sentences, figures and its layout in a browser."""
 
 from __future__ import annotations
 
@@ -26,21 +26,22 @@ def page_of(data: xr.Dataset, folder: Path) -> Path:
     return write_sweep_report(folder, compute_finals(data), FACTS, folder / "report.html")
 
 
-def test_it_says_what_was_swept() -> None:
-    said = dict(summarize_design(compute_finals(grid())))
-    assert said["experiment"] == "evo/A, lifetime.steps = 1000"
-    assert said["learning.rate"] == "0.01, 0.1 (learning rate, per step)"
-    assert (said["points"], said["runs per point"], said["seed"]) == ("6", "3", "7")
-    said = dict(summarize_design(compute_finals(sample(20))))
+def test_the_summary_names_the_swept_fields() -> None:
+    summary = dict(summarize_design(compute_finals(grid())))
+    assert summary["experiment"] == "evo/A, lifetime.steps = 1000"
+    assert summary["learning.rate"] == "0.01, 0.1 (learning rate, per step)"
+    assert (summary["points"], summary["runs per point"], summary["seed"]) == ("6", "3", "7")
+    summary = dict(summarize_design(compute_finals(sample(20))))
     assert (
-        said["world.food.0.count"]
+        summary["world.food.0.count"]
         == "1 to 20, 20 different values (number of items in the region at any time)"
     )
 
 
-def test_a_reader_in_a_hurry_learns_the_best_point_and_what_each_field_does() -> None:
+def test_sentences_name_the_best_point_and_the_effect_of_each_field() -> None:
     assert list(describe_responses(compute_finals(grid()))) == [
-        "The mean fitness of the average agent is highest at learning.rate = 0.01, world.food.0.count = 50: 14.0.",
+        "The mean fitness of the average agent is highest at learning.rate = 0.01, "
+        "world.food.0.count = 50: 14.0.",
         "By learning.rate, it ranges from 3.83 (0.1) to 6.17 (0.01).",
         "By world.food.0.count, it ranges from 0 (0) to 12.0 (50).",
     ]
@@ -80,7 +81,7 @@ def test_a_point_without_a_run_is_a_dash(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("data", [grid(), sample(40)], ids=["grid", "sample"])
-def test_a_browser_shows_it_without_errors_or_horizontal_scrolling(
+def test_a_browser_shows_the_page_without_errors_or_horizontal_scrolling(
     browser: Browser, data: xr.Dataset, tmp_path: Path
 ) -> None:
     page = page_of(data, tmp_path)
