@@ -102,7 +102,8 @@ class SteeredWorlds:
         Parameters
         ----------
         actions
-            An array [agent of all worlds] or, for continuous actions, [agent of all worlds, action].
+            An array [agent], with the agents of all worlds. For continuous actions an array
+            [agent, action].
 
         Returns
         -------

@@ -35,65 +35,65 @@ def by_key(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.astype({"condition": str}).set_index(KEY)
 
 
-def require_that_it_is_the_study(frame: pd.DataFrame, study: Study) -> None:
-    """Every number of every record, and nothing else."""
+def require_equal_records(frame: pd.DataFrame, study: Study) -> None:
+    """Require that the table has the values of all records and no other rows."""
     rows = 0
     for condition in study.conditions:
         for run in study.runs(condition):
             record = study._store.read(condition, run)
-            there = frame[(frame["condition"] == condition) & (frame["run"] == run)].reset_index(
-                drop=True
-            )
+            is_of_run = (frame["condition"] == condition) & (frame["run"] == run)
+            rows_of_run = frame[is_of_run].reset_index(drop=True)
             shape = record["energy"].shape
-            assert len(there) == record["energy"].size
+            assert len(rows_of_run) == record["energy"].size
             for name in ("food_eaten", "energy", "ones", "used"):
                 if name in record:
                     np.testing.assert_array_equal(
-                        there[name].to_numpy().reshape(shape), record[name].values
+                        rows_of_run[name].to_numpy().reshape(shape), record[name].values
                     )
                 else:
-                    assert there[name].isna().all()
+                    assert rows_of_run[name].isna().all()
             for number, parent in enumerate(("fitter", "other")):
                 np.testing.assert_array_equal(
-                    there[f"parents_{parent}"].to_numpy().reshape(shape),
+                    rows_of_run[f"parents_{parent}"].to_numpy().reshape(shape),
                     record.parents[..., number],
                 )
-            rows += len(there)
-    assert len(frame) == rows and not by_key(frame).index.has_duplicates
+            rows += len(rows_of_run)
+    assert len(frame) == rows
+    assert not by_key(frame).index.has_duplicates
 
 
-def test_a_table_of_pandas_is_the_study_with_units_and_labels(mixed: Study) -> None:
+def test_a_table_of_pandas_has_the_records_units_and_labels(mixed: Study) -> None:
     frame = mixed.to_pandas()
-    require_that_it_is_the_study(frame, mixed)
+    require_equal_records(frame, mixed)
     assert frame["learner"].unique().tolist() == ["evo", "guessing"]
     assert (
         frame.attrs["units"]["food_eaten"] == "items" and frame.attrs["units"]["used"] == "trials"
     )
     assert frame.attrs["long_name"]["ones"] == "share of alleles that are 1, the correct allele"
     assert frame.attrs["seed"] == 5
-    assert "energy" not in frame.attrs["units"], "which is of another kind in each model"
+    # The models have different units of energy.
+    assert "energy" not in frame.attrs["units"]
 
 
-def test_a_table_of_polars_is_that_of_pandas_with_nothing_where_there_is_nothing(
+def test_a_table_of_polars_has_the_values_of_pandas_and_null_for_missing_values(
     mixed: Study,
 ) -> None:
-    frame, there = mixed.to_polars(), mixed.to_pandas()
-    assert frame.columns == there.columns.tolist()
-    assert (
-        frame["food_eaten"].dtype == pl.Int32
-        and frame["food_eaten"].null_count() == there["food_eaten"].isna().sum()
-    )
+    frame = mixed.to_polars()
+    expected = mixed.to_pandas()
+    assert frame.columns == expected.columns.tolist()
+    assert frame["food_eaten"].dtype == pl.Int32
+    assert frame["food_eaten"].null_count() == expected["food_eaten"].isna().sum()
     for name in frame.columns:
-        found = (
-            frame[name].cast(pl.Float64 if frame[name].dtype.is_numeric() else pl.String).to_list()
-        )
-        assert found == there[name].astype(object).where(there[name].notna(), None).tolist(), name
+        dtype = pl.Float64 if frame[name].dtype.is_numeric() else pl.String
+        column = expected[name].astype(object).where(expected[name].notna(), None)
+        assert frame[name].cast(dtype).to_list() == column.tolist(), name
 
 
-def test_parquet_is_read_by_pandas_and_polars_as_what_it_was(
+def test_pandas_and_polars_read_parquet_with_the_same_values(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(files, "MIN_ROWS", 70)  # two runs in a row group
+    # A row group has two runs.
+    monkeypatch.setattr(files, "MIN_ROWS", 70)
     path = tmp_path / "study.parquet"
     mixed.to_parquet(path)
     assert pq.ParquetFile(path).num_row_groups == 2

@@ -1,4 +1,4 @@
-"""Worlds as environments: the checks of Gymnasium and PettingZoo, and comparisons with the engine."""
+"""Worlds as environments: checks of Gymnasium and PettingZoo, comparisons with the engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An experiment as the objective of an optimizer: fitness and behavior equal those of the engine."""
+"""Objectives of optimizers: fitness and behavior equal those of the engine."""
 
 from __future__ import annotations
 
