@@ -105,11 +105,11 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "world feature": {
         "births-and-deaths": f"{_MINIWORLD}.features.births_and_deaths:BirthsAndDeaths",
-        "drifting-food": f"{_MINIWORLD}.features.map_features:DriftingFood",
-        "patches": f"{_MINIWORLD}.features.map_features:Patches",
-        "regions-in-turn": f"{_MINIWORLD}.features.map_features:RegionsInTurn",
-        "slow-regrowth": f"{_MINIWORLD}.features.map_features:SlowRegrowth",
-        "walls": f"{_MINIWORLD}.features.map_features:Walls",
+        "drifting-food": f"{_MINIWORLD}.features.food:DriftingFood",
+        "patches": f"{_MINIWORLD}.features.food:Patches",
+        "regions-in-turn": f"{_MINIWORLD}.features.food:RegionsInTurn",
+        "slow-regrowth": f"{_MINIWORLD}.features.food:SlowRegrowth",
+        "walls": f"{_MINIWORLD}.features.walls:Walls",
     },
     "selection": {
         "best-copies": f"{_EVOLUTION}.ordinal_selection:BestCopies",

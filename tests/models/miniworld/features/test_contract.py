@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from baldwinlab.api.checks import check_part
-from baldwinlab.models.miniworld.features.map_features import (
+from baldwinlab.models.miniworld.features.food import (
     DriftingFood,
     Patches,
     RegionsInTurn,
     SlowRegrowth,
-    Walls,
 )
+from baldwinlab.models.miniworld.features.walls import Walls
 from baldwinlab.models.miniworld.senses.binary import Compass, LastAction, PatchSight, Touch
 from baldwinlab.parts import Part
 

@@ -1,0 +1,183 @@
+"""World feature with walls, which block movement and sight.
+
+The implementation is our interpretation. It rebuilds no world of the papers.
+
+References
+----------
+D. Ackley and M. Littman, "Interactions between learning and evolution", Artificial Life II (1991).
+Its world has walls, plants and carnivores.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.models.miniworld.features.boxes import Coordinate, Derived, require_on_map
+from baldwinlab.parts import Field, WorldFeature, choose, compiled
+
+ZERO = np.float32(0)
+ONE = np.float32(1)
+Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+
+
+def _walls_and_images(part: Any, experiment: Any) -> Any:
+    """Return the edges of all walls, then of their images within sight of the map."""
+    width = experiment.world.width
+    height = experiment.world.height
+    sight = experiment.senses.visual_radius
+    shifts = [(x * width, y * height) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
+    images = [
+        (left + x, right + x, upper + y, lower + y)
+        for left, right, upper, lower in part.boxes
+        for x, y in shifts
+    ]
+    near = [
+        (left, right, upper, lower)
+        for left, right, upper, lower in images
+        if right >= -sight and left <= width + sight and lower >= -sight and upper <= height + sight
+    ]
+    return np.array([*part.boxes, *near], np.float32)
+
+
+def _map_frame(part: Any, experiment: Any) -> Any:
+    """Return the settings from which the images of walls follow.
+
+    They are constants of the part, so that a page without a server cannot change them.
+    """
+    return np.array(
+        [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
+        np.float32,
+    )
+
+
+@compiled
+def _is_inside(edges: Any, count: int, x: Any, y: Any) -> Any:
+    """Return whether a position is in any of the first `count` walls."""
+    blocked = x * ZERO > ONE
+    for wall in range(count):
+        blocked = blocked | (
+            (x >= edges[wall, 0])
+            & (x <= edges[wall, 1])
+            & (y >= edges[wall, 2])
+            & (y <= edges[wall, 3])
+        )
+    return blocked
+
+
+@compiled
+def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+    """Return whether a line crosses a wall.
+
+    The test compares the fractions of the line at which it enters and leaves both strips.
+    """
+    enters_x = (edges[wall, 0] - x) / dx
+    leaves_x = (edges[wall, 1] - x) / dx
+    enters_y = (edges[wall, 2] - y) / dy
+    leaves_y = (edges[wall, 3] - y) / dy
+    first_x = choose(enters_x < leaves_x, enters_x, leaves_x)
+    last_x = choose(enters_x < leaves_x, leaves_x, enters_x)
+    first_y = choose(enters_y < leaves_y, enters_y, leaves_y)
+    last_y = choose(enters_y < leaves_y, leaves_y, enters_y)
+    first = choose(first_x > first_y, first_x, first_y)
+    last = choose(last_x < last_y, last_x, last_y)
+    return (first <= last) & (last >= ZERO) & (first <= ONE)
+
+
+class Walls(WorldFeature, name="walls"):
+    """Rectangles that block movement and sight.
+
+    No agent is born and no item appears inside a wall.
+    """
+
+    boxes: tuple[Box, ...] = Field(
+        ((280.0, 300.0, 100.0, 160.0), (280.0, 300.0, 180.0, 240.0)),
+        min_length=1,
+        max_length=64,
+        description=("One row per wall: left, right, upper and lower edge, in units of length."),
+    )
+    derived: ClassVar[Derived] = {
+        "edges": _walls_and_images,
+        "count": lambda part, experiment: len(part.boxes),
+        "frame": _map_frame,
+    }
+
+    def check(self, experiment: Any) -> None:
+        """Check that walls are on the map, and do not cover a region.
+
+        An agent could step over a wall thinner than a step.
+        """
+        world = experiment.world
+        stride = experiment.part("motor.body").stride
+        start = experiment.world.start
+        disc = (
+            start.x - start.radius,
+            start.x + start.radius,
+            start.y - start.radius,
+            start.y + start.radius,
+        )
+        boxes = {"world.start": disc} | {
+            f"world.food[{k}]": (*food.x, *food.y) for k, food in enumerate(world.food)
+        }
+        for number, (left, right, upper, lower) in enumerate(self.boxes):
+            path = f"world.walls.boxes[{number}]"
+            require_on_map(path, (left, right, upper, lower), world)
+            if min(right - left, lower - upper) < stride:
+                raise ValueError(
+                    f"{path} must be at least {stride:g} thick, or it could be stepped over"
+                )
+            for name, box in boxes.items():
+                if left <= box[0] and box[1] <= right and upper <= box[2] and box[3] <= lower:
+                    raise ValueError(f"{path} covers {name} completely")
+
+    def map_shapes(self) -> tuple[dict[str, Any], ...]:
+        return tuple(
+            {
+                "shape": "rectangle",
+                "x": (left, right),
+                "y": (upper, lower),
+                "color": "gray",
+                "label": "wall",
+            }
+            for left, right, upper, lower in self.boxes
+        )
+
+    @staticmethod
+    def blocks_placement(part: Any, model: Any, x: Any, y: Any) -> Any:
+        return _is_inside(part.edges, part.count, x, y)
+
+    @staticmethod
+    def blocks_movement(part: Any, model: Any, x: Any, y: Any) -> Any:
+        return _is_inside(part.edges, part.count, x, y)
+
+    @staticmethod
+    def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+        blocked = dx * ZERO > ONE
+        for wall in range(part.edges.shape[0]):
+            blocked = blocked | _blocks_line(part.edges, wall, x, y, dx, dy)
+        return blocked
+
+    @staticmethod
+    def oracle(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+        """Compute the hooks in plain Python.
+
+        A line crosses a wall unless it is outside its strips, or all corners are on one side.
+        """
+        walls = [[float(edge) for edge in wall] for wall in part.edges]
+
+        def meets(left: float, right: float, upper: float, lower: float) -> bool:
+            left_or_right = max(x, x + dx) < left or min(x, x + dx) > right
+            above = max(y, y + dy) < upper or min(y, y + dy) > lower
+            sides = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
+            return not (left_or_right or above) and min(sides) <= 0 <= max(sides)
+
+        inside = any(
+            left <= x <= right and upper <= y <= lower
+            for left, right, upper, lower in walls[: part.count]
+        )
+        return {
+            "blocks_placement": inside,
+            "blocks_movement": inside,
+            "blocks_sight": any(meets(*wall) for wall in walls),
+        }
