@@ -33,7 +33,7 @@ def expected_fitness(unset: Any, trials: int = TRIALS) -> Any:
     return 1 + 19 * (1 - (1 - (1 - chance) ** trials) / (chance * trials))
 
 
-def strings(unset: int, agents: int, zeros: int = 0) -> npt.NDArray[np.float32]:
+def make_strings(unset: int, agents: int, zeros: int = 0) -> npt.NDArray[np.float32]:
     """Return equal genomes [run, agent, module, locus]."""
     alleles = np.array([0.5] * unset + [0.0] * zeros + [1.0] * (LOCI - unset - zeros), np.float32)
     return np.tile(alleles, (1, agents, 1, 1))
@@ -62,7 +62,7 @@ def test_fitness_agrees_with_the_plain_oracle(fields: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("unset", range(0, 21, 2))
 def test_mean_fitness_agrees_with_the_closed_form(unset: int) -> None:
-    energy = simulate_strings(strings(unset, 4000)).energy
+    energy = simulate_strings(make_strings(unset, 4000)).energy
     error = energy.std() / np.sqrt(energy.size)
     assert abs(energy.mean() - expected_fitness(unset)) <= 4 * error + 1e-9
 
@@ -88,7 +88,7 @@ def test_the_closed_form_has_the_values_of_the_specification() -> None:
 
 
 def test_a_string_with_a_0_never_succeeds_and_uses_all_trials() -> None:
-    results = simulate_strings(strings(3, 50, zeros=1))
+    results = simulate_strings(make_strings(3, 50, zeros=1))
     assert (
         (results.energy == 1).all()
         and (results.records["succeeded"] == 0).all()
@@ -97,7 +97,7 @@ def test_a_string_with_a_0_never_succeeds_and_uses_all_trials() -> None:
 
 
 def test_learned_alleles_are_correct_and_shares_of_alleles_add_up() -> None:
-    results = simulate_strings(strings(2, 50))
+    results = simulate_strings(make_strings(2, 50))
     assert (results.learned == 1).all() and (results.records["succeeded"] == 1).all()
     shares = {name: results.records[name] for name in ("ones", "unset", "zeros")}
     assert {name: share[0, 0].item() for name, share in shares.items()} == pytest.approx(
@@ -147,7 +147,7 @@ AGENTS = 20_000
 PAYING = np.array([0.6, 0.02, 0.38])
 
 
-def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.float64]:
+def measure_differences(variation: str, generations: int, seed: int) -> npt.NDArray[np.float64]:
     """Return the shares of 1, 0 and ? by generation, minus those of the exact recursion."""
     experiment = assign(
         bl.load("guessing"), [f"evolution.variation={variation}", f"population.size={AGENTS}"]
@@ -170,15 +170,15 @@ def test_a_generation_from_independent_loci_follows_the_exact_recursion(variatio
     after = exact_step(PAYING)
     # The factor 3 allows for children of the same parents, which are not independent.
     error = 4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3
-    assert (abs(distances(variation, 1, seed=5)[0]) < error).all() and abs(after - PAYING)[
-        0
-    ] > 2 * error[0]
+    assert (abs(measure_differences(variation, 1, seed=5)[0]) < error).all() and abs(
+        after - PAYING
+    )[0] > 2 * error[0]
 
 
 def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> None:
     """Two parents preserve half of the linkage, so the population leaves the recursion."""
     pool, pairs = (
-        np.mean([distances(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1]
+        np.mean([measure_differences(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1]
         for variation in ("gene-pool", "crossover")
     )
     assert (abs(pool) < 0.002).all()
@@ -247,7 +247,7 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
     experiment = assign(
         bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"]
     )
-    children, _ = breed(experiment, strings(0, 2000)[0], np.ones(2000), GenerationKey(0, 0, 1))
+    children, _ = breed(experiment, make_strings(0, 2000)[0], np.ones(2000), GenerationKey(0, 0, 1))
     shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
 

@@ -41,7 +41,7 @@ def test_a_needle_that_never_moves_is_bit_identical_to_hinton_and_nowlan() -> No
         np.testing.assert_array_equal(still[moved], reference[fixed])
 
 
-def targets(run: int = 0, generations: int = 40, **fields: Any) -> npt.NDArray[np.int64]:
+def make_targets(run: int = 0, generations: int = 40, **fields: Any) -> npt.NDArray[np.int64]:
     """Return the targets [generation, locus]."""
     return np.stack(
         [MovingNeedle(**fields).right(5, run, generation) for generation in range(generations)]
@@ -49,12 +49,12 @@ def targets(run: int = 0, generations: int = 40, **fields: Any) -> npt.NDArray[n
 
 
 def test_the_target_changes_after_each_period_at_most_at_the_given_number_of_loci() -> None:
-    values = targets(period=8, redrawn_loci=3)
+    values = make_targets(period=8, redrawn_loci=3)
     changed = (values[1:] != values[:-1]).sum(axis=1)
     moves = np.arange(1, 40) % 8 == 0
     assert (values[:8] == 1).all() and (changed[~moves] == 0).all()
     assert changed[moves].max() in (1, 2, 3)
-    assert not np.array_equal(values[-1], targets(run=1, period=8, redrawn_loci=3)[-1]), (
+    assert not np.array_equal(values[-1], make_targets(run=1, period=8, redrawn_loci=3)[-1]), (
         "each run has its own target"
     )
 
@@ -62,7 +62,7 @@ def test_the_target_changes_after_each_period_at_most_at_the_given_number_of_loc
 def test_half_of_the_drawn_loci_change_and_all_loci_are_drawn() -> None:
     changes = np.concatenate(
         [
-            np.diff(targets(run=run, period=1, redrawn_loci=1, generations=60), axis=0) != 0
+            np.diff(make_targets(run=run, period=1, redrawn_loci=1, generations=60), axis=0) != 0
             for run in range(30)
         ]
     )

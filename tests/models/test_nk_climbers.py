@@ -19,15 +19,15 @@ from baldwinlab.parts import LIFE, PathView, uniforms
 BITS = 12
 
 
-def neighbors(heights: npt.NDArray[np.float64], bits: int) -> npt.NDArray[np.float64]:
+def neighbor_fitness(heights: npt.NDArray[np.float64], bits: int) -> npt.NDArray[np.float64]:
     """Return the fitness [bit, string] of each string with one bit flipped."""
     strings = np.arange(heights.size)
     return np.array([heights[strings ^ (1 << bit)] for bit in range(bits)])
 
 
-def peaks(k: int, run: int, bits: int = BITS) -> int:
+def count_peaks(k: int, run: int, bits: int = BITS) -> int:
     heights = landscape(3, run, bits, k)
-    return int((heights > neighbors(heights, bits)).all(axis=0).sum())
+    return int((heights > neighbor_fitness(heights, bits)).all(axis=0).sum())
 
 
 def test_a_landscape_has_values_from_0_to_1_and_depends_on_the_run() -> None:
@@ -40,15 +40,15 @@ def test_a_landscape_has_values_from_0_to_1_and_depends_on_the_run() -> None:
 @pytest.mark.parametrize("run", range(5))
 def test_without_epistasis_there_is_one_peak_and_bits_add_up(run: int) -> None:
     heights = landscape(3, run, BITS, 0)
-    assert peaks(0, run) == 1
-    gains = neighbors(heights, BITS) - heights
+    assert count_peaks(0, run) == 1
+    gains = neighbor_fitness(heights, BITS) - heights
     up = [gains[bit][(np.arange(heights.size) >> bit) & 1 == 0] for bit in range(BITS)]
     assert max(np.ptp(values) for values in up) < 1e-12
 
 
 def test_the_number_of_peaks_with_maximum_epistasis_matches_theory() -> None:
     """The expected number is 2^N / (N + 1) (Kauffman 1993)."""
-    numbers = [peaks(BITS - 1, run) for run in range(60)]
+    numbers = [count_peaks(BITS - 1, run) for run in range(60)]
     expected = 2**BITS / (BITS + 1)
     assert abs(np.mean(numbers) - expected) < 4 * np.std(numbers) / np.sqrt(len(numbers))
 
@@ -62,7 +62,7 @@ def test_the_correlation_of_neighbors_matches_theory(k: int, expected: float) ->
     for run in range(30):
         heights = landscape(3, run, BITS, k)
         deviations = heights - heights.mean()
-        of_neighbors = neighbors(heights, BITS) - heights.mean()
+        of_neighbors = neighbor_fitness(heights, BITS) - heights.mean()
         correlations.append((deviations * of_neighbors).mean() / (deviations**2).mean())
     exact = 1 - ((k + 1) / BITS) / (1 - 2.0 ** -(k + 1))
     assert exact == pytest.approx(expected, abs=1e-3)
@@ -72,7 +72,9 @@ def test_the_correlation_of_neighbors_matches_theory(k: int, expected: float) ->
     )
 
 
-def life(model: NKClimbers, newborn: list[int], agent: int) -> tuple[float, list[int]]:
+def simulate_in_python(
+    model: NKClimbers, newborn: list[int], agent: int
+) -> tuple[float, list[int]]:
     """Return the fitness of a string at death, and its bits at death."""
     heights = landscape(7, 0, model.bits, model.k)
 
@@ -94,7 +96,7 @@ def test_a_lifetime_agrees_with_plain_python() -> None:
     assert results.learned is not None
     for agent in range(40):
         string = [int(bit) for bit in newborns[0, agent, 0]]
-        height, final_bits = life(model, string, agent)
+        height, final_bits = simulate_in_python(model, string, agent)
         changed = sum(before != after for before, after in zip(string, final_bits, strict=True))
         assert (
             results.energy[0, agent] == height and results.learned[0, agent].tolist() == final_bits

@@ -38,11 +38,11 @@ def bits(genome: int) -> list[float]:
     return [float(genome >> bit & 1) for bit in range(8)]
 
 
-def genomes_of(strategy: str) -> list[int]:
+def list_genomes(strategy: str) -> list[int]:
     return [genome for genome, name in enumerate(NAMES) if name == strategy]
 
 
-def pairs_of_genomes(count: int) -> npt.NDArray[np.int64]:
+def draw_pairs(count: int) -> npt.NDArray[np.int64]:
     return np.random.default_rng(4).integers(0, 256, (count, 2))
 
 
@@ -52,7 +52,7 @@ def test_a_genome_has_a_move_and_a_plasticity_bit_for_each_pair_of_moves() -> No
     )
     assert {NAMES[0b1001_0000 | moves] for moves in (0b0000, 0b0001, 0b1000, 0b1001)} == {"x00x"}
     assert NAMES[0b1001_0010] == "x10x" and NAMES[0b1111_0101] == "xxxx"
-    assert [len(genomes_of("x" * plastic + "0" * (4 - plastic))) for plastic in range(5)] == [
+    assert [len(list_genomes("x" * plastic + "0" * (4 - plastic))) for plastic in range(5)] == [
         1,
         2,
         4,
@@ -68,7 +68,7 @@ def test_without_noise_the_payoff_agrees_with_matches_in_plain_python(
 ) -> None:
     model = PlasticPrisoners(learning=learning)
     payoff = payoffs(ROUNDS, 0.0, learning, first)
-    for genome, opponent in pairs_of_genomes(150):
+    for genome, opponent in draw_pairs(150):
         matches = [
             model.oracle(bits(genome), bits(opponent), begin, NO_SLIP * ROUNDS)
             for begin in FIRST[first]
@@ -84,7 +84,7 @@ def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> N
     slips = list(
         product([(False, False), (False, True), (True, False), (True, True)], repeat=rounds)
     )
-    for genome, opponent in pairs_of_genomes(40):
+    for genome, opponent in draw_pairs(40):
         chances = [
             np.prod([noise if slip else 1 - noise for both in match for slip in both])
             for match in slips
@@ -100,7 +100,7 @@ def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
     payoff = payoffs(ROUNDS, NOISE, True, "any")
     generator = np.random.default_rng(8)
     for genome, opponent in [
-        (genomes_of("x00x")[0], 0),
+        (list_genomes("x00x")[0], 0),
         (0b1001, 0b1001),
         (0b1111_0000, 0b1001_1001),
     ]:
@@ -144,11 +144,11 @@ def test_payoffs_of_pavlov_and_the_outstanding_strategy_have_published_values() 
     payoff = payoffs(ROUNDS, NOISE, True, "any")
     defector = 0b0000
     pavlov = 0b1001
-    against_defection = [payoff[genome, defector] for genome in genomes_of("x00x")]
+    against_defection = [payoff[genome, defector] for genome in list_genomes("x00x")]
     assert against_defection == pytest.approx([0.81] * 4, abs=0.01) and payoff[
         pavlov, defector
     ] == pytest.approx(0.64, abs=0.005)
-    against_themselves = [payoff[genome, genome] for genome in genomes_of("x00x")]
+    against_themselves = [payoff[genome, genome] for genome in list_genomes("x00x")]
     assert against_themselves == pytest.approx([2.61, 2.64, 2.64, 2.68], abs=0.005)
     assert payoff[pavlov, pavlov] == pytest.approx(2.80, abs=0.005)
     assert payoff[defector, pavlov] > payoff[pavlov, pavlov], "a defector invades Pavlov"
@@ -179,7 +179,7 @@ def test_the_outstanding_strategy_is_evolutionarily_stable_and_the_only_one_that
         and max(payoff for name, payoff in strategies.items() if name != "x00x") < 1.3
     )
     all_payoffs = payoffs(rounds, NOISE, True, "any")
-    for genome in genomes_of("x00x"):
+    for genome in list_genomes("x00x"):
         assert all(
             all_payoffs[genome, genome] > all_payoffs[mutant, genome]
             for mutant in range(256)

@@ -28,7 +28,7 @@ EVEN = assign(bl.load("stepping/convex"), ["evolution.selection=expected-offspri
 SAMPLED = bl.load("stepping/convex")
 
 
-def mean_of_parents(
+def select_mean(
     experiment: Any, x: Numbers, fitness: Numbers, n_parents: float, generation: int = 0
 ) -> float:
     """Return the mean x of a number of selected parents."""
@@ -36,7 +36,7 @@ def mean_of_parents(
     return float(x[select(experiment, fitness, uniforms)].mean())
 
 
-def law(x: Numbers, innate: Numbers, learned: Numbers) -> float:
+def predict_change(x: Numbers, innate: Numbers, learned: Numbers) -> float:
     """Compute Cov_f(x, g) / E_f(g)."""
     weight = innate / innate.sum()
     gain = learned / innate
@@ -56,10 +56,10 @@ def test_the_law_is_exact_in_ten_thousand_populations() -> None:
         if case % 2:
             learned = innate * np.sort(generator.integers(1, 9, agents))[x.argsort().argsort()]
         with_learning, without = (
-            mean_of_parents(EVEN, x, fitness, 2 * fitness.sum()) for fitness in (learned, innate)
+            select_mean(EVEN, x, fitness, 2 * fitness.sum()) for fitness in (learned, innate)
         )
         moved = with_learning - without
-        assert abs(moved - law(x, innate, learned)) < 1e-12
+        assert abs(moved - predict_change(x, innate, learned)) < 1e-12
         assert not case % 2 or moved > -1e-12
 
 
@@ -70,11 +70,11 @@ def test_random_selection_follows_the_law_on_average() -> None:
     innate = slope.fitness(x)
     learned = slope.fitness(x + 0.3)
     moved = [
-        mean_of_parents(SAMPLED, x, learned, 2000, 2 * k)
-        - mean_of_parents(SAMPLED, x, innate, 2000, 2 * k + 1)
+        select_mean(SAMPLED, x, learned, 2000, 2 * k)
+        - select_mean(SAMPLED, x, innate, 2000, 2 * k + 1)
         for k in range(2000)
     ]
-    expected = law(x, innate, learned)
+    expected = predict_change(x, innate, learned)
     error = np.std(moved) / np.sqrt(len(moved))
     assert abs(np.mean(moved) - expected) < 4 * error and expected > 20 * error
 
@@ -86,7 +86,7 @@ def test_the_sign_of_the_effect_of_learning_depends_on_the_slope(name: str) -> N
     for _ in range(300):
         low, high = (-2.0, -0.5) if name == "concave" else (0.0, 2.0)
         x = generator.uniform(low, high, 20)
-        moved = law(x, slope.fitness(x), slope.fitness(x + slope.learning_step))
+        moved = predict_change(x, slope.fitness(x), slope.fitness(x + slope.learning_step))
         assert moved * BENDS[name] > 0 or (BENDS[name] == 0 and abs(moved) < 1e-12)
 
 

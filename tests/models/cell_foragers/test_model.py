@@ -31,7 +31,7 @@ KINDS = ("none", "auto-teaching", "prediction", "random-targets")
 HIDDEN = 3
 
 
-def model(learning: Any, **fields: Any) -> CellForagers:
+def make_model(learning: Any, **fields: Any) -> CellForagers:
     return CellForagers(
         learning=learning,
         hidden_units=HIDDEN,
@@ -39,7 +39,7 @@ def model(learning: Any, **fields: Any) -> CellForagers:
     )
 
 
-def genomes(
+def draw_random_genomes(
     forager_model: CellForagers, agents: int, seed: int = 1, size: float = 2.0
 ) -> npt.NDArray[np.float32]:
     """Return genomes [run, agent, module, weight] with weights large enough for movement."""
@@ -97,7 +97,9 @@ def move(position: int, heading: int, plan: tuple[int, int]) -> tuple[int, int]:
     return position, (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
 
 
-def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
+def simulate_in_python(
+    forager_model: CellForagers, genome: Any, agent: int
+) -> tuple[list[int], Any]:
     """Return the number of eaten items in each environment, and the weights at death."""
     weights = genome[0].astype(float)
     fixed = genome[-1].astype(float)
@@ -146,11 +148,15 @@ def life(forager_model: CellForagers, genome: Any, agent: int) -> tuple[list[int
 
 @pytest.mark.parametrize("learning", KINDS)
 def test_a_lifetime_agrees_with_plain_python(learning: str) -> None:
-    forager_model = model(learning)
-    newborns = genomes(forager_model, 12)
+    forager_model = make_model(learning)
+    newborns = draw_random_genomes(forager_model, 12)
     results = forager_model.simulate(7, [0], 3, newborns)
-    assert newborns.tolist() == genomes(forager_model, 12).tolist(), "genomes do not change"
-    expected = [life(forager_model, genome, agent) for agent, genome in enumerate(newborns[0])]
+    assert newborns.tolist() == draw_random_genomes(forager_model, 12).tolist(), (
+        "genomes do not change"
+    )
+    expected = [
+        simulate_in_python(forager_model, genome, agent) for agent, genome in enumerate(newborns[0])
+    ]
     food = [sum(eaten) / forager_model.environments for eaten, _ in expected]
     assert results.energy[0].tolist() == pytest.approx(food) and sum(food) > 0.5
     assert results.learned is not None
@@ -164,8 +170,8 @@ def test_a_lifetime_agrees_with_plain_python(learning: str) -> None:
 @pytest.mark.parametrize("learning", KINDS)
 def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
     """The view shows the food that the agent eats in each environment, and moves cell by cell."""
-    forager_model = model(learning)
-    newborns = genomes(forager_model, 12)
+    forager_model = make_model(learning)
+    newborns = draw_random_genomes(forager_model, 12)
     for agent in range(12):
         view = forager_model.views["life"].of(
             forager_model, GenerationKey(7, 0, 3), newborns[0], agent
@@ -175,7 +181,10 @@ def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
             values.reshape(forager_model.environments, forager_model.steps_per_environment, -1)
             for values in (view.gained, view.cells)
         )
-        assert gained[:, -1, 0].tolist() == life(forager_model, newborns[0, agent], agent)[0]
+        assert (
+            gained[:, -1, 0].tolist()
+            == simulate_in_python(forager_model, newborns[0, agent], agent)[0]
+        )
         assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "food that is not eaten remains"
         moved = np.abs(
             np.diff(
@@ -203,9 +212,9 @@ def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
 
 
 def test_the_view_of_a_long_lifetime_has_the_first_moves() -> None:
-    forager_model = model("none", environments=1000, steps_per_environment=50)
+    forager_model = make_model("none", environments=1000, steps_per_environment=50)
     view = forager_model.views["life"].of(
-        forager_model, GenerationKey(7, 0, 3), genomes(forager_model, 1)[0], 0
+        forager_model, GenerationKey(7, 0, 3), draw_random_genomes(forager_model, 1)[0], 0
     )
     assert isinstance(view, GridView) and len(view.cells) == MAX_SHOWN_MOVES
 
@@ -215,8 +224,8 @@ def test_a_learning_step_follows_the_gradient() -> None:
 
     The weights of the other outputs do not change.
     """
-    forager_model = model("prediction")
-    weights = genomes(forager_model, 1)[0, 0, 0]
+    forager_model = make_model("prediction")
+    weights = draw_random_genomes(forager_model, 1)[0, 0, 0]
     values = np.array([0.3, 0.6, 1, 0], np.float32)
     layers = Layers(HIDDEN, 4, np.float32(1))
     units = make_units(outputs=4)
@@ -240,8 +249,8 @@ def test_a_learning_step_follows_the_gradient() -> None:
 
 
 def test_the_error_to_a_constant_teacher_decreases_in_each_step_and_finally_geometrically() -> None:
-    forager_model = model("auto-teaching")
-    weights, fixed = genomes(forager_model, 1)[0, 0]
+    forager_model = make_model("auto-teaching")
+    weights, fixed = draw_random_genomes(forager_model, 1)[0, 0]
     layers = Layers(HIDDEN, 2, np.float32(0.5))
     units = make_units(outputs=2)
     errors = []
@@ -266,21 +275,21 @@ def test_the_error_to_a_constant_teacher_decreases_in_each_step_and_finally_geom
 
 @pytest.mark.parametrize("learning", KINDS[1:])
 def test_a_lifetime_at_rate_0_equals_a_lifetime_without_learning(learning: str) -> None:
-    model_at_rate_0 = model(learning, learning_rate=0.0)
-    newborns = genomes(model(learning), 20)
+    model_at_rate_0 = make_model(learning, learning_rate=0.0)
+    newborns = draw_random_genomes(make_model(learning), 20)
     results = model_at_rate_0.simulate(7, [0], 3, newborns)
-    control = model(learning).without_learning().simulate(7, [0], 3, newborns)
+    control = make_model(learning).without_learning().simulate(7, [0], 3, newborns)
     assert results.learned is not None and (results.learned == newborns[:, :, 0]).all()
     assert results.energy.tolist() == control.energy.tolist()
-    learned = model(learning).simulate(7, [0], 3, newborns).learned
+    learned = make_model(learning).simulate(7, [0], 3, newborns).learned
     assert learned is not None and (learned != newborns[:, :, 0]).any(axis=-1).all(), (
         "at another rate, all agents learn"
     )
 
 
 def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_in_a_batch() -> None:
-    forager_model = model("auto-teaching", steps_per_environment=200)
-    newborns = np.repeat(genomes(forager_model, 30), 2, axis=0)
+    forager_model = make_model("auto-teaching", steps_per_environment=200)
+    newborns = np.repeat(draw_random_genomes(forager_model, 30), 2, axis=0)
     both = forager_model.simulate(7, [0, 5], 3, newborns)
     single = forager_model.simulate(7, [5], 3, newborns[1:])
     assert both.energy.max() <= FOOD and both.energy.max() > 1

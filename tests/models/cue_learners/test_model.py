@@ -41,7 +41,7 @@ def counting_gain(accuracy: float, items: int = 100, current: int = 0) -> float:
     return float((2 * p_correct - 1).sum() / 2)
 
 
-def hand_built() -> npt.NDArray[np.float32]:
+def make_hand_built_genome() -> npt.NDArray[np.float32]:
     """Return a genome with a fixed link of 1/2 from sweet and a Hebbian link of 0 from red."""
     strengths = np.zeros((3, 3))
     hebbian = np.zeros((3, 3))
@@ -78,12 +78,14 @@ def repeat_genome(genome: npt.NDArray[np.float32], agents: int) -> npt.NDArray[n
     return np.tile(genome, (1, agents, 1, 1))
 
 
-def gains(model: CueLearners, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+def measure_gains(model: CueLearners, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
     energy: npt.NDArray[np.float64] = model.simulate(3, [0], 2, genomes).energy[0]
     return energy - model.items / 2
 
 
-def naive(model: CueLearners, genome: list[float], agent: int) -> tuple[int, list[float]]:
+def simulate_in_python(
+    model: CueLearners, genome: list[float], agent: int
+) -> tuple[int, list[float]]:
     """Return food minus poison eaten in a lifetime, and the strengths at death."""
     kinds = [int(kind) for kind in genome[: model.units]]
     units = range(model.units)
@@ -145,7 +147,7 @@ def test_a_lifetime_agrees_with_plain_python(fields: dict[str, Any]) -> None:
     results = model.simulate(3, [0], 2, genomes)
     assert results.learned is not None and (genomes == given).all(), "genomes do not change"
     for agent in range(120):
-        gain, links = naive(model, genomes[0, agent, 0].tolist(), agent)
+        gain, links = simulate_in_python(model, genomes[0, agent, 0].tolist(), agent)
         assert results.energy[0, agent] == gain + model.items / 2
         assert results.learned[
             0, agent, model.units : model.units + model.units**2
@@ -158,7 +160,7 @@ def test_the_gain_of_a_hand_built_learner_matches_theory_and_is_below_the_bound(
     accuracy: float,
 ) -> None:
     model = CueLearners(cue_accuracy=accuracy, learning_rate=STEP)
-    measured = gains(model, repeat_genome(hand_built(), 20_000))
+    measured = measure_gains(model, repeat_genome(make_hand_built_genome(), 20_000))
     error = measured.std() / np.sqrt(measured.size)
     assert abs(measured.mean() - expected_gain(accuracy)) < 4 * error
     assert expected_gain(accuracy) < counting_gain(accuracy, current=1)
@@ -182,10 +184,10 @@ def test_the_advantage_of_counting_over_smell_has_the_specified_values() -> None
 def test_an_agent_that_does_not_learn_gains_at_most_the_gain_by_smell(accuracy: float) -> None:
     """The best fixed network eats items that smell sweet, with the gain (2a - 1) / 2 per item."""
     model = CueLearners(cue_accuracy=accuracy, learning=False)
-    sniffer = gains(model, repeat_genome(hand_built(), 20_000))
+    sniffer = measure_gains(model, repeat_genome(make_hand_built_genome(), 20_000))
     assert abs(sniffer.mean() - 50 * (2 * accuracy - 1)) < 4 * sniffer.std() / np.sqrt(sniffer.size)
     for founder in model.founders(60, GenerationKey(1, 0, 0)):
-        measured = gains(model, repeat_genome(founder, 1000))
+        measured = measure_gains(model, repeat_genome(founder, 1000))
         assert (
             measured.mean()
             <= 50 * (2 * accuracy - 1) + 4 * measured.std() / np.sqrt(measured.size) + 1e-9
@@ -198,8 +200,8 @@ def test_the_midpoint_is_between_smell_and_color_in_the_same_lifetime() -> None:
     An agent that eats only red items from birth is correct in one of the two patches.
     """
     model = CueLearners(cue_accuracy=0.8, learning=False)
-    by_smell = model.simulate(3, [0], 2, repeat_genome(hand_built(), 500)).records
-    red = hand_built()
+    by_smell = model.simulate(3, [0], 2, repeat_genome(make_hand_built_genome(), 500)).records
+    red = make_hand_built_genome()
     red[3:12] = 0
     red[3 + 2 * 3 + 1] = 1
     by_red = model.simulate(3, [0], 2, repeat_genome(red, 500)).records
@@ -211,7 +213,9 @@ def test_the_midpoint_is_between_smell_and_color_in_the_same_lifetime() -> None:
 
 def test_a_learner_eats_by_color_at_death_but_not_at_birth() -> None:
     records = (
-        CueLearners(cue_accuracy=0.85).simulate(3, [0], 2, repeat_genome(hand_built(), 500)).records
+        CueLearners(cue_accuracy=0.85)
+        .simulate(3, [0], 2, repeat_genome(make_hand_built_genome(), 500))
+        .records
     )
     assert records["by_colour"].mean() > 0.95 and not records["born_so"].any()
 

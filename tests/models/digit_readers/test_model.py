@@ -38,7 +38,7 @@ def error(weights: Numbers, pixels: Numbers, digit: int) -> float:
     return float(((forward(weights, pixels) - np.eye(DIGITS)[digit]) ** 2).sum() / 2)
 
 
-def readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[np.float32]]:
+def make_readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[np.float32]]:
     """Return a model with few hidden units, and genomes [run, agent, module, weight].
 
     The weights are small enough for learning.
@@ -49,18 +49,18 @@ def readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[np.fl
     ).astype(np.float32)
 
 
-def training_image(agent: int, trial: int, count: int) -> int:
+def draw_training_image(agent: int, trial: int, count: int) -> int:
     """Return the number of the training image of a trial."""
     return int(unit(words(3, 0, 2, LIFE, (agent + 1, trial + 2))[agent, trial + 1, 0]) * count)
 
 
 def test_a_trial_follows_the_gradient_by_finite_differences() -> None:
-    model, genomes = readers(4, trials=1, learning_rate=0.25)
+    model, genomes = make_readers(4, trials=1, learning_rate=0.25)
     learned = model.simulate(3, [0], 2, genomes).learned
     training_set, _ = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
     assert learned is not None
     for agent in range(4):
-        number = training_image(agent, 0, len(training_set))
+        number = draw_training_image(agent, 0, len(training_set))
         weights = genomes[0, agent, 0].astype(np.float64)
         pixels = training_set[number].astype(np.float64)
         steps = np.eye(weights.size) * 1e-5
@@ -77,7 +77,7 @@ def test_a_trial_follows_the_gradient_by_finite_differences() -> None:
 
 @pytest.mark.parametrize("criterion", ["strongest", "all"])
 def test_a_network_is_tested_on_images_outside_of_the_training_set(criterion: Any) -> None:
-    model, genomes = readers(12, trials=400, learning_rate=1.5, criterion=criterion)
+    model, genomes = make_readers(12, trials=400, learning_rate=1.5, criterion=criterion)
     results = model.simulate(3, [0], 2, genomes)
     training_set, test_set = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
     assert (
@@ -107,7 +107,7 @@ def test_a_network_is_tested_on_images_outside_of_the_training_set(criterion: An
 
 
 def test_digits_can_be_learned_but_not_without_learning() -> None:
-    model, genomes = readers(8, trials=4000, learning_rate=1.0)
+    model, genomes = make_readers(8, trials=4000, learning_rate=1.0)
     assert model.simulate(3, [0], 2, genomes).records["error"].mean() < 0.1
     control = model.without_learning().simulate(3, [0], 2, genomes)
     assert control.learned is not None and (control.learned == genomes[:, :, 0]).all()
@@ -131,7 +131,7 @@ def test_the_ten_digits_differ_and_noise_inverts_the_given_share_of_pixels() -> 
 
 
 def test_the_number_of_trials_is_constant_or_uniform_from_0_to_twice_the_mean() -> None:
-    _, genomes = readers(2000)
+    _, genomes = make_readers(2000)
     equal = (
         DigitReaders(hidden_units=HIDDEN, trials=6, tests_per_digit=1)
         .simulate(3, [0], 2, genomes)

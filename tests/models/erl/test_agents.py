@@ -34,10 +34,10 @@ from baldwinlab.models.erl.world import (
 from tests.models.erl.worlds import (
     EAST,
     SMALL,
-    empty_world,
+    make_empty_world,
     put_agent,
     set_direction,
-    simulated_world,
+    simulate_world,
 )
 
 
@@ -61,7 +61,7 @@ def test_a_step_of_crbp_has_the_values_computed_by_hand() -> None:
 
 
 def test_an_improvement_makes_the_last_action_more_likely() -> None:
-    rules, world, inputs = empty_world()
+    rules, world, inputs = make_empty_world()
     agent = put_agent(rules, world, 210)
     world.evaluation_weights[agent] = 0
     world.action_weights[agent] = 0
@@ -96,7 +96,7 @@ def test_an_improvement_makes_the_last_action_more_likely() -> None:
 def test_evaluation_networks_do_not_change_and_action_networks_change_only_with_learning(
     strategy: str,
 ) -> None:
-    rules, world, _ = simulated_world(strategy)
+    rules, world, _ = simulate_world(strategy)
     agents = int(world.counts[AGENTS])
     assert agents > 3
     learned = 0
@@ -117,7 +117,7 @@ def test_learned_weights_are_not_inherited() -> None:
     results = model.simulate(2, [0], 0, genomes[None])
     np.testing.assert_array_equal(genomes, before)
     assert results.learned is None and results.records["born"].item() > 10
-    rules, world, _ = empty_world(mutation_rate=0.0)
+    rules, world, _ = make_empty_world(mutation_rate=0.0)
     parents = [put_agent(rules, world, 210, 1), put_agent(rules, world, 212, 1)]
     world.energy[parents] = 1
     world.action_weights[parents[0]] += 5
@@ -130,7 +130,7 @@ def test_learned_weights_are_not_inherited() -> None:
 
 
 def test_children_have_bits_of_both_parents_with_two_cuts_and_mutations() -> None:
-    rules, world, _ = empty_world(mutation_rate=0.0, grid_size=60, max_agents=1000)
+    rules, world, _ = make_empty_world(mutation_rate=0.0, grid_size=60, max_agents=1000)
     first = put_agent(rules, world, 60 * 30 + 30, 0)
     second = put_agent(rules, world, 60 * 30 + 33, 1)
     shares = []
@@ -155,7 +155,7 @@ def test_children_have_bits_of_both_parents_with_two_cuts_and_mutations() -> Non
 
 
 def test_without_heredity_the_bits_of_newborns_are_random() -> None:
-    rules, world, _ = empty_world(strategy="L")
+    rules, world, _ = make_empty_world(strategy="L")
     agent = put_agent(rules, world, 210, 1)
     world.energy[agent] = 1
     reproduce(rules, world, agent)
@@ -175,7 +175,7 @@ def test_carnivores_have_no_genome() -> None:
 
 
 def test_an_agent_senses_the_nearest_of_each_kind_by_direction() -> None:
-    rules, world, inputs = empty_world()
+    rules, world, inputs = make_empty_world()
     agent = put_agent(rules, world, 20 * 10 + 10)
     add_plant(rules, world, 20 * 10 + 11)
     add_plant(rules, world, 20 * 10 + 13)
@@ -190,7 +190,7 @@ def test_an_agent_senses_the_nearest_of_each_kind_by_direction() -> None:
 
 
 def test_an_agent_eats_enters_trees_attacks_and_is_hurt_by_walls() -> None:
-    rules, world, inputs = empty_world()
+    rules, world, inputs = make_empty_world()
     agent = put_agent(rules, world, 20 * 10 + 10)
     add_plant(rules, world, 20 * 10 + 11)
     world.kind[20 * 10 + 12] = TREE

@@ -13,19 +13,19 @@ from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.erl.model import ErlPopulations
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.models.erl.worlds import (
-    SET,
+    SETTINGS,
     SMALL,
 )
 
 
 def test_a_population_is_bit_identical_in_a_batch() -> None:
-    small = assign(bl.load("erl-populations"), [*SET, "erl_populations.max_steps=200"])
+    small = assign(bl.load("erl-populations"), [*SETTINGS, "erl_populations.max_steps=200"])
     for run, history in enumerate(simulate_histories(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
 def test_measures_equal_the_records() -> None:
-    small = assign(bl.load("erl-populations"), [*SET, "erl_populations.max_steps=50"])
+    small = assign(bl.load("erl-populations"), [*SETTINGS, "erl_populations.max_steps=50"])
     run = bl.simulate(small, seed=4).expand_dims("run")
     measured = {
         name: xr.DataArray(measure.of(run)).item()
@@ -60,7 +60,9 @@ def test_the_settings_for_checks_have_births_and_deaths() -> None:
 def test_a_longer_run_has_the_same_beginning_and_surviving_populations_are_censored() -> None:
     ends = {}
     for steps in (200, 400):
-        small = assign(bl.load("erl-populations"), [*SET, f"erl_populations.max_steps={steps}"])
+        small = assign(
+            bl.load("erl-populations"), [*SETTINGS, f"erl_populations.max_steps={steps}"]
+        )
         ends[steps] = xr.concat(
             [history.dataset() for history in simulate_histories(small, 4, range(6))], "run"
         )

@@ -25,14 +25,14 @@ from baldwinlab.models.erl.world import (
 )
 from tests.models.erl.worlds import (
     SMALL,
-    empty_world,
+    make_empty_world,
     put_agent,
-    simulated_world,
+    simulate_world,
 )
 
 
 def test_a_carnivore_bites_visible_agents_but_no_agent_in_a_tree() -> None:
-    rules, world, _ = empty_world(bite_damage=0.5)
+    rules, world, _ = make_empty_world(bite_damage=0.5)
     agent = put_agent(rules, world, 20 * 10 + 12)
     add_carnivore(rules, world, 20 * 10 + 10)
     step_carnivore(rules, world, 0)
@@ -60,7 +60,7 @@ def test_a_carnivore_bites_visible_agents_but_no_agent_in_a_tree() -> None:
 
 @pytest.mark.parametrize("strategy", ["ERL", "B"])
 def test_cells_agree_with_the_positions_of_agents_and_carnivores(strategy: str) -> None:
-    _, world, _ = simulated_world(strategy)
+    _, world, _ = simulate_world(strategy)
     agents = int(world.counts[AGENTS])
     carnivores = int(world.counts[CARNIVORES])
     assert agents > 3

@@ -35,7 +35,7 @@ SMALL: dict[str, Any] = {
 }
 
 
-SET = [
+SETTINGS = [
     "record.genome_every=1",
     *(f"erl_populations.{name}={value}" for name, value in SMALL.items()),
 ]
@@ -44,7 +44,7 @@ SET = [
 EAST = 1
 
 
-def empty_world(**fields: Any) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
+def make_empty_world(**fields: Any) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
     """Return rules, a world with walls only, and scratch."""
     model = ErlPopulations(
         **SMALL
@@ -72,9 +72,7 @@ def set_direction(world: ErlWorld, agent: int, direction: int) -> None:
     ]
 
 
-def simulated_world(
-    strategy: str, steps: int = 80
-) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
+def simulate_world(strategy: str, steps: int = 80) -> tuple[Any, ErlWorld, npt.NDArray[np.float32]]:
     """Return a population after a number of steps, with the genomes of its founders."""
     model = ErlPopulations(**SMALL, strategy=strategy)
     rules = model.rules()

@@ -29,14 +29,14 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 
-def genomes(model: LightSwitch, agents: int = 40) -> npt.NDArray[np.float32]:
+def draw_random_genomes(model: LightSwitch, agents: int = 40) -> npt.NDArray[np.float32]:
     """Return random genomes as [run, agent, module, bit]."""
     return (
         np.random.default_rng(3).integers(0, 2, (1, agents, 1, model.weights())).astype(np.float32)
     )
 
 
-class Life:
+class PlainLifetime:
     """Lifetime of one agent in one world, in plain Python."""
 
     def __init__(
@@ -156,14 +156,14 @@ class Life:
 def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     """Rounding errors grow in chaotic lifetimes, so lifetimes are short and 1 in 20 may differ."""
     model = LightSwitch(**{"neurons": 4, "steps_per_life": 120} | KINDS[kind])
-    newborns = genomes(model)
+    newborns = draw_random_genomes(model)
     results = model.simulate(7, [5], 3, newborns)
-    assert (newborns == genomes(model)).all(), "genomes do not change"
+    assert (newborns == draw_random_genomes(model)).all(), "genomes do not change"
     begin = uniforms(7, 5, 3, LIFE, (1, 1))[0, 0]
     small = 0.1 * uniforms(7, 5, 3, LIFE, (1 + len(newborns[0]), model.synapses))[1:, :, 0]
     for name, world in (("score", WORLD), ("changed", CHANGED[model.change])):
         lives = [
-            Life(model, genome.astype(int).tolist(), at_birth, world)
+            PlainLifetime(model, genome.astype(int).tolist(), at_birth, world)
             for genome, at_birth in zip(newborns[0, :, 0], small, strict=True)
         ]
         expected = np.array([life.steps_under_lamp(begin) for life in lives]) / model.steps_per_life
@@ -178,7 +178,7 @@ def test_weights_do_not_learn_without_plasticity_or_with_strengths() -> None:
         and not model.without_learning().learns
         and not LightSwitch(encoding="strengths").learns
     )
-    bits = genomes(model)[:, :, 0].astype(int)
+    bits = draw_random_genomes(model)[:, :, 0].astype(int)
     assert (
         model._decode(0, [0], 0, bits)[2].any()
         and not model.without_learning()._decode(0, [0], 0, bits)[2].any()
@@ -187,7 +187,7 @@ def test_weights_do_not_learn_without_plasticity_or_with_strengths() -> None:
 
 def test_weights_at_birth_are_small_and_differ_between_agents() -> None:
     model = LightSwitch()
-    weights = model._decode(0, [0], 0, genomes(model)[:, :, 0].astype(int))[3]
+    weights = model._decode(0, [0], 0, draw_random_genomes(model)[:, :, 0].astype(int))[3]
     assert (
         weights.min() >= 0
         and weights.max() <= 0.1
@@ -206,7 +206,7 @@ def test_an_agent_without_light_has_no_energy() -> None:
 
 def test_a_run_is_bit_identical_in_a_batch() -> None:
     model = LightSwitch(encoding="synapses", steps_per_life=200)
-    newborns = np.repeat(genomes(model), 2, axis=0)
+    newborns = np.repeat(draw_random_genomes(model), 2, axis=0)
     both = model.simulate(7, [0, 5], 3, newborns)
     single = model.simulate(7, [5], 3, newborns[1:])
     for name in ("score", "changed"):

@@ -97,7 +97,7 @@ def test_an_upright_pole_stays_and_a_tilted_pole_falls() -> None:
     assert state[2] > 0.01 and state[1] < 0, "the pole moves the cart backward"
 
 
-def grown() -> npt.NDArray[np.float32]:
+def evolved_genomes() -> npt.NDArray[np.float32]:
     """Return evolved networks [agent, module, entry]."""
     some = [
         "population.size=40",
@@ -116,7 +116,7 @@ def test_networks_with_ordered_links_have_the_outputs_of_other_implementations()
     steepness = np.float32(4.9)
     sensed = [float(np.float32(value / scale)) for value, scale in zip(state, SCALE, strict=True)]
     outputs = set()
-    for graph in grown()[:, 0]:
+    for graph in evolved_genomes()[:, 0]:
         units = np.empty((3, PARTS + 101), np.float32)
         plan = np.empty((2, 100, 3), np.float32)
         links = order_links(graph, PARTS, False, plan[0], plan[1], units[0])
@@ -150,7 +150,7 @@ def naive_life(graph: Any, max_steps: int) -> int:
 
 
 def test_the_duration_of_a_lifetime_agrees_with_plain_python() -> None:
-    genomes = grown()
+    genomes = evolved_genomes()
     steps = NeatPoles(max_steps=40).simulate(0, [0], 0, genomes[None]).energy[0]
     expected = [naive_life(graph.tolist(), 40) for graph in genomes[:, 0]]
     # Networks have single precision.

@@ -21,7 +21,7 @@ from baldwinlab.models.neat.cart_pole import FORCE, PARTS, TRACK, UPRIGHT, is_ba
 from baldwinlab.models.neat.double_pole import SCALE, START, activate_once, order_links
 from baldwinlab.models.neat.double_pole_no_velocities import ENOUGH, STARTS, UnseenVelocities
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.evolution.neat.grown import genes_of, make_network, population
+from tests.evolution.neat.evolved_genomes import genes_of, make_network, population
 
 NAME = "neat-poles-without-velocities"
 POLES = "stanley-miikkulainen-2002:poles-without-velocities"
@@ -44,7 +44,7 @@ def simulate_graphs(*graphs: Graph, **fields: Any) -> Any:
 
 
 @pytest.fixture(scope="module")
-def grown() -> Graph:
+def evolved_genomes() -> Graph:
     """Return evolved networks [agent, entry]."""
     some = [
         "population.size=40",
@@ -87,11 +87,11 @@ def test_a_recurrent_link_transmits_the_value_of_the_previous_step() -> None:
         assert output == pytest.approx(value, abs=1e-6)
 
 
-def test_recurrent_networks_have_the_outputs_of_plain_python(grown: Graph) -> None:
+def test_recurrent_networks_have_the_outputs_of_plain_python(evolved_genomes: Graph) -> None:
     random = np.random.default_rng(5)
     steepness = np.float32(4.9)
     outputs = set[float]()
-    for graph in grown:
+    for graph in evolved_genomes:
         plan = np.empty((2, 100, 3), np.float32)
         units = np.zeros((3, 3 + 100 + 1), np.float32)
         links = order_links(graph, 3, True, plan[0], plan[1], units[2])
@@ -106,7 +106,7 @@ def test_recurrent_networks_have_the_outputs_of_plain_python(grown: Graph) -> No
             assert output == pytest.approx(before.get(4.0, 0.0), abs=1e-5)
             outputs.add(float(output))
     assert len(outputs) > 50
-    assert set().union(*map(kinds_of_loops, grown)) == {"itself", "from the output"}
+    assert set().union(*map(kinds_of_loops, evolved_genomes)) == {"itself", "from the output"}
 
 
 def naive_life(graph: Graph, max_steps: int) -> tuple[int, float]:
@@ -130,7 +130,7 @@ def naive_life(graph: Graph, max_steps: int) -> tuple[int, float]:
     )
 
 
-def test_fitness_agrees_with_gruaus_formula_in_plain_python(grown: Graph) -> None:
+def test_fitness_agrees_with_gruaus_formula_in_plain_python(evolved_genomes: Graph) -> None:
     swinging = (
         balancing(0.0),
         balancing(0.0, (-2.0, -5.0, 3.9, 0.0)),
@@ -142,8 +142,8 @@ def test_fitness_agrees_with_gruaus_formula_in_plain_python(grown: Graph) -> Non
         steps, fitness = naive_life(graph, 150)
         assert results.records["balanced"][0, number] == steps
         assert results.energy[0, number] == pytest.approx(fitness, rel=1e-3)
-    of_grown = UnseenVelocities(max_steps=150).simulate(0, [0], 0, grown[None, :20, None])
-    expected = [naive_life(graph, 150) for graph in grown[:20]]
+    of_grown = UnseenVelocities(max_steps=150).simulate(0, [0], 0, evolved_genomes[None, :20, None])
+    expected = [naive_life(graph, 150) for graph in evolved_genomes[:20]]
     np.testing.assert_allclose(
         of_grown.records["balanced"][0], [steps for steps, _ in expected], atol=1
     )

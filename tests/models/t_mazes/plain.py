@@ -23,7 +23,9 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 
-def genomes(model: TMazes, agents: int = 200, size: float = 1.2) -> npt.NDArray[np.float32]:
+def draw_plastic_genomes(
+    model: TMazes, agents: int = 200, size: float = 1.2
+) -> npt.NDArray[np.float32]:
     """Return genomes [run, agent, module, weight] that sense turning points and do not all crash.
 
     Some weights are outside the range.
@@ -37,7 +39,7 @@ def genomes(model: TMazes, agents: int = 200, size: float = 1.2) -> npt.NDArray[
     return drawn.astype(np.float32)
 
 
-class Life:
+class PlainLifetime:
     """One agent, in float64 and plain Python."""
 
     def __init__(

@@ -15,16 +15,16 @@ from baldwinlab.experiment import assign
 from baldwinlab.models.t_mazes.model import TMazes
 from baldwinlab.models.t_mazes.trips import END, INPUTS, REWARD, RULE, TURNING
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.models.t_mazes.plain import KINDS, Life, genomes
+from tests.models.t_mazes.plain import KINDS, PlainLifetime, draw_plastic_genomes
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     model = TMazes(**{"trips": 12} | KINDS[kind])
-    newborns = genomes(model)
+    newborns = draw_plastic_genomes(model)
     results = model.simulate(7, [5], 3, newborns)
-    assert (newborns == genomes(model)).all(), "genomes do not change"
-    lives = [Life(model, genome[0], model.maze(7, 5, 3)) for genome in newborns[0]]
+    assert (newborns == draw_plastic_genomes(model)).all(), "genomes do not change"
+    lives = [PlainLifetime(model, genome[0], model.maze(7, 5, 3)) for genome in newborns[0]]
     assert results.energy[0] == pytest.approx([life.total_reward() for life in lives])
     assert len(set(results.energy[0].round(6))) > 2
     assert results.learned is not None
@@ -107,7 +107,7 @@ def test_without_plasticity_trips_are_equal_unless_activations_last_for_a_lifeti
     """The agent has no memory of the last trip, so all trips have the same end, or all crash."""
     for memory, is_alike in (("step", True), ("trip", True), ("life", False)):
         model = TMazes(modulatory_neurons=0, plasticity=False, memory=memory, trips=20)
-        results = model.simulate(0, [0], 0, genomes(model))
+        results = model.simulate(0, [0], 0, draw_plastic_genomes(model))
         _, moves, _ = model.maze(0, 0, 0)
         possible = {-8.0, moves + 0.2 * (20 - moves), 0.2 * moves + (20 - moves)}
         assert (
@@ -118,7 +118,7 @@ def test_without_plasticity_trips_are_equal_unless_activations_last_for_a_lifeti
 
 def test_a_run_is_bit_identical_in_a_batch() -> None:
     model = TMazes()
-    newborns = np.repeat(genomes(model, 30), 2, axis=0)
+    newborns = np.repeat(draw_plastic_genomes(model, 30), 2, axis=0)
     both = model.simulate(7, [0, 5], 3, newborns)
     single = model.simulate(7, [5], 3, newborns[1:])
     assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()

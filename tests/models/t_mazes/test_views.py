@@ -12,10 +12,10 @@ from baldwinlab.models.grid_frames import HIGH, LOW, WALL
 from baldwinlab.models.t_mazes.model import MAX_SHOWN_TRIPS, TMazes
 from baldwinlab.models.t_mazes.trips import BIAS, END, INPUTS, RULE, TURNING
 from baldwinlab.parts import GridView, PathView
-from tests.models.t_mazes.plain import KINDS, Life, genomes
+from tests.models.t_mazes.plain import KINDS, PlainLifetime, draw_plastic_genomes
 
 
-def walk(
+def follow_trip(
     model: TMazes, actions: list[str], reward: float
 ) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]]]:
     """Return the frames and the cells of a trip.
@@ -50,11 +50,11 @@ def walk(
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_view_of_trips_agrees_with_plain_python(kind: str) -> None:
     model = TMazes(**{"trips": 12} | KINDS[kind])
-    newborns = genomes(model)[0]
+    newborns = draw_plastic_genomes(model)[0]
     rewards = set[float]()
     end = 2 * model.turning_points + 1
     for agent in range(0, 200, 4):
-        life = Life(model, newborns[agent, 0], model.maze(7, 5, 3))
+        life = PlainLifetime(model, newborns[agent, 0], model.maze(7, 5, 3))
         life.total_reward()
         view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, agent)
         assert isinstance(view, GridView) and view.visit[-1] == 11
@@ -63,7 +63,7 @@ def test_the_view_of_trips_agrees_with_plain_python(kind: str) -> None:
                 values[view.visit == trip]
                 for values in (view.position, view.heading, view.gained, view.cells)
             )
-            frames, (*cells, faced) = walk(model, actions, total)
+            frames, (*cells, faced) = follow_trip(model, actions, total)
             assert [
                 (*at, looks) for at, looks in zip(positions.tolist(), heading, strict=True)
             ] == frames
@@ -89,7 +89,7 @@ def test_the_view_of_trips_has_the_high_reward_of_each_trip(
 ) -> None:
     model = TMazes(turning_points=turns)
     first, moves, after = model.maze(7, 5, 3)
-    view = model.views["trips"].of(model, GenerationKey(7, 5, 3), genomes(model)[0], 0)
+    view = model.views["trips"].of(model, GenerationKey(7, 5, 3), draw_plastic_genomes(model)[0], 0)
     assert isinstance(view, GridView) and list(view.marks) == ["wall", "high reward", "low reward"]
     for ground, trip in zip(view.cells, view.visit, strict=True):
         high = first if trip < moves else after
@@ -139,13 +139,13 @@ def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: A
 
 def test_the_view_of_returns_has_each_trip_from_birth_to_death() -> None:
     model = TMazes(trips=12)
-    newborns = genomes(model)
+    newborns = draw_plastic_genomes(model)
     rewards = model.simulate(7, [5], 3, newborns).energy[0]
     for agent in range(0, 200, 20):
         view = model.views["returns"].of(model, GenerationKey(7, 5, 3), newborns[0], agent)
         assert isinstance(view, PathView)
         line, average, best = view.lines.values()
-        life = Life(model, newborns[0, agent, 0], model.maze(7, 5, 3))
+        life = PlainLifetime(model, newborns[0, agent, 0], model.maze(7, 5, 3))
         life.total_reward()
         assert line == pytest.approx(np.cumsum([0.0, *(reward for _, reward in life.trips)]))
         assert (line[-1], best[-1]) == (rewards[agent], rewards.max()) and (best >= line).all()
@@ -154,7 +154,7 @@ def test_the_view_of_returns_has_each_trip_from_birth_to_death() -> None:
 
 def test_the_views_of_a_long_lifetime_have_the_first_trips() -> None:
     model = TMazes(trips=MAX_SHOWN_TRIPS + 1)
-    newborns = genomes(model, 2)[0]
+    newborns = draw_plastic_genomes(model, 2)[0]
     trips, returns = (
         model.views[name].of(model, GenerationKey(7, 5, 3), newborns, 1)
         for name in ("trips", "returns")
