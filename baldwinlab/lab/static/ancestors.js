@@ -1,7 +1,7 @@
 /** The ancestors of an agent as a chart and a table, back to the first generation. */
 
 import { el, formatNumber, getJSON, showMessage } from "./common.js";
-import { lifetimeQuery } from "./sources.js";
+import { createLifetimeQuery } from "./sources.js";
 import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
 
 /**
@@ -15,16 +15,16 @@ export class Ancestors {
   /** @param {(source: import("./sources.js").Source, agent: number) => void} open */
   constructor(open) {
     this.open = open;
-    this.words = el("p", { class: "soft" });
+    this.description = el("p", { class: "soft" });
     this.trace = new LifetimeChart(
       "food eaten by the ancestors",
       (generation) => this.openGeneration(generation),
       96,
     );
     this.trace.root.append(createColorKey(["chosen", "this lineage"], ["meal", "average agent"]));
-    this.lines = el("tbody");
+    this.rows = el("tbody");
     const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
-    this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.lines);
+    this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.rows);
     this.root = el(
       "div",
       {
@@ -36,14 +36,14 @@ export class Ancestors {
         hidden: true,
       },
       this.trace.root,
-      this.words,
+      this.description,
       this.table,
     );
   }
 
   /** @param {import("./sources.js").Source} source */
   async show(source, agent) {
-    const requested = `${lifetimeQuery(source)}&agent=${agent}`;
+    const requested = `${createLifetimeQuery(source)}&agent=${agent}`;
     if (requested === this.requested) return;
     this.cancel();
     Object.assign(this, { requested, source });
@@ -71,7 +71,7 @@ export class Ancestors {
     const { first, agents, eaten, mean } = line;
     const last = first + agents.length - 1;
     const hasNoParents = agents.length === 1;
-    this.words.textContent = hasNoParents
+    this.description.textContent = hasNoParents
       ? "This agent has no parents: its weights are random."
       : `The table follows the fitter parent back to generation ${first} and shows how ` +
         "many items each agent ate. The last column is the number of ancestors in that " +
@@ -87,7 +87,7 @@ export class Ancestors {
       0,
       maximum,
     );
-    this.lines.replaceChildren(
+    this.rows.replaceChildren(
       ...agents
         .slice(0, -1)
         .map((_, index) => this.createRow(index))

@@ -151,7 +151,9 @@ export function computeBoxStatistics(values) {
   const first = quantile(0.25);
   const median = quantile(0.5);
   const third = quantile(0.75);
-  const reach = 1.5 * (third - first);
-  const inliers = sorted.filter((value) => value >= first - reach && value <= third + reach);
+  const whiskerLength = 1.5 * (third - first);
+  const inliers = sorted.filter(
+    (value) => value >= first - whiskerLength && value <= third + whiskerLength,
+  );
   return { low: inliers[0], first, median, third, high: inliers.at(-1) };
 }

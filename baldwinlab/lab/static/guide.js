@@ -15,7 +15,7 @@ export class Guide {
   /** @param {HTMLElement} opener the button that shows and hides the guide */
   constructor(opener) {
     this.opener = opener;
-    this.words = el("div", { class: "guide-words" });
+    this.content = el("div", { class: "guide-words" });
     const close = el(
       "button",
       {
@@ -37,7 +37,7 @@ export class Guide {
         "data-testid": "guide",
       },
       head,
-      this.words,
+      this.content,
     );
     close.addEventListener("click", () => this.close());
     opener.addEventListener("click", () => (this.open ? this.close() : this.openByUser()));
@@ -64,7 +64,7 @@ export class Guide {
    */
   setTopics(topics) {
     this.topics = topics;
-    this.words.replaceChildren(
+    this.content.replaceChildren(
       ...topics.map(({ title, text }) =>
         el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text)),
       ),

@@ -8,7 +8,7 @@ import { drawModules } from "./modules_view.js";
 import { findLargestOutput } from "./network.js";
 import { createRelatives } from "./relatives.js";
 import { Responses } from "./responses.js";
-import { lifetimeQuery } from "./sources.js";
+import { createLifetimeQuery } from "./sources.js";
 import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
 
 // Maximum number of weights in the chart.
@@ -126,7 +126,7 @@ export class Inspector {
    * `first`.
    */
   async show(source, agent, first = null) {
-    const requested = `${lifetimeQuery(source)}&agent=${agent}`;
+    const requested = `${createLifetimeQuery(source)}&agent=${agent}`;
     this.root.hidden = false;
     if (requested === this.requested && (first === null || first === this.first)) return;
     Object.assign(this, { requested, first: first ?? 0, source, agent });

@@ -10,7 +10,7 @@ import {
   hasWorld,
   formatLifetimeAddress,
   findNearestLifetime,
-  lifetimeQuery,
+  createLifetimeQuery,
 } from "./sources.js";
 
 // The names of studies with a special id.
@@ -140,7 +140,10 @@ export class LifetimeSelector {
    * @returns {boolean}
    */
   choose(source) {
-    if (this.source && String(lifetimeQuery(source)) === String(lifetimeQuery(this.source)))
+    if (
+      this.source &&
+      String(createLifetimeQuery(source)) === String(createLifetimeQuery(this.source))
+    )
       return false;
     this.source = source;
     this.showSource();

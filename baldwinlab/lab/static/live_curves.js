@@ -6,10 +6,10 @@ import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 
 /** Draw fitness and the share of agents that eat. A click on a curve shows that generation. */
-export function createCurves(feed, fitness, share, eachRun, pick) {
+export function createCurves(feed, fitness, share, runSwitch, pick) {
   const {
     runs,
-    experiment: { world: worlds },
+    experiment: { world },
   } = feed.summary;
   const x = Array.from(
     { length: feed.summary.experiment.evolution.generations },
@@ -19,7 +19,7 @@ export function createCurves(feed, fitness, share, eachRun, pick) {
   const padded = (values) => values && x.map((generation) => values[generation] ?? null);
   const band = (label, name, number) => {
     const { mean, low, high, runs: runValues } = feed.bands[name];
-    const runLines = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({
+    const runLines = Array.from({ length: runSwitch.checked ? runs : 0 }, (_, run) => ({
       run,
       values: padded((runValues ?? []).map((values) => values[run])),
     }));
@@ -33,7 +33,7 @@ export function createCurves(feed, fitness, share, eachRun, pick) {
     };
   };
   const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
-  const shares = () => [band(worlds ? "share of agents that eat" : "share above 0", "share", 2)];
+  const shares = () => [band(world ? "share of agents that eat" : "share above 0", "share", 2)];
   const options = { x, xLabel: "generation", height: 210, onPick: ({ x, run }) => pick(x, run) };
   const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
   const chart = (root, name, more, shown) => {
@@ -59,14 +59,14 @@ export function createCurves(feed, fitness, share, eachRun, pick) {
     chart(
       fitness,
       "fitness",
-      { title: `Fitness${suffix}`, yLabel: worlds ? "fitness (energy)" : "fitness" },
+      { title: `Fitness${suffix}`, yLabel: world ? "fitness (energy)" : "fitness" },
       lines,
     ),
     chart(
       share,
       "share",
       {
-        title: worlds ? "Share of agents that eat" : "Share of agents with fitness above 0",
+        title: world ? "Share of agents that eat" : "Share of agents with fitness above 0",
         yLabel: "share",
         height: 150,
       },

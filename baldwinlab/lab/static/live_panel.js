@@ -68,12 +68,12 @@ export function createLivePanel(root, feed, state, navigate, editRun) {
       world.element,
     ),
   );
-  const eachRun = createRunSwitch(state.lines === "each", (isChecked) => {
+  const runSwitch = createRunSwitch(state.lines === "each", (isChecked) => {
     navigate({ lines: isChecked ? "each" : null }, true);
     charts.update();
   });
-  if (runs > 1) fitness.after(eachRun);
-  const charts = createCurves(feed, fitness, share, eachRun.firstChild, (generation, run) =>
+  if (runs > 1) fitness.after(runSwitch);
+  const charts = createCurves(feed, fitness, share, runSwitch.firstChild, (generation, run) =>
     world.pick(generation, run),
   );
 

@@ -32,7 +32,7 @@ export class Setup {
    */
   constructor(state, navigate, listener, signal) {
     Object.assign(this, { state, navigate, listener, signal });
-    this.given = {
+    this.numbers = {
       runs: parseNumber(state.runs, 5),
       seed: parseNumber(state.seed, 0),
       pace: state.pace ?? DEFAULT_SPEED,
@@ -88,7 +88,7 @@ export class Setup {
 
   /** Open the dialog of a sweep. */
   openSweepDialog(fields) {
-    const { runs, seed } = this.given;
+    const { runs, seed } = this.numbers;
     const remember = (chosen) => this.navigate({ fields: chosen && JSON.stringify(chosen) });
     const dialog = openSweepDialog(
       { preset: this.preset.value, experiment: this.form.value, runs, seed },
@@ -105,8 +105,8 @@ export class Setup {
       ? experiment.name
       : this.preset.value;
     this.preset.value = name;
-    this.given = { runs, seed, pace: String(seconds) };
-    this.navigate({ preset: name, ...this.given });
+    this.numbers = { runs, seed, pace: String(seconds) };
+    this.navigate({ preset: name, ...this.numbers });
     const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
     await this.load(findChanges(experiment, base));
     this.root.replaceChildren(this.createElement());
@@ -115,9 +115,9 @@ export class Setup {
   }
 
   createElement() {
-    const { given, body, fault, start } = this;
+    const { numbers, body, fault, start } = this;
     const remember = (name) => (value) => {
-      given[name] = value;
+      numbers[name] = value;
       this.navigate({ [name]: value });
       if (name === "pace") this.listener.paced(Number(value));
       else this.validateSoon();
@@ -133,9 +133,9 @@ export class Setup {
       el(
         "div",
         { class: "live-numbers" },
-        createNumberField("Runs", "runs", given.runs, 1, 50, remember("runs")),
-        createNumberField("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
-        createSpeedPicker(given.pace, remember("pace")),
+        createNumberField("Runs", "runs", numbers.runs, 1, 50, remember("runs")),
+        createNumberField("Seed", "seed", numbers.seed, 0, 2 ** 31 - 1, remember("seed")),
+        createSpeedPicker(numbers.pace, remember("pace")),
       ),
       this.note,
       el(
@@ -230,7 +230,7 @@ export class Setup {
       const order = structuredClone(this.createOrder());
       const { errors, note } = await postJSON("/api/validate", order, this.signal);
       if (request !== this.turn) return;
-      form.show(errors.filter(({ path }) => !(path in this.given)));
+      form.show(errors.filter(({ path }) => !(path in this.numbers)));
       for (const name of ["runs", "seed"])
         this.root.querySelector(`#setup-${name}`)?.setAttribute(
           "aria-invalid",
@@ -251,7 +251,7 @@ export class Setup {
   }
 
   createOrder() {
-    const { runs, seed, pace } = this.given;
+    const { runs, seed, pace } = this.numbers;
     return { experiment: this.form.value, runs, seed, seconds: Number(pace) };
   }
 
@@ -271,7 +271,7 @@ export class Setup {
     );
     this.fault.replaceChildren(
       ...(first ? [`${first.message}.${restText} `] : []),
-      ...(first?.path && !(first.path in this.given) ? [showButton] : []),
+      ...(first?.path && !(first.path in this.numbers) ? [showButton] : []),
     );
   }
 

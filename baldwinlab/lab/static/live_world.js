@@ -7,7 +7,7 @@ import { Player } from "./player.js";
 import { Lifetime, Recording } from "./recording.js";
 import { createRunPicker, parseWholeNumber } from "./run_picker.js";
 import { mountShare } from "./share.js";
-import { lifetimeQuery } from "./sources.js";
+import { createLifetimeQuery } from "./sources.js";
 import { TimeBar } from "./time_bar.js";
 import { WorldFigure } from "./world_figure.js";
 
@@ -264,7 +264,7 @@ export class LiveWorld {
   /** Return the state for the share menu. */
   describeShared() {
     return {
-      panels: [{ source: String(lifetimeQuery(this.source)), canvas: this.figure.canvas }],
+      panels: [{ source: String(createLifetimeQuery(this.source)), canvas: this.figure.canvas }],
       step: Math.floor(this.player.time),
     };
   }

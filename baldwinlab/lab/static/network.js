@@ -2,6 +2,8 @@
 
 import { FONT, palette } from "./palette.js";
 
+// Only the first links of a large network are drawn.
+const MAX_LINKS = 800;
 const LABEL_FONT = `11px ${FONT}`;
 
 /**
@@ -48,13 +50,11 @@ function placeUnits(sizes, { left, top, width, height }, [leftWidth, rightWidth]
 }
 
 function drawWeights(pen, positions, { sizes, biases, weights }) {
-  // Of a large network, only the first links are drawn.
-  const mostLines = 800;
   let index = 0;
   let lines = 0;
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
     for (let from = 0; from < sizes[layer]; from++) {
-      for (let to = 0; to < sizes[layer + 1] && lines < mostLines; to++, lines++) {
+      for (let to = 0; to < sizes[layer + 1] && lines < MAX_LINKS; to++, lines++) {
         drawLink(
           pen,
           positions[layer][from],

@@ -19,7 +19,7 @@ export class Population {
       el("header", {}, el("h2", {}, "Agents"), this.facts),
       this.list,
     );
-    this.lines = [];
+    this.rows = [];
     this.drawn = 0;
   }
 
@@ -35,7 +35,7 @@ export class Population {
       return;
     if (recording !== this.recording) this.buildLines(recording, totals);
     Object.assign(this, { recording, step, drawn: now });
-    this.lines.forEach(({ agent, bar, number, line }) => {
+    this.rows.forEach(({ agent, bar, number, line }) => {
       const eaten = recording.countEaten(step + 1, agent);
       if (number.textContent === String(eaten)) return;
       number.textContent = eaten;
@@ -59,7 +59,7 @@ export class Population {
       agents.length <= MAX_LISTED
         ? "Items eaten so far. Click an agent to inspect it."
         : `The ${MAX_LISTED} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
-    this.lines = shown.map((agent) => {
+    this.rows = shown.map((agent) => {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
       const attributes = {
@@ -78,9 +78,9 @@ export class Population {
     });
     const focused =
       this.list.contains(document.activeElement) && document.activeElement.dataset.testid;
-    this.list.replaceChildren(...this.lines.map(({ line }) => line));
+    this.list.replaceChildren(...this.rows.map(({ line }) => line));
     // Keep the focus on the same agent.
-    if (focused) this.lines.find(({ line }) => line.dataset.testid === focused)?.line.focus();
+    if (focused) this.rows.find(({ line }) => line.dataset.testid === focused)?.line.focus();
   }
 }
 

@@ -4,7 +4,7 @@ import { el } from "./common.js";
 
 export class Responses {
   constructor() {
-    this.lines = el("tbody", {});
+    this.rows = el("tbody", {});
     const title = (text) => el("th", { scope: "col" }, text);
     const head = el("thead", {}, el("tr", {}, title("senses"), title("at birth"), title("now")));
     this.root = el(
@@ -15,7 +15,7 @@ export class Responses {
         "aria-label": "Action for each combination of inputs",
       },
       head,
-      this.lines,
+      this.rows,
     );
   }
 
@@ -31,7 +31,7 @@ export class Responses {
     const inputNames = (code) =>
       appearance.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
     this.now = Array.from({ length: codes }, () => el("td", {}));
-    this.lines.replaceChildren(
+    this.rows.replaceChildren(
       ...this.now.map((now, code) =>
         el(
           "tr",

@@ -214,6 +214,6 @@ function formatTitle(source) {
 function download(blob, name) {
   const address = URL.createObjectURL(blob);
   el("a", { href: address, download: name }).click();
-  // The browser has read it by then.
+  // The browser has read the file after a minute.
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

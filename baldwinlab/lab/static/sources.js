@@ -12,7 +12,7 @@ export const PRESETS = "@presets";
  */
 
 /** Return the query of a lifetime for /api/recording and similar routes. */
-export function lifetimeQuery({ live, study, condition, run, generation }) {
+export function createLifetimeQuery({ live, study, condition, run, generation }) {
   const stored = study === PRESETS ? { preset: condition } : { study, condition };
   return new URLSearchParams({ ...(live ? { live } : stored), run, generation });
 }

@@ -175,7 +175,7 @@ function draw(page, view, setHidden) {
     groups.flatMap(({ conditions }) => conditions).map((name) => [name, findRuns(study, name)]),
   );
   const canShowRuns = view.hasSingleConditions && groups.length <= MAX_CURVES;
-  const eachRun =
+  const runSwitch =
     canShowRuns &&
     createRunSwitch(view.hasRunLines, (isChecked) => choose({ runs: isChecked ? "each" : null }));
   page.replaceChildren(
@@ -186,7 +186,7 @@ function draw(page, view, setHidden) {
       "div",
       { class: "row" },
       createMeasureSwitch(results, measure, choose),
-      eachRun,
+      runSwitch,
       el("span", { class: "soft" }, explainCurves(view)),
     ),
     createComparisonTable(results.comparison),

@@ -5,7 +5,7 @@ import { el, getBinary } from "./common.js";
 import { bindGestures } from "./gestures.js";
 import { formatAgent } from "./population.js";
 import { Lifetime, Recording } from "./recording.js";
-import { lifetimeQuery } from "./sources.js";
+import { createLifetimeQuery } from "./sources.js";
 import { Tooltip } from "./tooltip.js";
 import { WorldView } from "./world.js";
 
@@ -93,7 +93,7 @@ export class WorldPanel extends LifetimeSelector {
   }
 
   async fetchPart(source, part, agents, signal) {
-    const requested = lifetimeQuery(source);
+    const requested = createLifetimeQuery(source);
     const steps = this.condition?.steps;
     const span =
       part ??

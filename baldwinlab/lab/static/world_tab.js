@@ -11,7 +11,7 @@ import { mountShare } from "./share.js";
 import {
   PRESETS,
   findNearestLifetime,
-  lifetimeQuery,
+  createLifetimeQuery,
   requireViewable,
   chooseComparison,
   formatLifetimeTitle,
@@ -60,7 +60,7 @@ export class WorldTab {
     this.timeline = new Timeline((step) => this.player.seek(step));
     this.population = new Population((agent) => this.pick("a", agent));
     this.inspector = new Inspector({
-      open: (source, agent) => this.openKin(source, agent),
+      open: (source, agent) => this.openRelative(source, agent),
       close: () => this.pick(this.side, null),
       seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
       toggled: () => this.remember(),
@@ -97,7 +97,7 @@ export class WorldTab {
     );
     this.share = mountShare(document.getElementById("actions"), () => ({
       panels: this.panels.map(({ source, canvas }) => ({
-        source: String(lifetimeQuery(source)),
+        source: String(createLifetimeQuery(source)),
         canvas,
       })),
       step: Math.floor(this.player.time),
@@ -309,7 +309,7 @@ export class WorldTab {
   }
 
   /** Open the lifetime of a parent or a child. */
-  openKin(source, agent) {
+  openRelative(source, agent) {
     this.agent = agent;
     // The focused link is about to disappear.
     this.inspector.root.focus();
