@@ -151,7 +151,8 @@ def _describe_equal(multiverse: Multiverse) -> Iterator[str]:
         if variant.choices and _list_results(variant) == _list_results(standard)
     ]
     if equal:
-        yield f"All verdicts and effects equal those of the standard variant under {join_names(equal)}."
+        names = join_names(equal)
+        yield f"All verdicts and effects equal those of the standard variant under {names}."
 
 
 def _list_results(variant: VariantResult) -> list[tuple[Verdict, float | None]]:

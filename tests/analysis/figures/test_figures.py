@@ -28,7 +28,7 @@ from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim
 from baldwinlab.papers.presets import load
 from tests.analysis.multiverse.variants import (
-    NOBODY_EATS,
+    NO_MEALS,
     TAUGHT_BEAT_EVOLVED,
     multiverse_of,
     variant_of,
@@ -38,7 +38,7 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, study, trace
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(
     variant_of(),
-    variant_of("literal", NOBODY_EATS),
+    variant_of("literal", NO_MEALS),
     variant_of("literal+rank", TAUGHT_BEAT_EVOLVED),
 )
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
