@@ -17,9 +17,7 @@ from baldwinlab.analysis.statistics.rules import (
     Verdict,
     conjunction,
 )
-from baldwinlab.analysis.statistics.sample_sizes import (
-    TOO_FEW,
-)
+from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW
 from baldwinlab.papers.claims import Claim, ClaimComparison
 
 

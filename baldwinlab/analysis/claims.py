@@ -20,15 +20,8 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.rules import (
-    OVER_RUNS,
-    RULES,
-)
-from baldwinlab.analysis.statistics.sample_sizes import (
-    Design,
-    describe_too_few,
-    smallest_corrected,
-)
+from baldwinlab.analysis.statistics.rules import OVER_RUNS, RULES
+from baldwinlab.analysis.statistics.sample_sizes import Design, describe_too_few, smallest_corrected
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically

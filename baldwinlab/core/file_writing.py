@@ -1,4 +1,8 @@
-"""Write files completely or not at all, on local file systems and in remote storage."""
+"""Write files completely or not at all, on local file systems and in remote storage.
+
+The package writes every file with `atomic_path`, `write_atomically`, `write_exclusively` or
+`append_line`. These functions do not follow a link that leads out of a study.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Read files up to a size limit, and write them completely or not at all, also in remote storage.
-
-Every file of the package is written by `atomic_path`, `write_atomically`, `write_exclusively` or
-`append_line`. They do not follow a link that leads out of a study.
-"""
+"""Read files up to a size limit, on local file systems and in remote storage."""
 
 from __future__ import annotations
 
@@ -21,8 +17,10 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra
 
 MAX_JSON_DEPTH: Final = 32
-PARTIAL = ".partial"  # the ending of a file that is being written
-STUDY: Final = "study.toml"  # a folder with this file is a study
+# Ending of a file that a process still writes.
+PARTIAL: Final = ".partial"
+# A folder with this file is a study.
+STUDY: Final = "study.toml"
 
 
 class FileKind(NamedTuple):

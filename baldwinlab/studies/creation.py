@@ -15,17 +15,12 @@ from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
 from baldwinlab.experiment.file import require_files
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies import part_sources
-from baldwinlab.studies.records import (
-    StudyError,
-)
-from baldwinlab.studies.study_file import (
-    add_checksum,
-    format_study,
-)
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore, read_experiment
+from baldwinlab.studies.study_file import add_checksum, format_study
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
-from baldwinlab.studies.store import StudyStore, read_experiment
 
 
 def create_study(

@@ -9,9 +9,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Final, Literal
 
-from baldwinlab.analysis.assays.values import (
-    Quantity,
-)
+from baldwinlab.analysis.assays.values import Quantity
 from baldwinlab.experiment import BaseExperiment, Experiment
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]

@@ -12,13 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.assays.values import (
-    read_factors,
-)
-from baldwinlab.analysis.figures.style import (
-    WIDTH,
-    SeriesStyle,
-)
+from baldwinlab.analysis.assays.values import read_factors
+from baldwinlab.analysis.figures.style import WIDTH, SeriesStyle
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 
 # The golden ratio spreads points evenly and reproducibly.

@@ -9,9 +9,7 @@ from typing import Any, Final
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
-from baldwinlab.analysis.assays.criteria import (
-    load_rules,
-)
+from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.core.file_writing import write_atomically
 

@@ -17,16 +17,8 @@ from baldwinlab.analysis.assays.panels import (
     make_grid,
     start_at_zero,
 )
-from baldwinlab.analysis.assays.values import (
-    Assays,
-    count_steps,
-)
-from baldwinlab.analysis.figures.style import (
-    LINES,
-    MARKERS,
-    SeriesStyle,
-    styled,
-)
+from baldwinlab.analysis.assays.values import Assays, count_steps
+from baldwinlab.analysis.figures.style import LINES, MARKERS, SeriesStyle, styled
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.core.variables import RANDOM
 

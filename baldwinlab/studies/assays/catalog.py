@@ -8,14 +8,7 @@ from typing import Any, Protocol
 import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays import (
-    descent,
-    innate,
-    modules,
-    neutral,
-    reaction_norms,
-    within_life,
-)
+from baldwinlab.studies.assays import descent, innate, modules, neutral, reaction_norms, within_life
 from baldwinlab.studies.assays.sample import Conditions, Sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

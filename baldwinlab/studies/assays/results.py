@@ -9,10 +9,7 @@ import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core.files import parse_location
-from baldwinlab.studies.assays.catalog import (
-    require_assay_names,
-    why_not_applicable,
-)
+from baldwinlab.studies.assays.catalog import require_assay_names, why_not_applicable
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore

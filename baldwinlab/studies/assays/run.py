@@ -20,14 +20,8 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.assays import (
-    innate,
-    reaction_norms,
-)
-from baldwinlab.studies.assays.catalog import (
-    ASSAYS,
-    Arrays,
-)
+from baldwinlab.studies.assays import innate, reaction_norms
+from baldwinlab.studies.assays.catalog import ASSAYS, Arrays
 from baldwinlab.studies.assays.sample import OnMap, Sample
 from baldwinlab.studies.assays.storage import FORMAT, assay_path
 from baldwinlab.studies.executors import THREADS, Executor
