@@ -18,7 +18,8 @@ from baldwinlab.simulation.reevaluation import make_batch, stored_genome
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-NETWORKS: Final = ("action", "reinforcement")  # modules of a genome that are networks
+NETWORKS: Final = ("action", "reinforcement")
+"""Modules of a genome that are networks."""
 
 
 class AgentNetwork:
@@ -160,7 +161,7 @@ def _list_agents(agent: int | Sequence[int] | None) -> Sequence[int]:
 
 
 def make_network(
-    study: StudyStore, condition: str, run: int, generation: int, agent: int, module: str
+    study: StudyStore, condition: str, run: int, generation: int, agent: int, *, module: str
 ) -> AgentNetwork:
     """Return the network of an agent at birth, for `baldwinlab.api.study.Study.network`.
 

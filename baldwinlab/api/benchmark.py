@@ -31,21 +31,36 @@ from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.run import available_cores, count_agent_steps, find_missing_runs, run_study
 
-REPETITIONS: Final = 5  # of the lives of a world, a tenth of a second in all
-WORLD_SIZES = (20, 1000, 10_000)  # agents in one world, at the density of the paper
+REPETITIONS: Final = 5
+"""Number of measurements of a world."""
+WORLD_SIZES = (20, 1000, 10_000)
+"""Numbers of agents in one world, at the density of the paper."""
 
 
 class BenchmarkRecord(NamedTuple):
     """The measurements of one case.
 
-    `seconds` excludes `compile_seconds`. `peak_mib` is the largest memory of its process, in MiB.
+    Attributes
+    ----------
+    case : str
+        Name of the case.
+    agent_steps_per_second : float
+        Number of steps of single agents per second.
+    seconds : float
+        Duration of the simulation, in seconds, without compilation.
+    compile_seconds : float
+        Duration of the compilation, in seconds.
+    peak_mib : float or None
+        Peak memory of the process, in MiB. None if the system does not report it.
+    threads : int
+        Number of threads.
     """
 
     case: str
     agent_steps_per_second: float
     seconds: float
     compile_seconds: float
-    peak_mib: float | None  # None if the system does not report it
+    peak_mib: float | None
     threads: int
 
 

@@ -15,8 +15,10 @@ from baldwinlab.core import extras, resources
 from baldwinlab.engine import cache
 from baldwinlab.simulation.compilation import available_cores
 
-State = Literal["well", "missing", "problem"]  # "missing" concerns something optional
-MIN_FREE: Final = 2**30  # bytes of memory or disk that a study of the paper takes
+State = Literal["well", "missing", "problem"]
+"""The state of a topic. An optional library can be "missing"."""
+MIN_FREE: Final = 2**30
+"""Memory or disk of a study of the paper, in bytes."""
 
 
 class DoctorFinding(NamedTuple):

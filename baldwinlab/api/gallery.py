@@ -19,7 +19,8 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import REPORT, require_writable
 
-ALL: Final = "all"  # the argument of `baldwinlab reproduce` that means every paper
+ALL: Final = "all"
+"""The argument of `baldwinlab reproduce` for every paper."""
 
 
 def compare_papers(

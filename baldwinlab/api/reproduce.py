@@ -16,7 +16,7 @@ from baldwinlab.api.planned_reproduction import (
     estimate_later_need,
 )
 from baldwinlab.api.report import report
-from baldwinlab.api.run import assignments_of
+from baldwinlab.api.run import format_assignments
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
@@ -162,10 +162,10 @@ def reproduce(
     """
     load_installed()
     chosen = papers.load(paper)
-    lengths = assignments_of_lengths(chosen, generations, steps)
+    lengths = format_length_assignments(chosen, generations, steps)
     request = Reproduction(
         chosen,
-        assignments=(*lengths, *assignments_of(set or {})),
+        assignments=(*lengths, *format_assignments(set or {})),
         variant=variant,
         runs=runs,
         seed=seed,
@@ -175,7 +175,7 @@ def reproduce(
     return reproduce_changed(request, RunOptions(workers, backend, executor, force))
 
 
-def assignments_of_lengths(
+def format_length_assignments(
     paper: papers.Paper, generations: int | None, steps: int | None
 ) -> list[str]:
     """Return the assignments of these lengths.

@@ -87,7 +87,7 @@ def run(
     load_installed()
     loaded = [_load(source) for source in sources]
     options = RunOptions(workers, backend, executor, force)
-    return run_loaded(loaded, assignments_of(set or {}), options, runs=runs, seed=seed, out=out)
+    return run_loaded(loaded, format_assignments(set or {}), options, runs=runs, seed=seed, out=out)
 
 
 def _load(source: str | Path | BaseExperiment) -> Loaded:
@@ -168,7 +168,7 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
     return describe_too_few(planned_designs(conditions, runs, baseline))
 
 
-def assignments_of(tables: Mapping[str, Any]) -> list[str]:
+def format_assignments(tables: Mapping[str, Any]) -> list[str]:
     """Return the assignments of nested tables.
 
     Parameters

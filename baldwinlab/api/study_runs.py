@@ -229,4 +229,4 @@ class StudyRuns:
             A custom part of the study is not loaded.
         """
         name = only_condition(self._store, condition)
-        return make_network(self._store, name, run, generation, agent, module)
+        return make_network(self._store, name, run, generation, agent, module=module)

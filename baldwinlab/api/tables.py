@@ -18,7 +18,8 @@ from baldwinlab.core import console
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW: "yellow", "higher": "green", "lower": "red"}
-MAX_SHOWN = 20  # comparisons; the report has all
+MAX_SHOWN = 20
+"""Number of printed comparisons. The report has all."""
 MEASURES = {"mean": "average agent", "best": "best agent"}
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.gallery import ALL, reproduce_all
-from baldwinlab.api.reproduce import Reproduction, assignments_of_lengths, reproduce_changed
+from baldwinlab.api.reproduce import Reproduction, format_length_assignments, reproduce_changed
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import (
     LOCATION,
@@ -94,7 +94,7 @@ def reproduce(
         )
         return
     chosen = load(paper)
-    lengths = assignments_of_lengths(chosen, generations, steps)
+    lengths = format_length_assignments(chosen, generations, steps)
     reproduce_changed(
         Reproduction(
             chosen,

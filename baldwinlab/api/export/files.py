@@ -11,7 +11,7 @@ import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.api.export.extra import require_extra
-from baldwinlab.api.export.frames import frame_of
+from baldwinlab.api.export.frames import make_frame
 from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path, write_atomically
@@ -19,7 +19,8 @@ from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.assays.descent import HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore
 
-MIN_ROWS: Final = 2**17  # of a row group of Parquet
+MIN_ROWS: Final = 2**17
+"""Minimal number of rows in a row group of Parquet."""
 # The ending of the metadata of a table, as the W3C specifies it.
 CSVW: Final = "-metadata.json"
 
@@ -130,7 +131,9 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     require_writable("--out", metadata_path, MARK.encode(), force=force)
     with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         for number, block in enumerate(table.blocks()):
-            frame_of(table, block).to_csv(file, index=False, header=not number, lineterminator="\n")
+            make_frame(table, block).to_csv(
+                file, index=False, header=not number, lineterminator="\n"
+            )
     write_atomically(
         metadata_path, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode()
     )

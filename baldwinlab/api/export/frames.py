@@ -39,7 +39,7 @@ def to_pandas(table: Table) -> pd.DataFrame:
     return frame
 
 
-def frame_of(table: Table, block: Block) -> pd.DataFrame:
+def make_frame(table: Table, block: Block) -> pd.DataFrame:
     """Return the rows of one run.
 
     Parameters

@@ -94,7 +94,7 @@ def write_crate(
     path = study.directory / FILE
     if is_local(path):
         require_writable("crate", path, MARK.encode(), force=force)
-    license_address = _address_of(license)
+    license_address = _license_address(license)
     crate = ROCrate(version="1.1")
     people = [_add(crate, *_person(author)) for author in authors]
     runs = {name: len(study.runs(name)) for name in study.experiments}
@@ -134,7 +134,7 @@ def _unwrap_single(entities: Sequence[Any]) -> Any:
     return entities[0] if len(entities) == 1 else list(entities)
 
 
-def _address_of(license: str) -> str:
+def _license_address(license: str) -> str:
     """Return the address of a license, or raise RefusedError for an invalid address or name."""
     if not license or re.fullmatch(r"https?://\S+", license):
         return license

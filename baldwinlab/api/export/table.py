@@ -22,8 +22,10 @@ from baldwinlab.experiment.factors import SWEEP, coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
-MARK: Final = "baldwinlab export"  # in every file that is written
-KEY: Final = ("condition", "run", *OF_AGENT)  # columns that identify a row
+MARK: Final = "baldwinlab export"
+"""Text in every exported file."""
+KEY: Final = ("condition", "run", *OF_AGENT)
+"""Columns that identify a row."""
 
 Label = str | int | float
 

@@ -28,7 +28,8 @@ from baldwinlab.simulation.compilation import available_cores, compile_experimen
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.simulate import check_seed
 
-Genomes = npt.NDArray[np.float32]  # [world, agent, module, weight]
+Genomes = npt.NDArray[np.float32]
+"""Weights, [world, agent, module, weight]."""
 Numbers = npt.NDArray[np.float64]
 
 
