@@ -63,8 +63,9 @@ def total_reward(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
 
 def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
     trips = min(model.trips, MAX_SHOWN_TRIPS)
+    agent_genome = genomes[None, [agent]]
     results = model.explore(
-        key.seed, [key.run], key.generation, genomes[None, [agent]], trips, trips
+        key.seed, [key.run], key.generation, agent_genome, trips=trips, slots=trips
     )
     maze = model.maze(key.seed, key.run, key.generation)
     high = [high_reward_end(maze, trip) for trip in range(trips)]
@@ -80,9 +81,10 @@ def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int
 
 def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
     trips = min(model.trips, MAX_SHOWN_TRIPS)
-    counts = model.explore(key.seed, [key.run], key.generation, genomes[None], trips, trips).counts[
-        0
-    ]
+    results = model.explore(
+        key.seed, [key.run], key.generation, genomes[None], trips=trips, slots=trips
+    )
+    counts = results.counts[0]
     returns = np.pad(total_reward(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
     lines = {
         f"agent {agent}": returns[agent],
@@ -201,11 +203,12 @@ class TMazes(Model, name="t-mazes"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        learned, counts, _ = self.explore(seed, runs, generation, genomes, self.trips, 1)
+        results = self.explore(seed, runs, generation, genomes, trips=self.trips, slots=1)
+        counts = results.counts
         energy = total_reward(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
         records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
-        return LifeResults(energy, np.zeros_like(energy), learned, records)
+        return LifeResults(energy, np.zeros_like(energy), results.learned, records)
 
     def explore(
         self,
@@ -213,12 +216,14 @@ class TMazes(Model, name="t-mazes"):
         runs: Sequence[int],
         generation: int,
         genomes: npt.NDArray[np.float32],
+        *,
         trips: int,
         slots: int,
     ) -> MazeResults:
-        """Simulate the first `trips` trips of lifetimes, with the results of `slots` single trips.
+        """Simulate the first trips of lifetimes.
 
-        The last slot has the sum of the remaining trips.
+        `trips` is the number of trips, and `slots` that of the results per agent. The last slot has
+        the sum of the remaining trips.
         """
         sizes = np.full(self.weights(), WEIGHT)
         sizes[-RULE:] = 1, 1, 1, 1, RATE

@@ -1,7 +1,7 @@
 """World features with items: patches, drifting food, slow regrowth, regions in turn.
 
-The implementation is our interpretation. It rebuilds no world of the papers. Drift and slow regrowth
-have no single source.
+The implementation is our interpretation. It rebuilds no world of the papers. Drift and slow
+regrowth have no single source.
 
 Items that are absent have a position off the map, at `AWAY` times its width. No agent can sense or
 touch them there.
