@@ -1,4 +1,4 @@
-"""The command line does what it says."""
+"""The commands of the command line."""
 
 from __future__ import annotations
 
@@ -28,35 +28,33 @@ from baldwinlab.studies.sweeps.design import open_sweep
 from tests.commands import Command
 from tests.small_studies import make_small_study, read_records, shorten_preset
 
-TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
+SHORT_PAPER = ["--runs", "2", "--generations", "3", "--steps", "60"]
 
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study with one run of each condition."""
+    """Return a study with one run per condition."""
     return make_small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
 
 
-def test_presets_lists_every_preset_with_a_line(command: Command) -> None:
-    done = command("list", "presets")
-    assert done.code == 0
+def test_list_presets_describes_every_preset(command: Command) -> None:
+    result = command("list", "presets")
+    assert result.code == 0
     for kind in KINDS:
         for name in names(kind):
-            assert any(
-                line.split()[:1] == [name] and len(line.split()) > 3
-                for line in done.out.splitlines()
-            )
+            rows = [line.split() for line in result.out.splitlines()]
+            assert any(row[:1] == [name] and len(row) > 3 for row in rows)
 
 
 def test_show_prints_an_experiment_that_can_be_edited_and_run(
     command: Command, tmp_path: Path
 ) -> None:
-    done = command("show", "evo/B", "--set", "lifetime.steps=50", "evolution.generations=2")
-    (tmp_path / "mine.toml").write_text(done.out)
+    result = command("show", "evo/B", "--set", "lifetime.steps=50", "evolution.generations=2")
+    (tmp_path / "mine.toml").write_text(result.out)
     changes = {"lifetime": {"steps": 50}, "evolution": {"generations": 2}}
     assert load(tmp_path / "mine.toml") == load("evo/B").replace(name="mine", **changes)
-    done = command("run", "mine.toml", "--runs", "2", "--seed", "4")
-    assert done.code == 0
+    result = command("run", "mine.toml", "--runs", "2", "--seed", "4")
+    assert result.code == 0
     assert dict(open_runs("results/mine").food_eaten.sizes) == {
         "condition": 1,
         "run": 2,
@@ -65,45 +63,36 @@ def test_show_prints_an_experiment_that_can_be_edited_and_run(
     }
 
 
-def test_several_experiments_are_run_as_one_study(command: Command) -> None:
-    cut = ("--set", "lifetime.steps=20", "evolution.generations=2", "--runs", "2")
-    done = command("run", "evo/B", "evo+drift/B", "evo+self-taught/B", *cut)
-    assert done.code == 0, done.err
+def test_several_experiments_run_as_a_single_study(command: Command) -> None:
+    short_run = ("--set", "lifetime.steps=20", "evolution.generations=2", "--runs", "2")
+    result = command("run", "evo/B", "evo+drift/B", "evo+self-taught/B", *short_run)
+    assert result.code == 0, result.err
     study = open_runs("results/evo-B-evo+drift-B-evo+self-taught-B")
     assert study.condition.values.tolist() == ["evo/B", "evo+drift/B", "evo+self-taught/B"]
-    assert command("run", "evo/B", "evo/B", *cut).err == (
+    assert command("run", "evo/B", "evo/B", *short_run).err == (
         "baldwinlab: two conditions have the same name, 'evo/B': change name in one of them\n"
     )
 
 
-def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(
+def test_custom_conditions_with_names_of_variants_are_an_ordinary_study(
     command: Command, tmp_path: Path
 ) -> None:
+    short = load("evo/A").replace(lifetime={"steps": 60}, evolution={"generations": 2})
     for name in ("rank/A", "biases/A"):
         path = tmp_path / f"{name[:4]}.toml"
-        path.write_text(
-            to_toml(
-                load("evo/A").replace(
-                    name=name, lifetime={"steps": 60}, evolution={"generations": 2}
-                )
-            )
-        )
+        path.write_text(to_toml(short.replace(name=name)))
     assert command("run", "rank.toml", "bias.toml", "--runs", "2", "--out", "mine").code == 0
-    done = command("report", "mine")
-    assert done.code == 0, done.err
+    result = command("report", "mine")
+    assert result.code == 0, result.err
     page = (tmp_path / "mine/report.html").read_text()
-    assert (
-        "Evolution and lifetime learning: rank/A, biases/A" in page
-        and "Comparison of the conditions" in page
-    )
+    assert "Evolution and lifetime learning: rank/A, biases/A" in page
+    assert "Comparison of the conditions" in page
     assert not (tmp_path / "mine/multiverse.json").exists()
 
 
-def test_a_preset_and_an_experiment_of_ones_own_are_compared(
-    command: Command, tmp_path: Path
-) -> None:
-    """In the terminal, the report, the table and Python alike."""
-    cut = (
+def test_a_preset_and_a_custom_experiment_are_compared(command: Command, tmp_path: Path) -> None:
+    """The terminal, the report, the table and Python show the same comparison."""
+    short_run = (
         "--set",
         "lifetime.steps=60",
         "evolution.generations=2",
@@ -113,17 +102,20 @@ def test_a_preset_and_an_experiment_of_ones_own_are_compared(
     (tmp_path / "short.toml").write_text(
         command("show", "evo/A", "--set", "senses.visual_radius=20").out
     )
-    done = command("run", "evo/A", "short.toml", *cut, "--runs", "4", "--out", "pair")
-    assert done.code == 0, done.err
-    needed = "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
-    before, after = done.out.split("Comparison of the conditions")
-    assert needed in before and needed in after
-    assert (
-        "short against evo/A, average agent" in after
-        and "Each condition is compared with evo/A." in after
+    result = command("run", "evo/A", "short.toml", *short_run, "--runs", "4", "--out", "pair")
+    assert result.code == 0, result.err
+    note = (
+        "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
+        "At least 5 runs are needed."
     )
+    before, after = result.out.split("Comparison of the conditions")
+    assert note in before
+    assert note in after
+    assert "short against evo/A, average agent" in after
+    assert "Each condition is compared with evo/A." in after
     reported = command("report", "pair", "--baseline", "short")
-    assert "evo/A against short, best agent" in reported.out and needed in reported.out
+    assert "evo/A against short, best agent" in reported.out
+    assert note in reported.out
     rows = pd.read_csv(tmp_path / "pair/statistics.csv", keep_default_na=False)
     expected = bl.open_study(tmp_path / "pair").compare("short")
     pd.testing.assert_frame_equal(
@@ -131,61 +123,59 @@ def test_a_preset_and_an_experiment_of_ones_own_are_compared(
     )
     assert "too few runs" in (tmp_path / "pair/report.html").read_text()
     assert json.loads((tmp_path / "pair/claims.json").read_text())["claims"] == []
-    claimed = command("report", "pair", "--paper", "le-2019")
-    assert (
-        claimed.code == 0
-        and len(json.loads((tmp_path / "pair/claims.json").read_text())["claims"]) == 9
-    )
+    assert command("report", "pair", "--paper", "le-2019").code == 0
+    assert len(json.loads((tmp_path / "pair/claims.json").read_text())["claims"]) == 9
 
 
-def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(
-    command: Command, tmp_path: Path
-) -> None:
-    done = command("run", "evo/A", "evo+drift/A", "--baseline", "evo+drft/A", "--out", "pair")
-    assert (
-        done.code == 2
-        and "--baseline evo+drft/A is not a condition of the study (did you mean 'evo+drift/A'?)"
-        in done.err
-    )
+def test_an_unknown_baseline_is_refused_before_the_runs(command: Command, tmp_path: Path) -> None:
+    result = command("run", "evo/A", "evo+drift/A", "--baseline", "evo+drft/A", "--out", "pair")
+    message = "--baseline evo+drft/A is not a condition of the study (did you mean 'evo+drift/A'?)"
+    assert result.code == 2
+    assert message in result.err
     assert not (tmp_path / "pair").exists()
 
 
 def test_claims_need_a_paper_or_a_file(command: Command, tmp_path: Path) -> None:
     make_small_study(tmp_path / "study", runs=1)
-    assert (
-        "study was made by no paper. Give claims by --claims FILE or --paper NAME."
-        in command("claims", "study").err
-    )
+    message = "study was made by no paper. Give claims by --claims FILE or --paper NAME."
+    assert message in command("claims", "study").err
     assert "The claims of le-2019" in command("claims", "study", "--paper", "le-2019").out
 
 
-def test_set_may_be_given_once_for_all_or_once_for_each(command: Command) -> None:
+def test_several_settings_can_follow_one_or_several_set_options(command: Command) -> None:
     once = command("show", "evo/A", "--set", "lifetime.steps=5", "population.size=3")
-    each = command("show", "evo/A", "--set", "lifetime.steps=5", "--set", "population.size=3")
-    assert once.out == each.out
+    repeated = command("show", "evo/A", "--set", "lifetime.steps=5", "--set", "population.size=3")
+    assert once.out == repeated.out
     assert "size = 3" in once.out
 
 
-def test_a_part_of_ones_own_is_given_as_a_file(command: Command) -> None:
+def test_a_custom_part_is_loaded_from_a_file(command: Command) -> None:
     part = str(Path(__file__).parents[2] / "examples" / "parts" / "social.py")
-    chosen = ("--set", "learning.rule=social", "learning.social.least=3")
-    assert "[learning.social]\nleast = 3 #" in command("show", "evo/A", "--part", part, *chosen).out
+    settings = ("--set", "learning.rule=social", "learning.social.least=3")
+    assert (
+        "[learning.social]\nleast = 3 #" in command("show", "evo/A", "--part", part, *settings).out
+    )
 
 
-@pytest.mark.nightly  # README has a smaller one, which the quick suite runs
-def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_report(
+# The quick suite runs a smaller example of the README.
+@pytest.mark.nightly
+def test_reproduce_writes_claims_statistics_figures_and_a_report(
     command: Command, tmp_path: Path
 ) -> None:
-    done = command("reproduce", *TINY, "--out", "small")
-    assert done.code == 0, done.err
+    result = command("reproduce", *SHORT_PAPER, "--out", "small")
+    assert result.code == 0, result.err
     for number in range(1, 10):
-        assert f"C{number}" in done.out
-    first, then = (
-        part.strip() for part in done.out.split("report: small/report.html")[:2]
-    )  # before the assays, and with them
-    assert "assays to do" not in first
-    assert then.startswith("The report lacks the assays. They run now; then it is written again.")
-    assert "assays to do" in then and done.out.count("report: ") == 2
+        assert f"C{number}" in result.out
+    # The report is written before the assays and again after them.
+    first_part, second_part = (
+        part.strip() for part in result.out.split("report: small/report.html")[:2]
+    )
+    assert "assays to do" not in first_part
+    assert second_part.startswith(
+        "The report lacks the assays. They run now; then it is written again."
+    )
+    assert "assays to do" in second_part
+    assert result.out.count("report: ") == 2
     claims = json.loads((tmp_path / "small/claims.json").read_text())["claims"]
     assert [claim["id"] for claim in claims] == [f"C{number}" for number in range(1, 10)]
     fields = {
@@ -208,14 +198,16 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
         ".csv",
     }
     assert "<html" in (tmp_path / "small/report.html").read_text()
-    again = command("reproduce", *TINY, "--out", "small")
-    assert "all 12 runs are already stored" in again.out
-    assert again.out.count("report: ") == 1  # there is nothing to wait for
+    repeated = command("reproduce", *SHORT_PAPER, "--out", "small")
+    assert "all 12 runs are already stored" in repeated.out
+    # The report is written once because all assays are stored.
+    assert repeated.out.count("report: ") == 1
 
 
-@pytest.mark.nightly  # which draws all figures, as the test before it does
-def test_reproduce_takes_a_variant_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
-    done = command(
+# The test draws all figures, as the previous test does.
+@pytest.mark.nightly
+def test_reproduce_stores_a_variant_in_a_separate_folder(command: Command, tmp_path: Path) -> None:
+    result = command(
         "reproduce",
         "--runs",
         "1",
@@ -228,17 +220,17 @@ def test_reproduce_takes_a_variant_and_keeps_it_apart(command: Command, tmp_path
         "--workers",
         "1",
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     (study,) = (tmp_path / "results").iterdir()
     assert study.name == "paper-literal-generations1-steps10"
     assert "visual_radius = 4.0" in (study / "runs/evo/A/experiment.toml").read_text()
 
 
-def test_report_is_rebuilt_from_stored_results_alone(command: Command, tmp_path: Path) -> None:
+def test_report_uses_only_stored_results(command: Command, tmp_path: Path) -> None:
     make_small_study(tmp_path / "study")
-    done = command("report", "study", "--out", "elsewhere.html")
-    assert done.code == 0, done.err
-    assert (tmp_path / "elsewhere.html").exists()
+    result = command("report", "study", "--out", "page.html")
+    assert result.code == 0, result.err
+    assert (tmp_path / "page.html").exists()
     assert (tmp_path / "study/claims.json").exists()
 
 
@@ -253,11 +245,11 @@ world.food.0.count = [0, 50]
 """
 
 
-def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path) -> None:
+def test_a_sweep_can_be_run_reported_and_extended(command: Command, tmp_path: Path) -> None:
     (tmp_path / "food.toml").write_text(SWEEP)
-    done = command("sweep", "food.toml")
-    assert done.code == 0, done.err
-    assert "report: results/food/report.html" in done.out
+    result = command("sweep", "food.toml")
+    assert result.code == 0, result.err
+    assert "report: results/food/report.html" in result.out
     study = tmp_path / "results/food"
     assert dict(open_sweep(study).energy.sizes) == {
         "world.food.0.count": 2,
@@ -278,29 +270,29 @@ def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path
     assert "4 of 6 runs stored, 2 to do" in command("sweep", "food.toml", "--workers", "1").out
 
 
-def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(
+def test_an_invalid_sweep_is_refused_before_files_are_written(
     command: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "food.toml").write_text(SWEEP.replace("[0, 50]", "[0, -50]"))
-    done = command("sweep", "food.toml", "--out", "swept")
-    assert done.code == 2
-    assert done.err == (
-        "baldwinlab: food.toml: point-0001: world.food.0.count = -50: input should be greater than or equal to 0\n"
+    result = command("sweep", "food.toml", "--out", "swept")
+    assert result.code == 2
+    assert result.err == (
+        "baldwinlab: food.toml: point-0001: world.food.0.count = -50: "
+        "input should be greater than or equal to 0\n"
     )
     assert not (tmp_path / "swept").exists()
-    assert (
-        "cannot read nothing.toml: No such file or directory"
-        in command("sweep", "nothing.toml").err
-    )
+    missing = command("sweep", "nothing.toml")
+    assert "cannot read nothing.toml: No such file or directory" in missing.err
 
 
-def test_replay_writes_a_trace_a_movie_or_a_picture(
+def test_replay_writes_a_trace_a_movie_or_an_image(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)  # second
+    # The movie lasts a second.
+    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)
     study = make_small_study(tmp_path / "study")
     for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
-        done = command(
+        result = command(
             "replay",
             "study",
             "--condition",
@@ -312,7 +304,7 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(
             "--out",
             name,
         )
-        assert done.code == 0, done.err
+        assert result.code == 0, result.err
         assert (tmp_path / name).stat().st_size > 1000
     with xr.open_dataset(tmp_path / "life.nc") as trace:
         assert np.array_equal(
@@ -322,70 +314,69 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(
         assert min(picture.size) > 500
 
 
-def test_replay_takes_the_only_condition_and_lists_them_where_there_are_several(
+def test_replay_uses_a_single_condition_and_lists_several_conditions(
     command: Command, tmp_path: Path
 ) -> None:
     make_small_study(tmp_path / "two")
     make_small_study(tmp_path / "one", [shorten_preset("evo/A")], runs=1)
     life = ("--run", "0", "--generation", "1", "--out", "life.nc")
-    assert command("replay", "one", *life).code == 0 and (tmp_path / "life.nc").exists()
-    done = command("replay", "two", *life)
-    assert done.code == 2 and "two: condition is missing; there are evo/A" in done.err
+    assert command("replay", "one", *life).code == 0
+    assert (tmp_path / "life.nc").exists()
+    result = command("replay", "two", *life)
+    assert result.code == 2
+    assert "two: condition is missing; there are evo/A" in result.err
 
 
-def test_assay_measures_a_study_once_and_rebuilds_its_report(
+def test_assay_runs_each_assay_once_and_updates_the_report(
     command: Command, stored: Path, tmp_path: Path
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
-    done = command("assay", "study", "--assays", "descent,modules", "--workers", "2")
-    assert done.code == 0, done.err
-    assert (
-        "3 assays to do (24,000 agent-steps)" in done.out
-    )  # 4 pairs of modules of 20 learners who live 300 steps
+    result = command("assay", "study", "--assays", "descent,modules", "--workers", "2")
+    assert result.code == 0, result.err
+    # 4 pairs of modules, 20 learners and 300 steps.
+    assert "3 assays to do (24,000 agent-steps)" in result.out
     assert (tmp_path / "study/report.html").exists()
     assert open_assay("study", "modules", "evo+self-taught/A").energy.dims == (
         "run",
         "modules",
         "agent",
     )
-    again = command("assay", "study", "--assays", "descent")
-    assert "all assays are already stored" in again.out
+    repeated = command("assay", "study", "--assays", "descent")
+    assert "all assays are already stored" in repeated.out
 
 
-def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
+def test_interrupted_assays_report_their_progress_and_can_be_resumed(
     command: Command, stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
 
     @contextmanager
-    def stopped_at_once(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    def interrupt_at_once(description: str, total: int) -> Iterator[Callable[[int], None]]:
         def stop(amount: int) -> None:
             raise KeyboardInterrupt
 
         yield stop
 
     with monkeypatch.context() as patched:
-        patched.setattr("baldwinlab.core.console.progress", stopped_at_once)
-        done = command("assay", "study", "--assays", "reaction")
-    assert done.code == 130
-    assert (
-        "Interrupted. 0 of 2 assays are stored in study. Repeat the command to continue."
-        in done.err
-    )
+        patched.setattr("baldwinlab.core.console.progress", interrupt_at_once)
+        result = command("assay", "study", "--assays", "reaction")
+    assert result.code == 130
+    message = "Interrupted. 0 of 2 assays are stored in study. Repeat the command to continue."
+    assert message in result.err
     assert "2 assays to do" in command("assay", "study", "--assays", "reaction").out
 
 
-def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None:
+def test_export_writes_the_phylogeny(command: Command, stored: Path) -> None:
     run = ("--condition", "evo/A", "--run", "0", "--out", "descent.csv")
-    done = command("export", str(stored), "--format", "phylogeny", *run)
-    assert done.code == 0, done.err
+    result = command("export", str(stored), "--format", "phylogeny", *run)
+    assert result.code == 0, result.err
     lines = Path("descent.csv").read_text(encoding="utf-8").splitlines()
     assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
     assert len(lines) == 1 + 3 * 20
 
 
-def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Path) -> None:
-    words = [
+def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(tmp_path: Path) -> None:
+    arguments = [
         sys.executable,
         "-m",
         "baldwinlab",
@@ -396,10 +387,10 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
         "--out",
         "study",
     ]
-    words += ["--set", "evolution.generations=4", "--set", "lifetime.steps=2000"]
+    arguments += ["--set", "evolution.generations=4", "--set", "lifetime.steps=2000"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     process = subprocess.Popen(
-        words,
+        arguments,
         cwd=tmp_path,
         env=environment,
         stdout=subprocess.PIPE,
@@ -413,19 +404,17 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     assert process.returncode == 130
     stored = len(read_records(tmp_path))
     assert 0 < stored < 24
-    assert (
-        f"Interrupted. {stored} of 24 runs are stored in study. Repeat the command to continue."
-        in err
-    )
+    message = f"{stored} of 24 runs are stored in study. Repeat the command to continue."
+    assert f"Interrupted. {message}" in err
     assert "Traceback" not in err
-    again = subprocess.run(
-        words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    repeated = subprocess.run(
+        arguments, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     )
-    assert f"{stored} of 24 runs stored" in again.stdout
+    assert f"{stored} of 24 runs stored" in repeated.stdout
     assert len(read_records(tmp_path)) == 24
 
 
-def test_settings_of_matplotlib_in_the_working_directory_are_not_read(tmp_path: Path) -> None:
+def test_matplotlib_settings_in_the_working_directory_are_ignored(tmp_path: Path) -> None:
     (tmp_path / "matplotlibrc").write_bytes(b"lines.linewidth: 77\nnonsense: \xff\n")
     code = """
 import sys
@@ -439,7 +428,7 @@ import os, matplotlib
 print(matplotlib.rcParams["lines.linewidth"], os.getcwd())
 """
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
         env=environment,
@@ -447,5 +436,5 @@ print(matplotlib.rcParams["lines.linewidth"], os.getcwd())
         text=True,
         check=True,
     )
-    assert done.stdout.splitlines()[-1] == f"1.5 {tmp_path}"
-    assert done.stderr == ""
+    assert result.stdout.splitlines()[-1] == f"1.5 {tmp_path}"
+    assert result.stderr == ""

@@ -1,4 +1,4 @@
-"""The help of a command describes its arguments, says where results go, and shows an example."""
+"""The help of a command describes its arguments and its output folder, and has an example."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from baldwinlab.cli.options import app
 from tests.commands import Command
 
 
-def options_of(name: str) -> dict[str, str]:
+def option_texts(name: str) -> dict[str, str]:
     """Return the help text of each argument and option of a command."""
     return {
         argument.name: argument.parameter.help or ""
@@ -20,8 +20,8 @@ def options_of(name: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_argument_and_option_is_described_in_a_sentence(name: str) -> None:
-    options = options_of(name)
+def test_every_argument_and_option_has_a_description(name: str) -> None:
+    options = option_texts(name)
     assert [option for option, text in options.items() if not text.endswith(".")] == []
 
 
@@ -32,8 +32,8 @@ def test_every_command_has_an_example_that_can_be_parsed(name: str) -> None:
     examples += [line for line in lines if line == f"baldwinlab {name}"]
     assert examples
     for example in examples:
-        words = shlex.split(example.partition(" > ")[0])[1:]
-        app.parse_args(words, exit_on_error=False, print_error=False)
+        arguments = shlex.split(example.partition(" > ")[0])[1:]
+        app.parse_args(arguments, exit_on_error=False, print_error=False)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -49,30 +49,31 @@ def test_every_default_is_shown_or_described(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name in GROUPS["Run"]])
-def test_the_help_of_commands_that_run_says_where_the_study_goes(name: str) -> None:
-    assert "Default:" in options_of(name)["--out"]
+def test_the_help_of_commands_that_run_names_the_default_folder(name: str) -> None:
+    assert "Default:" in option_texts(name)["--out"]
 
 
-def test_the_help_of_run_says_where_it_writes_and_how_settings_are_changed() -> None:
-    options = options_of("run")
+def test_the_help_of_run_describes_the_output_folder_and_settings() -> None:
+    options = option_texts("run")
     assert "results/NAME" in options["--out"]
     assert "--set learning.rate=0.05 population.size=30" in options["--set"]
     assert "show" in options["--set"]
 
 
-def test_the_help_of_replay_says_where_numbers_begin() -> None:
-    options = options_of("replay")
+def test_the_help_of_replay_states_that_numbers_start_at_0() -> None:
+    options = option_texts("replay")
     assert all("from 0" in options[name] for name in ("--run", "--generation"))
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_force_says_what_it_overrides(name: str) -> None:
-    text = options_of(name).get("--force", "Overwrite")
+def test_the_help_of_force_names_the_check_that_it_disables(name: str) -> None:
+    text = option_texts(name).get("--force", "Overwrite")
     assert "Overwrite" in text or "memory or disk" in text
 
 
-def test_the_help_starts_with_the_first_commands_and_groups_all(command: Command) -> None:
-    shown = command("--help").out
-    start = shown.index("Start here:")
-    positions = [shown.index(f"─ {title} ─") for title in GROUPS]
-    assert start < positions[0] and positions == sorted(positions)
+def test_the_help_starts_with_the_first_commands_and_groups_all_commands(command: Command) -> None:
+    text = command("--help").out
+    start = text.index("Start here:")
+    positions = [text.index(f"─ {title} ─") for title in GROUPS]
+    assert start < positions[0]
+    assert positions == sorted(positions)

@@ -1,4 +1,4 @@
-"""`baldwinlab multiverse`: resumed as any study, reported of what is stored, and a section in the paper's report."""
+"""The command `multiverse`: interruption, reports, and the section in the report of the paper."""
 
 from __future__ import annotations
 
@@ -16,58 +16,61 @@ from baldwinlab.papers import presets
 from baldwinlab.studies.multiverse import Variant
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
-from tests.papers.test_papers import folder
+from tests.papers.test_papers import write_paper
 from tests.small_studies import make_small_study, read_records, shorten_paper
 
-READINGS = [Variant(()), Variant(("contact-5",)), Variant(("rank",))]
-MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
+VARIANTS = [Variant(()), Variant(("contact-5",)), Variant(("rank",))]
+MULTIVERSE_COMMAND = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
 
 
 @pytest.fixture
-def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three variants, or four with --all-combinations, of lives of 40 steps."""
+def short_multiverse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reduce the multiverse to three variants, or four combinations, with lifetimes of 40 steps."""
     conditions = [
         condition.replace(evolution={"generations": 2}, lifetime={"steps": 40})
         for condition in shorten_paper()
     ]
     monkeypatch.setattr(presets, "paper", lambda variant="standard": conditions)
-    monkeypatch.setattr(command_multiverse, "vary_one_at_a_time", lambda paper: READINGS)
+    monkeypatch.setattr(command_multiverse, "vary_one_at_a_time", lambda paper: VARIANTS)
     monkeypatch.setattr(
         command_multiverse,
         "combine_all_choices",
-        lambda paper: [*READINGS, Variant(("contact-5", "rank"))],
+        lambda paper: [*VARIANTS, Variant(("contact-5", "rank"))],
     )
 
 
 @contextmanager
-def stopped_half_way(
+def interrupt_half_way(
     description: str, total: int, unit: str = ""
 ) -> Iterator[Callable[[int], None]]:
-    done = [0]
+    result = [0]
 
     def show(amount: int) -> None:
-        done[0] += amount
-        if done[0] > total / 2:
+        result[0] += amount
+        if result[0] > total / 2:
             raise KeyboardInterrupt
 
     yield show
 
 
-@pytest.mark.usefixtures("tiny")
-@pytest.mark.nightly  # two of them
-def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
+@pytest.mark.usefixtures("short_multiverse")
+# The test runs two multiverses.
+@pytest.mark.nightly
+def test_an_interrupted_multiverse_resumes_with_identical_results(
     command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr(console, "progress", stopped_half_way)
-        done = command(*MULTIVERSE)
-    assert done.code == 130 and "simulates it from its first generation" in done.err
+        patched.setattr(console, "progress", interrupt_half_way)
+        result = command(*MULTIVERSE_COMMAND)
+    assert result.code == 130
+    assert "simulates it from its first generation" in result.err
     assert 0 < len(read_records(tmp_path)) < 36
-    done = command(*MULTIVERSE)
-    assert done.code == 0, done.err
-    assert "report: paper/multiverse/report.html" in done.out and "contact-5 R2" in done.out
+    result = command(*MULTIVERSE_COMMAND)
+    assert result.code == 0, result.err
+    assert "report: paper/multiverse/report.html" in result.out
+    assert "contact-5 R2" in result.out
     assert command("multiverse", "--runs", "2", "--out", "whole").code == 0
     assert read_records(tmp_path / "whole") == read_records(tmp_path / "paper/multiverse")
     assert (tmp_path / "whole/multiverse.json").read_bytes() == (
@@ -75,17 +78,18 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
     ).read_bytes()
 
 
-@pytest.mark.usefixtures("tiny")
-@pytest.mark.nightly  # a multiverse and three reports
-def test_what_is_stored_of_it_is_reported_and_a_variant_without_runs_left_out(
+@pytest.mark.usefixtures("short_multiverse")
+# The test runs a multiverse and writes three reports.
+@pytest.mark.nightly
+def test_the_report_omits_variants_without_runs(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    assert command(*MULTIVERSE, "--all-combinations").code == 0
+    assert command(*MULTIVERSE_COMMAND, "--all-combinations").code == 0
     for record in (tmp_path / "paper/multiverse/runs/rank").rglob("*.nc"):
         record.unlink()
-    done = command("report", "paper/multiverse")
-    assert done.code == 0, done.err
+    result = command("report", "paper/multiverse")
+    assert result.code == 0, result.err
     written = json.loads(
         (tmp_path / "paper/multiverse/multiverse.json").read_text(), parse_constant=pytest.fail
     )
@@ -101,32 +105,33 @@ def test_what_is_stored_of_it_is_reported_and_a_variant_without_runs_left_out(
     assert "holds no finished run yet" in command("report", "paper/multiverse").err
 
 
-@pytest.mark.usefixtures("tiny")
-def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_variants(
+@pytest.mark.usefixtures("short_multiverse")
+def test_the_report_of_the_enclosing_study_is_updated_with_the_variants(
     command: Command, tmp_path: Path
 ) -> None:
     make_small_study(tmp_path / "paper", runs=1)
-    done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
-    assert done.code == 0, done.err
-    assert "paper: writing the report of this study again, with the variants" in done.out
-    assert done.out.rstrip().endswith("report: paper/report.html")
+    result = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
+    assert result.code == 0, result.err
+    assert "paper: writing the report of this study again, with the variants" in result.out
+    assert result.out.rstrip().endswith("report: paper/report.html")
     assert (
         '<h2 id="variants">Variants of the paper</h2>'
         in (tmp_path / "paper/report.html").read_text()
     )
 
 
-@pytest.mark.usefixtures("tiny")
-@pytest.mark.nightly  # two studies and three reports of all conditions
-def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_section(
+@pytest.mark.usefixtures("short_multiverse")
+# The test runs two studies and writes three reports of all conditions.
+@pytest.mark.nightly
+def test_a_paper_reproduced_after_its_multiverse_has_a_section_of_variants(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    assert command(*MULTIVERSE).code == 0
-    done = command(
+    assert command(*MULTIVERSE_COMMAND).code == 0
+    result = command(
         "reproduce", "--runs", "1", "--generations", "1", "--steps", "40", "--out", "paper"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     page = (tmp_path / "paper/report.html").read_text()
     assert '<h2 id="variants">Variants of the paper</h2>' in page
     assert (tmp_path / "paper/figures/variants.svg").exists()
@@ -135,41 +140,39 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
     ]
 
 
-@pytest.mark.usefixtures("tiny")
-def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
+@pytest.mark.usefixtures("short_multiverse")
+def test_a_different_multiverse_in_the_same_folder_is_refused(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    assert command(*MULTIVERSE, "--last-generations", "0").code == 2
+    assert command(*MULTIVERSE_COMMAND, "--last-generations", "0").code == 2
     assert not read_records(tmp_path)
-    assert command(*MULTIVERSE).code == 0
-    done = command(*MULTIVERSE, "--all-combinations")
-    assert done.code == 2
-    assert (
-        "paper/multiverse holds another study: its conditions are standard/evo/A" in done.err
-        and "and 14 more" in done.err
-    )
-    assert len(done.err.splitlines()) == 1
+    assert command(*MULTIVERSE_COMMAND).code == 0
+    result = command(*MULTIVERSE_COMMAND, "--all-combinations")
+    assert result.code == 2
+    assert "paper/multiverse holds another study: its conditions are standard/evo/A" in result.err
+    assert "and 14 more" in result.err
+    assert len(result.err.splitlines()) == 1
 
 
-def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
+def test_a_custom_paper_has_a_multiverse_of_its_choices_and_claims(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    own = folder(tmp_path / "tiny")
-    refused = command("multiverse", str(folder(tmp_path / "bare")), "--out", "there")
+    paper_folder = write_paper(tmp_path / "tiny")
+    refused = command("multiverse", str(write_paper(tmp_path / "bare")), "--out", "there")
+    assert refused.code == 2
     assert (
-        refused.code == 2
-        and "a multiverse needs claims.toml and at least one variant besides standard.toml in variants/"
-        in refused.err
-    )
-    (own / "variants" / "short-sighted.toml").write_text(
+        "a multiverse needs claims.toml and at least one variant besides standard.toml in variants/"
+    ) in refused.err
+    (paper_folder / "variants" / "short-sighted.toml").write_text(
         'description = "sight: seeing less far"\n[senses]\nvisual_radius = 20\n'
     )
-    done = command("multiverse", str(own), "--runs", "2", "--out", "there")
-    assert done.code == 0, done.err
-    shutil.rmtree(own)
-    assert command("report", "there").code == 0  # what is kept of the paper does
+    result = command("multiverse", str(paper_folder), "--runs", "2", "--out", "there")
+    assert result.code == 0, result.err
+    shutil.rmtree(paper_folder)
+    # The report uses the stored copy of the paper.
+    assert command("report", "there").code == 0
     written = json.loads((tmp_path / "there/multiverse.json").read_text())
     assert [(variant["name"], variant["choices"]) for variant in written["variants"]] == [
         ("standard", {}),
@@ -177,4 +180,5 @@ def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
     ]
     assert [claim["id"] for claim in written["claims"]] == ["T1", "T2"]
     page = (tmp_path / "there/report.html").read_text()
-    assert "The paper does not specify one setting (sight)." in page and "tiny" in page.lower()
+    assert "The paper does not specify one setting (sight)." in page
+    assert "tiny" in page.lower()

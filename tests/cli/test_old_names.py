@@ -1,4 +1,4 @@
-"""Old names of commands and options work, and one line on stderr names the new name."""
+"""Old names of commands and options work, and a line on standard error states the new name."""
 
 from __future__ import annotations
 
@@ -21,25 +21,28 @@ OPTIONS = [
 
 @pytest.mark.parametrize("old", ["papers", "presets"])
 def test_an_old_list_command_prints_what_list_prints(command: Command, old: str) -> None:
-    done = command(old)
-    assert done.code == 0
-    assert done.err == f"baldwinlab: `{old}` was renamed; use `baldwinlab list {old}`\n"
-    assert done.out == command("list", old).out
+    result = command(old)
+    assert result.code == 0
+    assert result.err == f"baldwinlab: `{old}` was renamed; use `baldwinlab list {old}`\n"
+    assert result.out == command("list", old).out
 
 
-def test_phylogeny_and_crate_are_formats_of_export(command: Command, tmp_path: Path) -> None:
+def test_the_old_commands_phylogeny_and_crate_are_formats_of_export(
+    command: Command, tmp_path: Path
+) -> None:
     make_small_study(tmp_path / "study", runs=1)
     run = ("--condition", "evo/A", "--run", "0", "--out", "parents.csv")
-    done = command("phylogeny", "study", *run)
-    assert (done.code, done.out) == (0, "parents.csv: 60 agents\n")
-    assert "use `baldwinlab export --format phylogeny`" in done.err
-    done = command("crate", "study", "--author", "Ada Lovelace", "--license", "CC-BY-4.0")
-    assert done.code == 0 and "use `baldwinlab export --format ro-crate`" in done.err
+    result = command("phylogeny", "study", *run)
+    assert (result.code, result.out) == (0, "parents.csv: 60 agents\n")
+    assert "use `baldwinlab export --format phylogeny`" in result.err
+    result = command("crate", "study", "--author", "Ada Lovelace", "--license", "CC-BY-4.0")
+    assert result.code == 0
+    assert "use `baldwinlab export --format ro-crate`" in result.err
     assert (tmp_path / "study/ro-crate-metadata.json").exists()
 
 
 @pytest.mark.parametrize(("name", "old", "new"), OPTIONS)
-def test_an_old_option_becomes_the_new_one(name: str, old: str, new: str) -> None:
+def test_an_old_option_is_replaced_by_the_new_option(name: str, old: str, new: str) -> None:
     messages: list[str] = []
     renamed = replace_old_names([name, old, "3", f"{old}=4"], messages.append)
     assert renamed == [name, new, "3", f"{new}=4"]
@@ -47,16 +50,17 @@ def test_an_old_option_becomes_the_new_one(name: str, old: str, new: str) -> Non
     names = {
         option for argument in app[name].assemble_argument_collection() for option in argument.names
     }
-    assert new in names and old not in names
+    assert new in names
+    assert old not in names
 
 
-def test_words_of_other_commands_stay_as_they_are() -> None:
-    words = ["export", "papers", "--last", "--full"]
-    assert replace_old_names(words, pytest.fail) == words
+def test_arguments_of_other_commands_do_not_change() -> None:
+    arguments = ["export", "papers", "--last", "--full"]
+    assert replace_old_names(arguments, pytest.fail) == arguments
     assert replace_old_names([], pytest.fail) == []
 
 
-def test_the_help_shows_no_old_name(command: Command) -> None:
-    shown = command("--help").out
-    assert all(f" {name} " in shown for name in COMMANDS)
-    assert not [name for name in old_names.COMMANDS if f"│ {name} " in shown]
+def test_the_help_lists_no_old_name(command: Command) -> None:
+    text = command("--help").out
+    assert all(f" {name} " in text for name in COMMANDS)
+    assert not [name for name in old_names.COMMANDS if f"│ {name} " in text]

@@ -1,4 +1,4 @@
-"""The command line refuses in one clear sentence, with a non-zero exit."""
+"""The command line refuses invalid input with one sentence and a nonzero exit code."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from baldwinlab.core import resources
 from tests.commands import Command
 from tests.small_studies import make_small_study, read_records
 
-DEEP = "[" * 500 + "]" * 500
+NESTED_LISTS = "[" * 500 + "]" * 500
 
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study with one run of each condition."""
+    """Return a study with one run per condition."""
     return make_small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
 
 
@@ -191,7 +191,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (
             ["assay", "innate", "mine"],
-            "unexpected argument 'mine'; usage: baldwinlab assay DIRECTORY; baldwinlab assay --help lists",
+            "unexpected argument 'mine'; usage: baldwinlab assay DIRECTORY; "
+            "baldwinlab assay --help lists",
         ),
         (
             ["assay", "study", "--executor", "cloud"],
@@ -239,12 +240,13 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (
             ["report"],
-            "DIRECTORY is missing; usage: baldwinlab report DIRECTORY; baldwinlab report --help lists",
+            "DIRECTORY is missing; usage: baldwinlab report DIRECTORY; "
+            "baldwinlab report --help lists",
         ),
         (
             ["replay", "mine", "--run", "0", "--generation", "0"],
-            "--out needs a value; usage: baldwinlab replay DIRECTORY --run RUN --generation GENERATION "
-            "--out OUT; baldwinlab replay --help lists",
+            "--out needs a value; usage: baldwinlab replay DIRECTORY --run RUN "
+            "--generation GENERATION --out OUT; baldwinlab replay --help lists",
         ),
         (
             ["run", "evo/A", "--part", "nothing.py"],
@@ -273,38 +275,38 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
     ],
 )
-def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
+def test_invalid_input_prints_one_sentence_and_returns_a_nonzero_exit_code(
     command: Command, tmp_path: Path, stored: Path, arguments: list[str], sentence: str
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
     before = read_records(tmp_path)
-    done = command(*arguments)
-    assert done.code != 0
-    assert sentence in done.err + done.out
-    assert "Traceback" not in done.err
-    assert len(done.err.strip().splitlines()) == 1
+    result = command(*arguments)
+    assert result.code != 0
+    assert sentence in result.err + result.out
+    assert "Traceback" not in result.err
+    assert len(result.err.strip().splitlines()) == 1
     assert read_records(tmp_path) == before
 
 
-def test_what_is_too_large_is_refused_before_a_folder_is_made(
+def test_excessive_requests_are_refused_before_a_folder_is_created(
     command: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "large.toml").write_text(
         'experiment = "evo/A"\nruns = 100000000\n[fields]\nevolution.elite = [0, 1]'
     )
     for arguments in (["sweep", "large.toml"], ["run", "evo/A", "--runs", "100000000"]):
-        done = command(*arguments)
-        assert done.code == 2
-        assert "Reduce the request or add --force." in done.err
+        result = command(*arguments)
+        assert result.code == 2
+        assert "Reduce the request or add --force." in result.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["large.toml"]
 
 
-def test_whoever_knows_better_begins_all_the_same(
+def test_force_disables_the_check_of_resources(
     command: Command, tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
     monkeypatch.setattr(resources, "available_memory", lambda: 1_000_000)
-    life = [
+    replay_arguments = [
         "replay",
         "study",
         "--condition",
@@ -316,7 +318,7 @@ def test_whoever_knows_better_begins_all_the_same(
         "--out",
         "life.nc",
     ]
-    again = [
+    run_arguments = [
         "run",
         "evo/A",
         "--runs",
@@ -327,7 +329,12 @@ def test_whoever_knows_better_begins_all_the_same(
         "--out",
         "new",
     ]
-    for arguments in (life, ["report", "study"], ["assay", "study", "--assays", "descent"], again):
+    for arguments in (
+        replay_arguments,
+        ["report", "study"],
+        ["assay", "study", "--assays", "descent"],
+        run_arguments,
+    ):
         refused = command(*arguments)
         assert refused.code == 2
         assert "of memory, but only 976.6 KiB are free on this machine" in refused.err
@@ -337,10 +344,8 @@ def test_whoever_knows_better_begins_all_the_same(
 @pytest.mark.parametrize(
     ("arguments", "file"),
     [
-        (
-            ["report", "study", "--out", "page.html"],
-            "study/claims.json",
-        ),  # which comes before the page
+        # The command writes the claims before the page.
+        (["report", "study", "--out", "page.html"], "study/claims.json"),
         (["run", "evo/A", "--runs", "1", "--out", "new"], "new/runs/evo/A/experiment.toml"),
         (
             [
@@ -381,7 +386,7 @@ def test_whoever_knows_better_begins_all_the_same(
         ),
     ],
 )
-def test_a_full_disk_is_said_of_the_file_and_of_the_folder(
+def test_an_error_about_a_full_disk_names_the_file_and_the_folder(
     command: Command,
     tmp_path: Path,
     stored: Path,
@@ -389,26 +394,25 @@ def test_a_full_disk_is_said_of_the_file_and_of_the_folder(
     arguments: list[str],
     file: str,
 ) -> None:
-    def no_space(handle: int) -> None:
+    def fail_without_space(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     shutil.copytree(stored, tmp_path / "study")
-    monkeypatch.setattr(os, "fsync", no_space)
-    done = command(*arguments)
-    assert done.code != 0
-    assert file in done.err.splitlines()[-1]
-    assert f"no space is left in {Path(file).parent}" in done.err.splitlines()[-1]
-    assert "Traceback" not in done.err
+    monkeypatch.setattr(os, "fsync", fail_without_space)
+    result = command(*arguments)
+    assert result.code != 0
+    assert file in result.err.splitlines()[-1]
+    assert f"no space is left in {Path(file).parent}" in result.err.splitlines()[-1]
+    assert "Traceback" not in result.err
 
 
-def test_a_message_is_of_a_screen_at_most(command: Command, tmp_path: Path) -> None:
+def test_a_message_fits_on_a_screen(command: Command, tmp_path: Path) -> None:
     (tmp_path / "keys.toml").write_text("".join(f"key{number} = 1\n" for number in range(20_000)))
     region = "{ x = [9, 0], y = [0, 1], energy = -1 }"
     (tmp_path / "regions.toml").write_text(f"[world]\nfood = [{', '.join([region] * 65)}]")
     (tmp_path / "long.toml").write_text(f"{'a' * 5000} = 1\nname = '{'b' * 5000}'")
-    (tmp_path / "sweep.toml").write_text(
-        f'experiment = "evo/A"\n{"".join(f"key{each} = 1{chr(10)}" for each in range(500))}'
-    )
+    keys = "".join(f"key{number} = 1\n" for number in range(500))
+    (tmp_path / "sweep.toml").write_text(f'experiment = "evo/A"\n{keys}')
     for arguments, end in (
         (["run", "keys.toml"], "and 19,990 more"),
         (["run", "regions.toml"], ""),
@@ -416,19 +420,19 @@ def test_a_message_is_of_a_screen_at_most(command: Command, tmp_path: Path) -> N
         (["sweep", "sweep.toml"], "and 491 more"),
         (["c" * 5000], "more characters"),
     ):
-        done = command(*arguments)
-        assert done.code != 0
-        assert 20 < len(done.err) < 1950
-        assert done.err.strip().endswith(end)
+        result = command(*arguments)
+        assert result.code != 0
+        assert 20 < len(result.err) < 1950
+        assert result.err.strip().endswith(end)
 
 
-def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path: Path) -> None:
+def test_a_study_without_runs_has_no_report(command: Command, tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "study", runs=1)
     for condition in study.experiments:
         study.path(condition, 0).unlink()
-    done = command("report", "study")
-    assert done.code != 0
-    assert "holds no finished run yet" in done.err
+    result = command("report", "study")
+    assert result.code != 0
+    assert "holds no finished run yet" in result.err
 
 
 @pytest.mark.parametrize(
@@ -438,17 +442,18 @@ def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path
         (["run", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
         (["sweep", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
         (["reproduce", "./deep"], "deep/paper.toml is not TOML: it is nested too deeply"),
-        (["show", "evo/A", "--set", f"world.food={DEEP}"], "world.food = '[[["),
+        (["show", "evo/A", "--set", f"world.food={NESTED_LISTS}"], "world.food = '[[["),
     ],
 )
-def test_what_is_nested_deeper_than_python_reads_is_refused(
+def test_excessively_nested_toml_is_refused(
     command: Command, tmp_path: Path, arguments: list[str], sentence: str
 ) -> None:
-    (tmp_path / "deep.toml").write_text(f"a = {DEEP}")
+    (tmp_path / "deep.toml").write_text(f"a = {NESTED_LISTS}")
     (tmp_path / "deep").mkdir()
-    (tmp_path / "deep" / "paper.toml").write_text(f"a = {DEEP}")
+    (tmp_path / "deep" / "paper.toml").write_text(f"a = {NESTED_LISTS}")
     before = read_records(tmp_path)
-    done = command(*arguments)
-    assert done.code == 2 and read_records(tmp_path) == before
-    assert sentence in done.err
-    assert len(done.err.strip().splitlines()) == 1
+    result = command(*arguments)
+    assert result.code == 2
+    assert read_records(tmp_path) == before
+    assert sentence in result.err
+    assert len(result.err.strip().splitlines()) == 1

@@ -1,4 +1,4 @@
-"""A paper reproduced with a changed model: every place that shows its results says so."""
+"""A paper reproduced with a changed model is marked in all of its results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ rule = "greater"
 paper = "they are"
 comparisons = [{ a = "guessing", b = "plain", measure = "mean" }]
 """
-SET = ("--set", "hinton_nowlan.loci=4", "population.size=30")
+SET_OPTIONS = ("--set", "hinton_nowlan.loci=4", "population.size=30")
 CHANGES = ["hinton_nowlan.loci=4", "population.size=30"]
 NOTE = f"Changed model: {', '.join(CHANGES)}. No verdict here is about the model of the paper."
 
@@ -61,48 +61,58 @@ def paper(tmp_path: Path) -> str:
     return str(folder)
 
 
-def heading(study: Path) -> str:
+def report_heading(study: Path) -> str:
     return (study / "report.html").read_text().partition("<h1>")[2].partition("</h1>")[0]
 
 
-def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_terminal(
+def test_a_changed_model_is_marked_in_the_study_report_claims_and_terminal(
     command: Command, paper: str
 ) -> None:
-    done = command("reproduce", paper, *SET)
-    assert done.code == 0, done.err
+    result = command("reproduce", paper, *SET_OPTIONS)
+    assert result.code == 0, result.err
     (study,) = Path("results").iterdir()
     assert study.name == "needle-hinton_nowlan.loci=4-population.size=30"
     experiments = StudyStore(study).experiments.values()
-    assert {(one.of_model.loci, one.population.size) for one in experiments} == {(4, 30)}
+    settings = {(condition.of_model.loci, condition.population.size) for condition in experiments}
+    assert settings == {(4, 30)}
     assert list(StudyStore(study).changes) == CHANGES
-    assert heading(study) == "On needles: a changed model"
+    assert report_heading(study) == "On needles: a changed model"
     assert NOTE in (study / "report.html").read_text()
     claims = json.loads((study / "claims.json").read_text("utf-8"))["claims"]
     assert [claim["changes"] for claim in claims] == [CHANGES]
-    for shown in (done.out, command("claims", str(study)).out, command("report", str(study)).out):
-        assert "in a changed model" in shown and NOTE in " ".join(shown.split())
-    again = command("reproduce", paper, *SET)
-    assert "all 4 runs are already stored" in again.out
+    for output in (
+        result.out,
+        command("claims", str(study)).out,
+        command("report", str(study)).out,
+    ):
+        assert "in a changed model" in output
+        assert NOTE in " ".join(output.split())
+    repeated = command("reproduce", paper, *SET_OPTIONS)
+    assert "all 4 runs are already stored" in repeated.out
     refused = command("reproduce", paper, "--out", str(study))
-    assert refused.code == 2 and "hinton_nowlan.loci of guessing is 4, not 5" in refused.err
+    assert refused.code == 2
+    assert "hinton_nowlan.loci of guessing is 4, not 5" in refused.err
 
 
 def test_the_model_of_the_paper_is_not_marked(command: Command, paper: str) -> None:
-    done = command("reproduce", paper, "--set", "hinton_nowlan.loci=5", "--out", "same")
-    assert done.code == 0 and "changed model" not in done.out
+    result = command("reproduce", paper, "--set", "hinton_nowlan.loci=5", "--out", "same")
+    assert result.code == 0
+    assert "changed model" not in result.out
     assert StudyStore(Path("same")).changes == ()
-    assert heading(Path("same")) == "On needles: a reproduction"
+    assert report_heading(Path("same")) == "On needles: a reproduction"
     assert "changes" not in json.loads(Path("same/claims.json").read_text("utf-8"))["claims"][0]
 
 
 def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     command: Command, paper: str
 ) -> None:
-    assert command("reproduce", paper, *SET, "--runs", "3", "--out", "all/changed").code == 0
-    done = command("gallery", "all")
+    assert (
+        command("reproduce", paper, *SET_OPTIONS, "--runs", "3", "--out", "all/changed").code == 0
+    )
+    result = command("gallery", "all")
     assert (
         "needle is a changed model (hinton_nowlan.loci=4, population.size=30) and is included."
-        in done.out
+        in result.out
     )
     assert "needle (changed model)" in Path("all/gallery.html").read_text("utf-8")
     assert (
@@ -113,7 +123,9 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert "changed model" not in command("gallery", "all").out
 
 
-def test_python_changes_a_model_and_shorter_runs_change_it_too(paper: str, tmp_path: Path) -> None:
+def test_settings_and_shorter_runs_in_python_are_changes_of_the_model(
+    paper: str, tmp_path: Path
+) -> None:
     study = bl.reproduce(
         paper, runs=1, generations=2, set={"population": {"size": 10}}, out=tmp_path / "short"
     )
@@ -121,7 +133,7 @@ def test_python_changes_a_model_and_shorter_runs_change_it_too(paper: str, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         (("--set", "hinton_nowlan.length=4"), "hinton_nowlan.length: there is no 'length'"),
         (
@@ -131,20 +143,22 @@ def test_python_changes_a_model_and_shorter_runs_change_it_too(paper: str, tmp_p
         (("--set", "evolution.mutation_size=0.5"), "evolution.mutation_size: does nothing with"),
     ],
 )
-def test_a_change_that_cannot_be_made_is_refused_before_anything_is_written(
-    command: Command, paper: str, words: tuple[str, ...], message: str
+def test_an_invalid_change_is_refused_before_files_are_written(
+    command: Command, paper: str, arguments: tuple[str, ...], message: str
 ) -> None:
-    done = command("reproduce", paper, *words)
-    assert done.code == 2 and message in done.err
+    result = command("reproduce", paper, *arguments)
+    assert result.code == 2
+    assert message in result.err
     assert not Path("results").exists()
 
 
-def test_all_papers_cannot_be_changed_at_once(command: Command) -> None:
-    done = command("reproduce", "all", "--set", "population.size=3")
-    assert done.code == 2 and "--set population.size=3 applies to one paper only" in done.err
+def test_changes_apply_to_a_single_paper(command: Command) -> None:
+    result = command("reproduce", "all", "--set", "population.size=3")
+    assert result.code == 2
+    assert "--set population.size=3 applies to one paper only" in result.err
 
 
-def test_a_study_whose_changes_are_no_texts_is_refused(paper: str, tmp_path: Path) -> None:
+def test_a_study_with_invalid_changes_is_refused(paper: str, tmp_path: Path) -> None:
     study = bl.reproduce(paper, runs=1, out=tmp_path / "study")
     facts = study.directory / "study.toml"
     text = facts.read_text().partition("# SHA-256")[0].replace("format = 3", "format = 2")

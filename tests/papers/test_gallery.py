@@ -37,9 +37,10 @@ VERDICTS = {
 }
 
 
-@pytest.mark.nightly  # a minute each
+# Each paper takes a minute.
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", VERDICTS)
-def test_a_paper_is_reproduced_with_the_verdicts_of_its_page(
+def test_a_reproduced_paper_has_the_verdicts_of_its_page(
     command: Command, tmp_path: Path, name: str
 ) -> None:
     assert command("reproduce", name, "--out", str(tmp_path / "study")).code == 0
@@ -49,8 +50,9 @@ def test_a_paper_is_reproduced_with_the_verdicts_of_its_page(
     assert (tmp_path / "study" / "baldwin.json").exists() == has_assay
 
 
-@pytest.mark.nightly  # ten minutes of a core
-def test_populations_that_are_followed_for_a_million_steps_have_the_verdicts_of_their_page(
+# The runs take ten minutes on one core.
+@pytest.mark.nightly
+def test_populations_simulated_for_a_million_steps_have_the_verdicts_of_their_page(
     command: Command, tmp_path: Path
 ) -> None:
     long = ("--variant", "million", "--runs", "100", "--out", str(tmp_path / "study"))
@@ -76,14 +78,15 @@ SECTIONS = [
 
 
 @pytest.mark.parametrize("name", papers.built_in())
-def test_the_page_of_a_paper_has_its_command_and_the_sections_of_all_pages(name: str) -> None:
+def test_the_page_of_a_paper_has_its_command_and_the_standard_sections(name: str) -> None:
     page = (papers.load(name).folder / "README.md").read_text()
     assert f"baldwinlab reproduce {name}" in page
     headings = [line for line in page.splitlines() if line.startswith("## ")]
     assert [heading for heading in headings if heading in SECTIONS] == SECTIONS
 
 
-QUICK = ("mayley-1996", "stanley-miikkulainen-2002")  # one with learning, one without
+# A paper with learning and a paper without.
+QUICK = ("mayley-1996", "stanley-miikkulainen-2002")
 
 
 @pytest.mark.parametrize(
@@ -91,10 +94,6 @@ QUICK = ("mayley-1996", "stanley-miikkulainen-2002")  # one with learning, one w
     [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.nightly]) for name in VERDICTS],
 )
 def test_a_paper_runs_with_few_generations(command: Command, tmp_path: Path, name: str) -> None:
-    assert (
-        command(
-            "reproduce", name, "--runs", "2", "--generations", "3", "--out", str(tmp_path / name)
-        ).code
-        == 0
-    )
+    options = ("--runs", "2", "--generations", "3", "--out", str(tmp_path / name))
+    assert command("reproduce", name, *options).code == 0
     assert ">Summary</h2>" in (tmp_path / name / "report.html").read_text()

@@ -1,4 +1,4 @@
-"""A paper is a folder: what it runs and claims, what is wrong with one, and a user's own brought from folder to report."""
+"""A paper is a folder: valid and invalid folders, and custom papers from folder to report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.variables import ASSAYS
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.claims import OF_ALL
-from baldwinlab.papers.claims import RULES as RULES_IN_WORDS
+from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS
 from baldwinlab.papers.paper import KINDS, check
 from baldwinlab.papers.texts import Assay, Inference
 from baldwinlab.studies.store import StudyStore
@@ -34,7 +34,10 @@ runs = 2
 """
 PLAIN = 'description = "evolution alone"\n[learning]\nrule = "none"\n'
 TAUGHT = 'description = "agents that teach themselves"\n[learning]\nrule = "self-taught"\n'
-NEAR = 'description = "food where agents are born"\n[[world.food]]\nx = [120, 200]\ny = [120, 200]\ncount = 50\n'
+NEAR = (
+    'description = "food at the start of the agents"\n'
+    "[[world.food]]\nx = [120, 200]\ny = [120, 200]\ncount = 50\n"
+)
 STANDARD = 'description = "short lives"\n[lifetime]\nsteps = 60\n[evolution]\ngenerations = 2\n'
 CLAIMS = """
 [choices]
@@ -49,8 +52,8 @@ choices = ["T1"]
 comparisons = [{ a = "taught/near", b = "plain/near", measure = "mean" }]
 [[claims]]
 id = "T2"
-title = "Somebody eats"
-claim = "Somebody eats at last."
+title = "Agents eat"
+claim = "Some agents eat at the end."
 rule = "at_least"
 paper = "nearly all"
 comparisons = [
@@ -70,27 +73,30 @@ FILES = {
 }
 
 
-def folder(place: Path, *without: str, **changed: str) -> Path:
-    """A paper's folder without some files; `changed` are files by their name without folder and ending."""
+def write_paper(paper_folder: Path, *without: str, **changed: str) -> Path:
+    """Write the folder of a paper without some files.
+
+    `changed` is the content of files by their name without folder and suffix.
+    """
     for name, text in FILES.items():
-        path = place / name
-        if not any(name.startswith(left_out) for left_out in without):
+        path = paper_folder / name
+        if not name.startswith(without):
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(changed.get(path.stem, text))
-    return place
+    return paper_folder
 
 
 def test_variants_are_read_from_a_folder_with_the_old_name_readings(tmp_path: Path) -> None:
-    place = folder(tmp_path)
-    (place / "variants").rename(place / "readings")
-    paper = papers.load(place)
+    paper_folder = write_paper(tmp_path)
+    (paper_folder / "variants").rename(paper_folder / "readings")
+    paper = papers.load(paper_folder)
     assert paper.names("variants") == ["standard"]
     assert paper.experiment("plain/near").lifetime.steps == 60
     papers.save_copy(paper, tmp_path / "study")
     assert (tmp_path / "study/paper/readings/standard.toml").read_text() == STANDARD
 
 
-def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
+def test_the_default_paper_is_valid_and_complete() -> None:
     paper = check(papers.load())
     assert list(papers.built_in()) == [
         papers.DEFAULT,
@@ -98,12 +104,13 @@ def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
     ]
     assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
     assert paper.experiments("literal") == presets.paper("literal")
-    assert "arXiv 1906.08854" in paper.metadata.citation and (paper.folder / "README.md").exists()
+    assert "arXiv 1906.08854" in paper.metadata.citation
+    assert (paper.folder / "README.md").exists()
     assert all(paper.names(kind) for kind in KINDS)
 
 
-def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None:
-    assert RULES_IN_WORDS.keys() == RULES.keys()
+def test_papers_can_name_all_rules_measures_assays_and_criteria() -> None:
+    assert RULE_DESCRIPTIONS.keys() == RULES.keys()
     assert set(OF_ALL) == {*MEASURES, "most"}
     assert get_args(Assay) == tuple(ASSAYS)
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
@@ -111,10 +118,10 @@ def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None
     }
 
 
-def test_a_folder_is_a_paper_and_its_presets_are_named_by_it(tmp_path: Path) -> None:
-    place = folder(tmp_path / "tiny")
-    assert papers.load(place).study_names() == ["plain/near", "taught/near"]
-    experiment = presets.load(f"{place}:taught/near")
+def test_a_folder_is_a_paper_and_has_presets(tmp_path: Path) -> None:
+    paper_folder = write_paper(tmp_path / "tiny")
+    assert papers.load(paper_folder).study_names() == ["plain/near", "taught/near"]
+    experiment = presets.load(f"{paper_folder}:taught/near")
     assert (experiment.name, experiment.lifetime.steps, experiment.learning.rule) == (
         "taught/near",
         60,
@@ -123,17 +130,18 @@ def test_a_folder_is_a_paper_and_its_presets_are_named_by_it(tmp_path: Path) -> 
     assert presets.load("le-2019:evo/A") == presets.load("evo/A")
 
 
-def test_the_order_of_what_it_runs_is_its_own(tmp_path: Path) -> None:
-    paper = papers.load(folder(tmp_path, paper=PAPER + 'conditions = ["taught", "plain"]\n'))
+def test_the_order_of_the_conditions_is_that_of_the_paper(tmp_path: Path) -> None:
+    paper = papers.load(write_paper(tmp_path, paper=PAPER + 'conditions = ["taught", "plain"]\n'))
     assert paper.study_names() == ["taught/near", "plain/near"]
 
 
-def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_none(
+def test_a_paper_can_have_no_maps_and_no_claims(
     tmp_path: Path,
 ) -> None:
-    paper = papers.load(folder(tmp_path, "maps", "claims", "words", "README", "variants"))
+    paper = papers.load(write_paper(tmp_path, "maps", "claims", "words", "README", "variants"))
     assert [experiment.name for experiment in paper.experiments()] == ["plain", "taught"]
-    assert paper.claims == () and not paper.words.heading
+    assert paper.claims == ()
+    assert not paper.words.heading
 
 
 @pytest.mark.parametrize(
@@ -143,7 +151,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             ("conditions",),
             {},
-            "{}/conditions contains no condition: a TOML file with changes of an experiment's defaults",
+            "{}/conditions contains no condition: "
+            "a TOML file with changes of an experiment's defaults",
         ),
         ((), {"paper": "name = "}, "{}/paper.toml is not TOML: Invalid value (at end of document)"),
         ((), {"paper": PAPER.replace("year = 2026\n", "")}, "{}/paper.toml: year is missing"),
@@ -197,7 +206,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"claims": CLAIMS.replace('"mean"', '"weight"')},
-            "claims.toml: T1: a measure of plain/near 'weight', which does not exist; there are best, mean, share, most",
+            "claims.toml: T1: a measure of plain/near 'weight', which does not exist; "
+            "there are best, mean, share, most",
         ),
         (
             (),
@@ -217,7 +227,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"claims": CLAIMS.replace('rule = "at_least"', 'rule = "within"')},
-            "comparisons.0: the rule 'within' needs a bound of two numbers, the lower first, and no b",
+            "comparisons.0: the rule 'within' needs a bound of two numbers, "
+            "the lower first, and no b",
         ),
         (
             (),
@@ -226,7 +237,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
                     'rule = "at_least"', 'rule = "mean_within"'
                 )
             },
-            "comparisons.0: the rule 'mean_within' needs a bound of two numbers, the lower first, and no b",
+            "comparisons.0: the rule 'mean_within' needs a bound of two numbers, "
+            "the lower first, and no b",
         ),
         (
             (),
@@ -240,7 +252,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
                     'rule = "greater"\npaper', 'rule = "survives_longer"\npaper'
                 )
             },
-            "the rule 'survives_longer' needs a and b, a measure of the model, and runs that are not paired",
+            "the rule 'survives_longer' needs a and b, a measure of the model, "
+            "and runs that are not paired",
         ),
         (
             (),
@@ -277,7 +290,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"paper": PAPER.replace("runs = 2", "runs = 99999999999999999999")},
-            "{}/paper.toml: runs = 99999999999999999999: input should be less than or equal to 2147483648",
+            "{}/paper.toml: runs = 99999999999999999999: "
+            "input should be less than or equal to 2147483648",
         ),
         (
             (),
@@ -287,7 +301,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"paper": PAPER + 'link = "javascript:alert(1)"\n'},
-            "{}/paper.toml: link: 'javascript:alert(1)' must be an address that begins with http:// or https://",
+            "{}/paper.toml: link: 'javascript:alert(1)' must be an address "
+            "that begins with http:// or https://",
         ),
         (
             (),
@@ -302,12 +317,14 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"claims": CLAIMS.replace('measure = "mean" }', 'measure = "mean", bound = 3.0 }')},
-            "claims.toml: claims.0.comparisons.0: the rule 'greater' uses no bound; leave bound out, or take one of within",
+            "claims.toml: claims.0.comparisons.0: the rule 'greater' uses no bound; "
+            "leave bound out, or take one of within",
         ),
         (
             (),
             {"claims": CLAIMS.replace('b = "plain/near"', 'b = "taught/near"')},
-            "claims.toml: claims.0.comparisons.0: a and b are the same condition, 'taught/near'; b must be another",
+            "claims.toml: claims.0.comparisons.0: a and b are the same condition, 'taught/near'; "
+            "b must be another",
         ),
         (
             (),
@@ -316,7 +333,8 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
                     'a = "taught/near", b = "plain/near"', 'a = "first", b = "plain/near"'
                 )
             },
-            "claims.toml: claims.0.comparisons.0.a: 'first' is allowed for b only; a must name a condition",
+            "claims.toml: claims.0.comparisons.0.a: 'first' is allowed for b only; "
+            "a must name a condition",
         ),
         (
             (),
@@ -329,43 +347,45 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         ),
     ],
 )
-def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
+def test_an_invalid_paper_is_refused_in_one_sentence(
     tmp_path: Path, without: tuple[str, ...], changed: dict[str, str], message: str
 ) -> None:
-    place = folder(tmp_path / "tiny", *without, **changed)
-    place.mkdir(exist_ok=True)
-    with pytest.raises(PaperError, match=re.escape(message.format(place))) as refusal:
-        papers.load(place)
+    paper_folder = write_paper(tmp_path / "tiny", *without, **changed)
+    paper_folder.mkdir(exist_ok=True)
+    with pytest.raises(PaperError, match=re.escape(message.format(paper_folder))) as refusal:
+        papers.load(paper_folder)
     assert len(str(refusal.value).splitlines()) == 1
 
 
-def test_a_control_cannot_take_the_place_of_a_condition(tmp_path: Path) -> None:
-    place = folder(tmp_path / "tiny")
-    (place / "controls").mkdir()
-    (place / "controls" / "plain.toml").write_text(TAUGHT)
-    message = f"{place}/controls/plain.toml: 'plain' is also the name of a condition; choose another name for the control"
+def test_a_control_cannot_have_the_name_of_a_condition(tmp_path: Path) -> None:
+    paper_folder = write_paper(tmp_path / "tiny")
+    (paper_folder / "controls").mkdir()
+    (paper_folder / "controls" / "plain.toml").write_text(TAUGHT)
+    message = (
+        f"{paper_folder}/controls/plain.toml: 'plain' is also the name of a condition; "
+        "choose another name for the control"
+    )
     with pytest.raises(PaperError, match=re.escape(message)):
-        papers.load(place)
+        papers.load(paper_folder)
 
 
-def test_no_condition_has_the_name_of_the_first_generations(tmp_path: Path) -> None:
-    place = folder(tmp_path / "tiny", "maps", "claims")
-    (place / "conditions" / "first.toml").write_text(PLAIN)
-    with pytest.raises(
-        PaperError,
-        match="no condition can be named 'first', because claims use this name for the first generations",
-    ):
-        papers.load(place)
+def test_a_condition_cannot_have_the_reserved_name_first(tmp_path: Path) -> None:
+    paper_folder = write_paper(tmp_path / "tiny", "maps", "claims")
+    (paper_folder / "conditions" / "first.toml").write_text(PLAIN)
+    message = (
+        "no condition can be named 'first', because claims use this name for the first generations"
+    )
+    with pytest.raises(PaperError, match=message):
+        papers.load(paper_folder)
 
 
-def test_a_link_may_have_either_scheme(tmp_path: Path) -> None:
+def test_a_link_can_have_the_scheme_http_or_https(tmp_path: Path) -> None:
     for link in ("http://example.org/a", "https://example.org/?q=1", "HTTPS://EXAMPLE.ORG"):
-        assert (
-            papers.load(folder(tmp_path, paper=f'{PAPER}link = "{link}"\n')).metadata.link == link
-        )
+        paper = papers.load(write_paper(tmp_path, paper=f'{PAPER}link = "{link}"\n'))
+        assert paper.metadata.link == link
 
 
-def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Path) -> None:
+def test_claims_about_survival_need_a_measure_with_censored_runs(tmp_path: Path) -> None:
     shutil.copytree(papers.load("ackley-littman-1991").folder, tmp_path / "mine")
     for name, old, new in (
         ("paper", '"ackley-littman-1991"', '"mine"'),
@@ -373,22 +393,25 @@ def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Pat
     ):
         file = tmp_path / "mine" / f"{name}.toml"
         file.write_text(file.read_text().replace(old, new))
-    wrong = "A1: the rule 'survives_longer' needs a measure with censored runs, and 'born' of E has none"
-    with pytest.raises(PaperError, match=wrong):
+    error = (
+        "A1: the rule 'survives_longer' needs a measure with censored runs, "
+        "and 'born' of E has none"
+    )
+    with pytest.raises(PaperError, match=error):
         papers.load(tmp_path / "mine")
 
 
-def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(
+def test_an_unknown_paper_is_refused_with_the_existing_names(
     command: Command, tmp_path: Path
 ) -> None:
-    done = command("reproduce", "le-2091")
-    said = (
+    result = command("reproduce", "le-2091")
+    message = (
         "there is no paper 'le-2091' (did you mean 'le-2019'?); "
         f"there are {', '.join(papers.built_in())}, and any folder with a paper.toml"
     )
-    assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
-    done = command("reproduce", str(folder(tmp_path / "tiny")), "--variant", "literal")
-    assert (done.code, done.err) == (
+    assert (result.code, result.err) == (2, f"baldwinlab: {message}\n")
+    result = command("reproduce", str(write_paper(tmp_path / "tiny")), "--variant", "literal")
+    assert (result.code, result.err) == (
         2,
         "baldwinlab: there is no variant 'literal'; there are standard\n",
     )
@@ -396,145 +419,136 @@ def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(
 
 
 def test_list_papers_describes_each_paper(command: Command) -> None:
-    done = command("list", "papers")
-    assert done.code == 0
-    assert re.search(r"^le-2019 +Nam Le, Evolving Self-taught", done.out, re.MULTILINE)
-    assert "conditions: 6, claims: 9, https://" in done.out
-    assert "claims: 76\n" in done.out
-    assert "1987, guessing, guessing-100, guessing-10000, all-set, never-guessing\n" in done.out
-    assert "command: baldwinlab reproduce hinton-nowlan-1987\n" in done.out
-    assert re.search(r"2026, evo/A, .* and 74 more\n", done.out)
+    result = command("list", "papers")
+    assert result.code == 0
+    assert re.search(r"^le-2019 +Nam Le, Evolving Self-taught", result.out, re.MULTILINE)
+    assert "conditions: 6, claims: 9, https://" in result.out
+    assert "claims: 76\n" in result.out
+    assert "1987, guessing, guessing-100, guessing-10000, all-set, never-guessing\n" in result.out
+    assert "command: baldwinlab reproduce hinton-nowlan-1987\n" in result.out
+    assert re.search(r"2026, evo/A, .* and 74 more\n", result.out)
 
 
-def test_a_user_s_questions_are_answered_at_the_head_of_the_report_and_no_paper_is_spoken_of(
+def test_the_report_of_custom_questions_starts_with_their_answers(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    asked = CLAIMS[CLAIMS.index("[[claims]]") : CLAIMS.index('[[claims]]\nid = "T2"')]
-    questions = asked.replace('paper = "more"\nchoices = ["T1"]\n', "")
-    folder(
+    claims = CLAIMS[CLAIMS.index("[[claims]]") : CLAIMS.index('[[claims]]\nid = "T2"')]
+    questions = claims.replace('paper = "more"\nchoices = ["T1"]\n', "")
+    write_paper(
         tmp_path / "tiny",
         paper=PAPER + 'figures = ["overview"]\nassays = ["neutral"]\n',
         claims=questions,
     )
-    done = command("reproduce", "./tiny")
-    assert done.code == 0, done.err
-    assert "What was asked, and what we measured" in done.out and "the paper" not in done.out
+    result = command("reproduce", "./tiny")
+    assert result.code == 0, result.err
+    assert "What was asked, and what we measured" in result.out
+    assert "the paper" not in result.out
     out = tmp_path / "results/tiny"
     record = json.loads((out / "learners.json").read_text())
-    assert (
-        record["reference"],
-        record["maps"],
-        [row["learner"] for row in record["learners"]],
-    ) == (
-        "plain",
-        ["near"],
-        ["taught"],
-    )
-    assert (
-        record["learners"][0]["innate_verdict"] != "not measured"
-        and record["learners"][0]["cost_verdict"] == "not measured"
-    )
+    assert record["reference"] == "plain"
+    assert record["maps"] == ["near"]
+    assert [row["learner"] for row in record["learners"]] == ["taught"]
+    assert record["learners"][0]["innate_verdict"] != "not measured"
+    assert record["learners"][0]["cost_verdict"] == "not measured"
     page = (out / "report.html").read_text()
     head = page.split('<h2 id="setup"')[0]
-    assert (
-        "learners eat more than evolution alone" in head
-        and 'id="figure-overview"' in head
-        and ">Gain from learning</th>" in head
-    )
-    assert 'id="differences"' not in page and ">Paper</th>" not in page
+    assert "learners eat more than evolution alone" in head
+    assert 'id="figure-overview"' in head
+    assert ">Gain from learning</th>" in head
+    assert 'id="differences"' not in page
+    assert ">Paper</th>" not in page
 
 
-def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
+def test_a_custom_paper_is_reproduced_and_its_report_does_not_need_its_folder(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    place = folder(tmp_path / "tiny")
-    done = command("reproduce", "./tiny")
-    assert done.code == 0, done.err
+    paper_folder = write_paper(tmp_path / "tiny")
+    result = command("reproduce", "./tiny")
+    assert result.code == 0, result.err
     out = tmp_path / "results/tiny"
-    assert StudyStore(out).paper == "tiny" and StudyStore(out).runs("taught/near") == [0, 1]
-    records = json.loads((out / "claims.json").read_text())["claims"]
-    assert [(record["id"], record["publication"], record["verdict"]) for record in records][1][
-        :2
-    ] == ("T2", "tiny")
+    assert StudyStore(out).paper == "tiny"
+    assert StudyStore(out).runs("taught/near") == [0, 1]
+    record = json.loads((out / "claims.json").read_text())["claims"][1]
+    assert (record["id"], record["publication"]) == ("T2", "tiny")
     page = (out / "report.html").read_text()
-    for words in (
+    for text in (
         "<h1>Tiny, again</h1>",
         "A. Reader, B. Writer, <cite>On being tiny</cite>",
         "smaller.",
         "how far an agent sees",
     ):
-        assert words in page
-    assert "Nam Le" not in page and "The paper infers" not in page
+        assert text in page
+    assert "Nam Le" not in page
+    assert "The paper infers" not in page
     assert (out / "paper/claims.toml").read_text() == CLAIMS
-    for path in sorted(place.rglob("*"), reverse=True):
+    for path in sorted(paper_folder.rglob("*"), reverse=True):
         path.unlink() if path.is_file() else path.rmdir()
     assert command("report", "results/tiny").code == 0
     assert (out / "report.html").read_text() == page
 
 
 @pytest.mark.parametrize("name", list(papers.built_in()))
-def test_what_a_paper_takes_is_known_before_it_begins(
+def test_excessive_requests_for_a_paper_are_refused_before_the_simulation(
     command: Command, tmp_path: Path, name: str
 ) -> None:
-    done = command("reproduce", name, "--runs", "1000000")
-    assert (
-        done.code != 0
-        and "runs: " in done.err
-        and "--force" in done.err
-        and "Traceback" not in done.err
-    ), done.err
+    result = command("reproduce", name, "--runs", "1000000")
+    assert result.code != 0
+    assert "runs: " in result.err
+    assert "--force" in result.err
+    assert "Traceback" not in result.err
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.nightly  # which draws a report, as the test before it does
+# The test draws a report, as the previous test does.
+@pytest.mark.nightly
 def test_without_claims_the_report_compares_the_conditions(
     command: Command, tmp_path: Path
 ) -> None:
-    folder(
+    write_paper(
         tmp_path / "tiny",
         "maps",
         "claims",
         "words",
         paper=PAPER + 'figures = ["final-fitness", "fitness"]\n',
     )
-    done = command("reproduce", "tiny", "--runs", "1", "--out", "mine")
-    assert done.code == 0, done.err
+    result = command("reproduce", "tiny", "--runs", "1", "--out", "mine")
+    assert result.code == 0, result.err
     page = (tmp_path / "mine/report.html").read_text()
-    assert "<h1>On being tiny: a reproduction</h1>" in page and "<h2>The claims" not in page
+    assert "<h1>On being tiny: a reproduction</h1>" in page
+    assert "<h2>The claims" not in page
     assert "Comparison of the conditions" in page
-    assert (
-        page.index("Fitness in the last") < page.index("Fitness over generations")
-        and "What an agent senses" not in page
-    )
+    assert page.index("Fitness in the last") < page.index("Fitness over generations")
+    assert "What an agent senses" not in page
     assert json.loads((tmp_path / "mine/claims.json").read_text())["claims"] == []
 
 
-def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) -> None:
-    folder(tmp_path / "tiny", "claims")
-    folder(tmp_path / "other", "claims", paper=PAPER.replace("tiny", "other"))
+def test_a_study_belongs_to_the_paper_that_created_it(command: Command, tmp_path: Path) -> None:
+    write_paper(tmp_path / "tiny", "claims")
+    write_paper(tmp_path / "other", "claims", paper=PAPER.replace("tiny", "other"))
     assert command("reproduce", "tiny", "--runs", "1", "--out", "mine").code == 0
-    done = command("reproduce", "other", "--runs", "1", "--out", "mine")
-    assert (
-        done.err
-        == "baldwinlab: mine holds another study: it is of the paper tiny, not other; choose another --out\n"
+    result = command("reproduce", "other", "--runs", "1", "--out", "mine")
+    assert result.err == (
+        "baldwinlab: mine holds another study: it is of the paper tiny, not other; "
+        "choose another --out\n"
     )
     for path in (tmp_path / "mine/paper").rglob("*.toml"):
         path.unlink()
-    done = command("report", "mine")
-    assert (done.code, done.err) == (
+    result = command("report", "mine")
+    assert (result.code, result.err) == (
         2,
-        "baldwinlab: mine is a study of the paper 'tiny', but mine/paper contains no copy of this paper\n",
+        "baldwinlab: mine is a study of the paper 'tiny', "
+        "but mine/paper contains no copy of this paper\n",
     )
 
 
-def test_claims_about_long_controls_are_decided_of_a_study_of_their_own(
+def test_claims_about_long_controls_are_evaluated_on_a_separate_study(
     command: Command, tmp_path: Path
 ) -> None:
     paper = papers.load("stanley-miikkulainen-2002")
     both = [f"{paper.name}:{control}" for control in ("poles", "poles-without-velocities")]
-    small = (
+    short_run = (
         "--set",
         "population.size=20",
         "evolution.generations=2",
@@ -543,8 +557,8 @@ def test_claims_about_long_controls_are_decided_of_a_study_of_their_own(
         "--out",
         "poles",
     )
-    assert command("run", *both, *small).code == 0
-    done = command(
+    assert command("run", *both, *short_run).code == 0
+    result = command(
         "claims",
         "poles",
         "--claims",
@@ -552,9 +566,9 @@ def test_claims_about_long_controls_are_decided_of_a_study_of_their_own(
         "--out",
         "verdicts.json",
     )
-    assert done.code == 0
+    assert result.code == 0
     verdicts = json.loads((tmp_path / "verdicts.json").read_text())
     assert {claim["id"]: claim["verdict"] for claim in verdicts} == {
         "P1": "undecided",
         "P2": "undecided",
-    }, "nobody has solved it"
+    }, "no run has solved the task"

@@ -47,7 +47,7 @@ def test_the_paper_has_three_conditions_on_two_maps() -> None:
         ("open-boundaries", {"senses": {"boundaries": "open"}}),
     ],
 )
-def test_a_variant_changes_the_one_field_that_it_names(
+def test_a_variant_changes_a_single_field(
     variant: str, changed: dict[str, dict[str, object]]
 ) -> None:
     standard = load("evo+self-taught/B")
@@ -61,25 +61,27 @@ def test_every_alternative_of_the_open_choices_has_a_variant() -> None:
 
 
 def test_every_part_of_the_library_is_in_a_preset() -> None:
-    everything = [load(name) for name in factors()]
-    everything += [
-        one.experiment(one.study_names()[0], name)
-        for one in papers.built_in().values()
-        for name in one.names("variants")
+    experiments = [load(name) for name in factors()]
+    experiments += [
+        publication.experiment(publication.study_names()[0], name)
+        for publication in papers.built_in().values()
+        for name in publication.names("variants")
     ]
-    chosen = {
-        part for experiment in [*everything, load("neat-xor")] for part in added_choices(experiment)
+    added_parts = {
+        part
+        for experiment in [*experiments, load("neat-xor")]
+        for part in added_choices(experiment)
     }
-    assert chosen >= {(kind, name) for kind, parts in LIBRARY.items() for name in parts}
+    assert added_parts >= {(kind, name) for kind, parts in LIBRARY.items() for name in parts}
 
 
-def test_a_variant_of_another_paper_is_laid_over_as_well() -> None:
+def test_a_variant_can_be_applied_to_a_control() -> None:
     assert load("evo+drift/B", "gaussian") == load("evo+drift/B").replace(
         evolution={"variation": "gaussian"}
     )
 
 
-def test_every_preset_says_what_it_is() -> None:
+def test_every_preset_has_a_description() -> None:
     for kind in KINDS:
         for name in names(kind):
             assert len(describe(kind, name)) > 20
@@ -128,20 +130,20 @@ def test_the_defaults_are_the_standard_variant_of_the_paper() -> None:
         ("absent.toml", "cannot read absent.toml: No such file or directory"),
     ],
 )
-def test_an_unknown_preset_is_refused_with_what_there_is(name: str, message: str) -> None:
+def test_an_unknown_preset_is_refused_with_the_existing_names(name: str, message: str) -> None:
     with pytest.raises(ExperimentError) as refusal:
         load(name)
     assert message in str(refusal.value)
 
 
-def test_an_unknown_variant_is_refused_with_the_nearest_one() -> None:
+def test_an_unknown_variant_is_refused_with_the_most_similar_name() -> None:
     with pytest.raises(
         ExperimentError, match=r"there is no variant 'litteral' \(did you mean 'literal'\?\)"
     ):
         load("evo/A", "litteral")
 
 
-def test_a_file_is_an_experiment_too_and_can_carry_a_variant(tmp_path: Path) -> None:
+def test_an_experiment_file_can_be_loaded_with_a_variant(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(to_toml(load("evo/A").replace(name="mine")))
     assert load(path).name == "mine"

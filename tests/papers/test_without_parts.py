@@ -1,4 +1,4 @@
-"""A paper whose model is a user's part: every command that reads its study works without the part."""
+"""A paper with a third-party model: commands that read its study work without the part."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from tests.commands import Command
 EXAMPLE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 MEASURE = """
     measures = {
-        "unknown": Measure("loci that hold a ? at last", lambda runs: runs["unknown"].isel(generation=-1).mean("agent"))
+        "unknown": Measure(
+            "loci with the allele ? in the last generation",
+            lambda runs: runs["unknown"].isel(generation=-1).mean("agent"),
+        )
     }
     learns = property"""
 PAPER = """
@@ -49,15 +52,15 @@ rule = "greater"
 comparisons = [{ a = "guessing", b = "plain", measure = "mean" }]
 [[claims]]
 id = "S2"
-title = "Strings that guess keep less open"
-claim = "Strings that guess hold fewer ? at last."
+title = "Strings that guess have fewer unknown loci"
+claim = "Strings that guess have fewer ? in the last generation."
 rule = "lower"
 comparisons = [{ a = "guessing", b = "plain", measure = "unknown" }]
 """
-LACKING = "'unknown' needs a model that is not loaded: pass its file with --part FILE"
+REASON = "'unknown' needs a model that is not loaded: pass its file with --part FILE"
 
 
-def forget() -> None:
+def remove_loaded_parts() -> None:
     for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
         registry.remove(kind, name)
 
@@ -73,14 +76,14 @@ def part(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def results(part: Path, tmp_path: Path, command: Command) -> Path:
-    """A folder with the study of the paper, its part forgotten."""
+    """Return a folder with the study of the paper. Its part is no longer loaded."""
     folder = tmp_path / "paper"
     (folder / "conditions").mkdir(parents=True)
     (folder / "paper.toml").write_text(PAPER)
     (folder / "claims.toml").write_text(CLAIMS)
     for name, guesses in (("guessing", "true"), ("plain", "false")):
         (folder / "conditions" / f"{name}.toml").write_text(CONDITION.format(guesses))
-    made = command(
+    reproduced = command(
         "reproduce",
         str(folder),
         "--part",
@@ -88,16 +91,16 @@ def results(part: Path, tmp_path: Path, command: Command) -> Path:
         "--out",
         str(tmp_path / "results" / "strings"),
     )
-    assert made.code == 0, made.err
-    forget()
+    assert reproduced.code == 0, reproduced.err
+    remove_loaded_parts()
     return tmp_path / "results"
 
 
-def test_every_command_that_reads_works_without_the_part(
+def test_every_command_that_reads_a_study_works_without_the_part(
     results: Path, tmp_path: Path, command: Command
 ) -> None:
     study = str(results / "strings")
-    for words in (
+    for arguments in (
         ("report", study),
         ("claims", study),
         ("gallery", str(results)),
@@ -105,8 +108,8 @@ def test_every_command_that_reads_works_without_the_part(
         ("export", study, "--format", "ro-crate"),
         ("export", study, "--out", str(tmp_path / "table.csv")),
     ):
-        done = command(*words)
-        assert (done.code, done.err) == (0, ""), words
+        result = command(*arguments)
+        assert (result.code, result.err) == (0, ""), arguments
 
 
 def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
@@ -118,24 +121,20 @@ def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
     after = {claim["id"]: claim for claim in json.loads(verdicts.read_text())["claims"]}
     assert after["S1"]["effect"] == before["S1"]["effect"]
     assert (before["S2"]["why_not"], before["S2"]["verdict"]) == ("", "undecided")
-    assert (after["S2"]["why_not"], after["S2"]["verdict"]) == (LACKING, "not evaluated")
-    assert LACKING in (results / "strings" / "report.html").read_text().replace("&#39;", "'")
+    assert (after["S2"]["why_not"], after["S2"]["verdict"]) == (REASON, "not evaluated")
+    assert REASON in (results / "strings" / "report.html").read_text().replace("&#39;", "'")
     assert "needs a model that is not" in command("claims", str(results / "strings")).out
 
 
-def test_with_the_part_nothing_is_missing(
+def test_with_the_part_all_claims_are_evaluated(
     results: Path, part: Path, tmp_path: Path, command: Command
 ) -> None:
-    given = ("--part", str(part))
-    assert command("gallery", str(results), *given).code == 0
-    assert (
-        command(
-            "phylogeny", str(results / "strings"), "--out", str(tmp_path / "x.csv"), *given
-        ).code
-        == 0
-    )
-    assert command("crate", str(results / "strings"), *given).code == 0
-    assert "not evaluated" not in command("claims", str(results / "strings"), *given).out
+    part_option = ("--part", str(part))
+    assert command("gallery", str(results), *part_option).code == 0
+    study = str(results / "strings")
+    assert command("phylogeny", study, "--out", str(tmp_path / "x.csv"), *part_option).code == 0
+    assert command("crate", study, *part_option).code == 0
+    assert "not evaluated" not in command("claims", str(results / "strings"), *part_option).out
     systems = json.loads((results / "gallery.json").read_text())["papers"][0]["systems"]
     assert [(system["condition"], system["control"]) for system in systems] == [
         ("guessing", "plain")
@@ -148,12 +147,15 @@ def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Pat
     assert study.assay("innate").sizes["run"] == 2
     assert len(study.to_pandas()) == 2 * 2 * 3 * 30
     assert study.report(tmp_path / "page.html").exists()
-    assert "guessing" in repr(study) and "guessing" in study._repr_html_()
+    assert "guessing" in repr(study)
+    assert "guessing" in study._repr_html_()
 
 
-def test_a_file_of_claims_about_fitness_needs_no_part(
+def test_claims_about_fitness_are_evaluated_without_the_part(
     results: Path, tmp_path: Path, command: Command
 ) -> None:
     (tmp_path / "mine.toml").write_text(CLAIMS)
-    done = command("claims", str(results / "strings"), "--claims", str(tmp_path / "mine.toml"))
-    assert done.code == 0 and "S1" in done.out and "not evaluated" in done.out
+    result = command("claims", str(results / "strings"), "--claims", str(tmp_path / "mine.toml"))
+    assert result.code == 0
+    assert "S1" in result.out
+    assert "not evaluated" in result.out
