@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -97,6 +98,17 @@ def move(position: int, heading: int, plan: tuple[int, int]) -> tuple[int, int]:
     return position, (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
 
 
+def place_food(draw: Callable[[int], list[float]]) -> list[int]:
+    """Return the random cells of food."""
+    food: list[int] = []
+    number = 0
+    while len(food) < FOOD:
+        number += 1
+        cell = int(draw(number)[0] * SIDE * SIDE)
+        food += [] if cell in food else [cell]
+    return food
+
+
 def simulate_in_python(
     forager_model: CellForagers, genome: Any, agent: int
 ) -> tuple[list[int], Any]:
@@ -113,12 +125,7 @@ def simulate_in_python(
 
         position = int(draw(0)[0] * SIDE * SIDE)
         heading = int(draw(0)[1] * 4)
-        food: list[int] = []
-        number = 0
-        while len(food) < FOOD:
-            number += 1
-            cell = int(draw(number)[0] * SIDE * SIDE)
-            food += [] if cell in food else [cell]
+        food = place_food(draw)
         plan = (0, 0)
         meals = 0
         for step in range(forager_model.steps_per_environment):
@@ -133,12 +140,9 @@ def simulate_in_python(
                     weights, values, 2, 0, forward(fixed, values, 2)[1], forager_model.learning_rate
                 )
             elif forager_model.learning != "none":
-                coin = draw(DRAWS - 1 - step)
-                targets = (
-                    sense(food, position, heading)
-                    if forager_model.learning == "prediction"
-                    else coin[:2]
-                )
+                targets: Sequence[float] = draw(DRAWS - 1 - step)[:2]
+                if forager_model.learning == "prediction":
+                    targets = sense(food, position, heading)
                 weights = train(
                     weights, values, 4, 2, np.array(targets), forager_model.learning_rate
                 )

@@ -21,7 +21,7 @@ from baldwinlab.models.neat.cart_pole import FORCE, PARTS, TRACK, UPRIGHT, is_ba
 from baldwinlab.models.neat.double_pole import SCALE, START, activate_once, order_links
 from baldwinlab.models.neat.double_pole_no_velocities import ENOUGH, STARTS, UnseenVelocities
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.evolution.neat.evolved_genomes import genes_of, make_network, population
+from tests.evolution.neat.grown import genes_of, make_network, population
 
 NAME = "neat-poles-without-velocities"
 POLES = "stanley-miikkulainen-2002:poles-without-velocities"
