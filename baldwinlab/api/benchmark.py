@@ -6,7 +6,6 @@ Each case runs in its own process, so that its compile time and its peak memory 
 from __future__ import annotations
 
 import math
-import platform
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +15,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-import numba
 import numpy as np
 
 from baldwinlab.api.checks.fixture import group_parts
@@ -309,31 +307,6 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
             seconds += time.perf_counter() - start
         fastest = min(fastest, seconds)
     return n_lives * worlds * agents * steps, fastest, 1
-
-
-def machine() -> dict[str, Any]:
-    """Return the platform, the processor and the versions of this machine."""
-    provenance = {
-        "platform": platform.platform(),
-        "processor": _processor(),
-        "cores": available_cores(),
-    }
-    return provenance | {
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-    }
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    return next(
-        (line.partition(":")[2].strip() for line in lines if line.startswith("model name")),
-        platform.processor(),
-    )
 
 
 def _discard_message(message: str) -> None:

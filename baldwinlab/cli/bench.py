@@ -8,7 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.benchmark import machine, measure_cases
+from baldwinlab.api.benchmark import measure_cases
+from baldwinlab.api.machine import describe_machine
 from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, Backend, Parts
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically
@@ -54,6 +55,6 @@ def bench(
             f"{record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
         )
     if out:
-        content = dumps({"machine": machine(), "records": records}, indent=2)
+        content = dumps({"machine": describe_machine(), "records": records}, indent=2)
         write_atomically(out, f"{content}\n".encode())
         console.info(f"records: {out}")

@@ -1,0 +1,39 @@
+"""Describe the machine of a measurement."""
+
+from __future__ import annotations
+
+import platform
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+from baldwinlab.studies.run import available_cores
+
+
+def describe_machine() -> dict[str, Any]:
+    """Return the platform, the processor and the versions of this machine.
+
+    Returns
+    -------
+    dict
+        Plain data for JSON.
+    """
+    return {
+        "platform": platform.platform(),
+        "processor": _processor(),
+        "cores": available_cores(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor()
