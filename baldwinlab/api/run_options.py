@@ -24,12 +24,16 @@ class RunOptions:
         "threads", "dask:tcp://HOST:PORT", or "slurm".
     force
         Run even if less memory or disk is free than the estimate.
+    checkpoint
+        Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
+        "100".
     """
 
     workers: int | None = None
     backend: str = "auto"
     executor: str = "threads"
     force: bool = False
+    checkpoint: str = "60s"
 
     def make_executor(self) -> Executor:
         """Return the executor.

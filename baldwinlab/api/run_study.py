@@ -19,6 +19,7 @@ from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
+from baldwinlab.studies.checkpoints import Interval
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import RUN_LIMIT
@@ -73,11 +74,12 @@ class StudyRequest:
 
 @dataclass(frozen=True)
 class _Machinery:
-    """The executor and the backend of a request, and the number of tasks at a time."""
+    """The executor and the backend of a request, the number of tasks at a time, and checkpoints."""
 
     executor: Executor
     backend: Backend
     tasks: int
+    checkpoint_interval: Interval
 
 
 def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
@@ -126,6 +128,7 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
             console.info,
             backend=machinery.backend,
             executor=machinery.executor,
+            checkpoint_interval=machinery.checkpoint_interval,
         )
     return study
 
@@ -142,7 +145,7 @@ def _check_request(request: StudyRequest, options: RunOptions) -> _Machinery:
     if backend.name == "cuda":
         # While the GPU simulates one task, the CPU breeds the next generation of another.
         tasks = max(tasks, len(request.experiments), 2)
-    return _Machinery(executor, backend, tasks)
+    return _Machinery(executor, backend, tasks, Interval.parse(options.checkpoint))
 
 
 def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Backend:

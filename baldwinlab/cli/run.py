@@ -6,11 +6,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from baldwinlab.api.extend import extend
 from baldwinlab.api.publish import lab_results
 from baldwinlab.api.run import run_loaded
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.options import (
+    DESCRIBED_DEFAULT,
     LOCATION,
     Assignments,
     Backend,
@@ -18,15 +20,18 @@ from baldwinlab.cli.options import (
     Executor,
     Experiment,
     Force,
+    OptionalInteger,
     Out,
     Parts,
-    Runs,
     Seed,
     Variant,
     Workers,
     load_parts,
 )
 from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import parse_location
+from baldwinlab.core.output_paths import is_study
 from baldwinlab.papers.presets import load_with_origin
 from baldwinlab.studies.store import StudyStore
 
@@ -41,7 +46,22 @@ def run(
     variant: Variant = "standard",
     assignments: Assignments = None,
     baseline: Baseline = "",
-    runs: Runs = 30,
+    generations: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(
+            help="Number of generations, by default that of the experiment. A stored study is "
+            "extended to this number."
+        ),
+    ] = None,
+    runs: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(
+            help="Number of independent runs of each condition, by default 30; of a stored study, "
+            "its number of runs."
+        ),
+    ] = None,
     seed: Seed = 0,
     workers: Workers = None,
     out: Annotated[
@@ -52,21 +72,50 @@ def run(
     ] = None,
     backend: Backend = "auto",
     executor: Executor = "threads",
+    checkpoint: Annotated[
+        str,
+        Parameter(
+            help="Interval between two checkpoints of a run: seconds (60s) or generations (100)."
+        ),
+    ] = "60s",
     force: Force = False,
 ) -> None:
     """Run one or several experiments as one study, and compare them.
 
-    Stored runs are not repeated: the same command resumes an interrupted study.
+    Stored runs are not repeated: the same command resumes an interrupted study. With the directory
+    of a stored study instead of experiments, the command runs this study further.
 
     For example:
 
-        baldwinlab run evo/A evo+self-taught/A --runs 8 --set evolution.generations=50
+        baldwinlab run evo/A evo+self-taught/A --runs 8 --generations 50 --out mine
+
+        baldwinlab run mine --generations 80
     """
     load_parts(part)
-    loaded = [load_with_origin(name, variant) for name in (experiment, *experiments)]
-    options = RunOptions(workers, backend, executor, force)
-    study = run_loaded(
-        loaded, assignments or [], options, runs=runs, seed=seed, out=out, baseline=baseline
-    )
-    show_contrasts(lab_results.compare_study(StudyStore(study.directory), baseline=baseline))
+    options = RunOptions(workers, backend, executor, force, checkpoint)
+    directory = parse_location(experiment)
+    if is_study(directory):
+        if experiments or assignments or out or seed or variant != "standard":
+            raise RefusedError(
+                f"{experiment} is a stored study, which determines its experiments, settings, seed "
+                "and directory: with it, only --generations and --runs change the study"
+            )
+        study = extend(StudyStore(directory), options, generations=generations, runs=runs)
+    else:
+        loaded = [load_with_origin(name, variant) for name in (experiment, *experiments)]
+        if generations is not None:
+            assignments = [*(assignments or []), f"evolution.generations={generations}"]
+        number = 30 if runs is None else runs
+        study = StudyStore(
+            run_loaded(
+                loaded,
+                assignments or [],
+                options,
+                runs=number,
+                seed=seed,
+                out=out,
+                baseline=baseline,
+            ).directory
+        )
+    show_contrasts(lab_results.compare_study(study, baseline=baseline))
     console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from typing import Any
+from typing import Any, Final
 
 import numba
 import numpy as np
@@ -12,6 +12,7 @@ import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -25,6 +26,9 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.parts.model_part import LifeResults
 
+# Variables of a record that are not those of the model.
+STRUCTURE: Final = frozenset({"energy", "parents", "kept_genome"})
+
 
 class History:
     """The recorded variables of one run, and the genomes of its next generation.
@@ -37,11 +41,13 @@ class History:
         Number of simulated generations.
     """
 
-    def __init__(self, experiment: BaseExperiment, seed: int, run: int) -> None:
+    def __init__(
+        self, experiment: BaseExperiment, seed: int, run: int, record: xr.Dataset | None = None
+    ) -> None:
+        """Begin with the founders, or with the last generation of a stored `record` of this run."""
         self.experiment = experiment
         self.seed = seed
         self.run = run
-        self.genome = draw_genomes(experiment, GenerationKey(seed, run, 0))
         self.n_generations = 0
         generations = experiment.evolution.generations
         agents = experiment.population.size
@@ -49,6 +55,36 @@ class History:
         self._records: dict[str, npt.NDArray[Any]] = {}
         self._parents = np.full((generations, agents, 2), -1, np.int32)
         self._saved_genomes: dict[int, Genome] = {}
+        # Energy of the last generation of the record, which is simulated again.
+        self._expected_energy: npt.NDArray[np.float64] | None = None
+        if record is None:
+            self.genome = draw_genomes(experiment, GenerationKey(seed, run, 0))
+        else:
+            self._restore(record)
+
+    def _restore(self, record: xr.Dataset) -> None:
+        """Copy all generations of a record but the last, which is simulated again.
+
+        The last generation is simulated again because a record holds no learned weights, and no
+        agents that were born during a lifetime. The next generation can depend on them.
+        """
+        last = record.sizes["generation"] - 1
+        declared = variables.of_record(self.experiment)
+        for name in declared.keys() - STRUCTURE:
+            self._allocate(name, record[name].values)[:last] = record[name].values[:last]
+        self._energy[:last] = record["energy"].values[:last]
+        self._parents[: last + 1] = record["parents"].values
+        genomes = record["kept_genome"].values.astype(np.float32)
+        saved = dict(zip(record["kept_generation"].values.tolist(), genomes, strict=True))
+        self.genome = saved.pop(last)
+        self._saved_genomes = saved
+        self._expected_energy = record["energy"].values[last]
+        self.n_generations = last
+
+    def _allocate(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return the array of a recorded variable, whose `values` are [..., agent]."""
+        shape = (self.experiment.evolution.generations, values.shape[1])
+        return self._records.setdefault(name, np.zeros(shape, values.dtype))
 
     def add(self, generation: int, results: LifeResults, index: int) -> None:
         """Record a generation and make the next one.
@@ -65,16 +101,14 @@ class History:
         last = self.experiment.evolution.generations - 1
         if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
             # The genomes of the last generation are always saved; this is no longer the last one.
-            del self._saved_genomes[generation - 1]
+            self._saved_genomes.pop(generation - 1, None)
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
-            recorded = self._records.setdefault(
-                name, np.zeros((last + 1, values.shape[1]), values.dtype)
-            )
-            recorded[generation] = values[index]
+            self._allocate(name, values)[generation] = values[index]
         self._energy[generation] = fitness(
             self.experiment, results.energy[index], results.cost[index]
         )
+        self._require_expected_energy(generation)
         if generation < last:
             final = results.final_population
             learned = None if results.learned is None else results.learned[index]
@@ -87,6 +121,17 @@ class History:
             if final is not None:
                 remap_parents(final.origin[index], self._parents[generation + 1])
         self.n_generations = generation + 1
+
+    def _require_expected_energy(self, generation: int) -> None:
+        """Raise RefusedError if the last generation of the record gives another energy now."""
+        expected = self._expected_energy
+        self._expected_energy = None
+        if expected is not None and not np.array_equal(expected, self._energy[generation]):
+            raise RefusedError(
+                f"run {self.run} of {self.experiment.name} cannot be continued: generation "
+                f"{generation} gives other results than those that are stored. Use the version of "
+                "baldwinlab and of the parts that made the study"
+            )
 
     def recorded_values(self, name: str) -> npt.NDArray[Any]:
         """Return a recorded variable, [generation, agent], of the simulated generations."""

@@ -115,15 +115,40 @@ def simulate_histories(
         If the seed or a number of a run is out of range.
     """
     check_seed(seed, *runs)
-    simulator = make_simulator(experiment, seed, runs, backend)
     histories = [History(experiment, seed, run) for run in runs]
-    for generation in range(experiment.evolution.generations):
+    continue_histories(histories, backend, after_generation)
+    return histories
+
+
+def continue_histories(
+    histories: Sequence[History],
+    backend: Backend = CPU,
+    after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
+) -> None:
+    """Simulate the generations that several histories lack, side by side.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        Histories of one experiment and seed, with equal numbers of generations.
+    backend : Backend
+        The backend.
+    after_generation : callable
+        Called with the histories after each generation. An error that it raises stops the batch.
+
+    Raises
+    ------
+    RefusedError
+        If the first simulated generation differs from the stored one.
+    """
+    experiment, seed = histories[0].experiment, histories[0].seed
+    simulator = make_simulator(experiment, seed, [history.run for history in histories], backend)
+    for generation in range(histories[0].n_generations, experiment.evolution.generations):
         genomes = np.stack([history.genome for history in histories])
         results = simulator.simulate(generation, genomes)
         for index, history in enumerate(histories):
             history.add(generation, results, index)
         after_generation(histories)
-    return histories
 
 
 def check_seed(seed: int, *runs: int) -> None:

@@ -100,7 +100,8 @@ def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     if not numbers:
         return make_empty_dataset(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in numbers]
-    data = xr.concat(records, "run", combine_attrs="drop")
+    # Runs have different numbers of generations while an extended study is simulated.
+    data = xr.concat(records, "run", join="outer", combine_attrs="drop")
     data = data.assign_coords(run=np.array(numbers, np.int32))
     # `concat` drops the units and meanings of the variables.
     for name, variable in records[0].data_vars.items():

@@ -79,15 +79,31 @@ def require_record_identity(
             f"it is {origin}, and run {run} of {experiment.name} with seed {seed} belongs there"
         )
     fields = _fields(str(attributes.get("experiment", "")), type(experiment))
-    if fields != experiment.to_dict():
+    if not _is_same_run(fields, experiment.to_dict()):
         raise DamagedRecordError(
             f"the experiment that it was made with is not that of {experiment.name} in this study"
         )
 
 
+def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
+    """Return whether a record has the experiment of its study, or its first generations only."""
+    if fields == study_fields:
+        return True
+    generations = fields["evolution"]["generations"]
+    study_evolution = study_fields["evolution"]
+    if not 1 <= generations < study_evolution["generations"]:
+        return False
+    return fields == study_fields | {"evolution": study_evolution | {"generations": generations}}
+
+
 def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
-    """Raise DamagedRecordError if a record lacks variables, generations or agents."""
-    generations = experiment.evolution.generations
+    """Raise DamagedRecordError if a record lacks variables, generations or agents.
+
+    A record has the number of generations that its own experiment states. It is less than that of
+    the study if the study has been extended since.
+    """
+    fields = _fields(str(record.attrs["experiment"]), type(experiment))
+    generations = fields["evolution"]["generations"]
     agents = experiment.population.size
     is_complete = all(_is_declared(name, record) for name in COMMON_VARIABLES)
     if not is_complete or record["energy"].shape != (generations, agents):
@@ -153,7 +169,12 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
     StudyError
         If the file does not exist or cannot be read.
     """
-    with _read_bytes(directory, experiment, run) as raw:
+    return read_record_file(record_path(directory, experiment.name, run), experiment, seed, run)
+
+
+def read_record_file(path: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
+    """Read a file with the format of a record, as `read_record` does."""
+    with _read_bytes(path, experiment) as raw:
         record = from_bytes(raw)
         require_record_identity(record.attrs, experiment, seed, run)
         require_content(record, experiment)
@@ -164,7 +185,7 @@ def read_attributes(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> dict[str, Any]:
     """Read the attributes of a record without its arrays. Raises as `read_record` does."""
-    with _read_bytes(directory, experiment, run) as raw:
+    with _read_bytes(record_path(directory, experiment.name, run), experiment) as raw:
         stored = attributes(raw)
         require_record_identity(stored, experiment, seed, run)
     return stored
@@ -180,9 +201,8 @@ def _max_record_bytes(experiment: BaseExperiment) -> int:
 
 
 @contextmanager
-def _read_bytes(directory: Path, experiment: BaseExperiment, run: int) -> Iterator[bytes]:
+def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
     """Yield the bytes of a record; errors inside the context contain its path."""
-    path = record_path(directory, experiment.name, run)
     kind = FileKind(f"a record of {experiment.name}", _max_record_bytes(experiment))
     try:
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,7 +12,16 @@ from typing import Final, NamedTuple
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.simulate import simulate_histories
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import continue_histories
+from baldwinlab.studies.checkpoints import (
+    EVERY_MINUTE,
+    Checkpointer,
+    Interval,
+    read_longest,
+    remove_checkpoint,
+    runs_to_continue,
+)
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
 from baldwinlab.studies.records import DamagedRecordError, write_record
 from baldwinlab.studies.store import StudyStore
@@ -38,6 +47,9 @@ class RunTask(NamedTuple):
 
     experiment: Experiment
     runs: tuple[int, ...]
+    # Number of stored generations of each run that are not simulated again.
+    n_stored: int = 0
+    checkpoint_interval: Interval = EVERY_MINUTE
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -45,7 +57,9 @@ class RunTask(NamedTuple):
 
     @property
     def agent_steps(self) -> int:
-        return len(self.runs) * count_agent_steps(self.experiment)
+        generations = self.experiment.evolution.generations
+        share_left = generations - self.n_stored
+        return len(self.runs) * count_agent_steps(self.experiment) // generations * share_left
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
@@ -58,15 +72,29 @@ class RunTask(NamedTuple):
     def _do_batch(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
-        steps_per_generation = self.agent_steps // self.experiment.evolution.generations
-        for history in simulate_histories(
-            self.experiment,
-            seed,
-            self.runs,
-            backend,
-            lambda histories: report_progress(steps_per_generation),
-        ):
-            write_record(directory, self.experiment.name, history.run, history.record())
+        checkpointer = Checkpointer(directory, self.checkpoint_interval)
+        steps = self.experiment.steps * self.experiment.population.size
+
+        def after_generation(histories: Sequence[History]) -> None:
+            checkpointer.save(histories)
+            report_progress(steps * len(histories))
+
+        for histories in self._begin_histories(seed, directory):
+            continue_histories(histories, backend, after_generation)
+            for history in histories:
+                write_record(directory, self.experiment.name, history.run, history.record())
+                remove_checkpoint(directory, self.experiment.name, history.run)
+
+    def _begin_histories(self, seed: int, directory: Path) -> list[list[History]]:
+        """Return the histories of the runs, those with equal numbers of generations together."""
+        by_generations: dict[int, list[History]] = {}
+        for run in self.runs:
+            record = None
+            if self.n_stored:
+                record = read_longest(directory, self.experiment, seed, run)
+            history = History(self.experiment, seed, run, record)
+            by_generations.setdefault(history.n_generations, []).append(history)
+        return list(by_generations.values())
 
 
 def count_agent_steps(experiment: Experiment) -> int:
@@ -80,6 +108,7 @@ def find_missing_runs(
     """Return the numbers of the missing runs of each condition.
 
     Every stored record is checked. A damaged record is reported and renamed, so its run is missing.
+    A run with fewer generations than the study is missing as well.
 
     Parameters
     ----------
@@ -100,7 +129,7 @@ def find_missing_runs(
         stored = set(study.runs(condition))
         for run in sorted(stored):
             try:
-                study.record(condition, run)
+                record = study.record(condition, run)
             except DamagedRecordError as error:
                 damaged = study.set_aside(condition, run)
                 consequence = f"run {run} is not done again, as --runs is {runs}"
@@ -108,12 +137,20 @@ def find_missing_runs(
                     consequence = "the run is done again"
                 log(f"{error}; it is renamed to {damaged.name}, and {consequence}")
                 stored.discard(run)
+            else:
+                generations = study.experiments[condition].evolution.generations
+                if record.sizes["generation"] < generations:
+                    stored.discard(run)
         missing[condition] = [run for run in range(runs) if run not in stored]
     return missing
 
 
 def plan_tasks(
-    study: StudyStore, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds
+    study: StudyStore,
+    missing: dict[str, list[int]],
+    workers: int,
+    worlds: int = CPU.worlds,
+    checkpoint_interval: Interval = EVERY_MINUTE,
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
@@ -130,6 +167,8 @@ def plan_tasks(
         Number of tasks that are executed in parallel.
     worlds : int
         Number of worlds in a batch.
+    checkpoint_interval : Interval
+        Interval between the checkpoints of a run.
 
     Returns
     -------
@@ -140,11 +179,33 @@ def plan_tasks(
     batches = -(-total // (worlds * MAX_TASKS))
     size = max(1, min(worlds * batches, total // workers))
     tasks = [
-        RunTask(study.experiments[condition], tuple(runs[first : first + size]))
-        for condition, runs in missing.items()
+        RunTask(
+            study.experiments[condition],
+            tuple(runs[first : first + size]),
+            n_stored,
+            checkpoint_interval,
+        )
+        for condition, all_runs in missing.items()
+        for n_stored, runs in _group_by_stored(study, condition, all_runs).items()
         for first in range(0, len(runs), size)
     ]
     return sorted(tasks, key=lambda task: (not task.experiment.learns, -task.agent_steps))
+
+
+def _group_by_stored(
+    study: StudyStore, condition: str, runs: Sequence[int]
+) -> dict[int, list[int]]:
+    """Return the runs by the number of their stored generations that are not simulated again."""
+    experiment = study.experiments[condition]
+    groups: dict[int, list[int]] = {0: []}
+    started = set(runs_to_continue(study.directory, condition, runs))
+    for run in runs:
+        record = None
+        if run in started:
+            record = read_longest(study.directory, experiment, study.seed, run)
+        n_stored = 0 if record is None else record.sizes["generation"] - 1
+        groups.setdefault(n_stored, []).append(run)
+    return groups
 
 
 def run_study(
@@ -156,6 +217,7 @@ def run_study(
     *,
     backend: Backend = CPU,
     executor: Executor = THREADS,
+    checkpoint_interval: Interval = EVERY_MINUTE,
 ) -> None:
     """Simulate the missing runs of a study, and store the session.
 
@@ -176,6 +238,8 @@ def run_study(
         Backend of the simulation.
     executor : Executor
         Executor of the tasks.
+    checkpoint_interval : Interval
+        Interval between the checkpoints of a run.
 
     Raises
     ------
@@ -184,7 +248,7 @@ def run_study(
     """
     study.require_parts()
     study.sweep()
-    tasks = plan_tasks(study, missing, workers, backend.worlds)
+    tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval)
     compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start = time.perf_counter()

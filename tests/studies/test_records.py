@@ -100,7 +100,7 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
         (copy_of_run_0, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
         (write_different_record(seed=6), "it is run 1 of evo/A with seed 6"),
         (
-            write_different_record(generations=2),
+            write_different_record(generations=4),
             "the experiment that it was made with is not that of evo/A in this study",
         ),
         (

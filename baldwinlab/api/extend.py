@@ -1,0 +1,63 @@
+"""Extend a stored study: more generations, more runs."""
+
+from __future__ import annotations
+
+from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
+from baldwinlab.core import console
+from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.store import StudyStore
+
+
+def extend(
+    study: StudyStore,
+    options: RunOptions,
+    *,
+    generations: int | None = None,
+    runs: int | None = None,
+) -> StudyStore:
+    """Run a stored study further, with more generations, more runs, or both.
+
+    The stored generations keep their bits. The result is bit-identical to that of one long run.
+
+    Parameters
+    ----------
+    study
+        The study.
+    options
+        Workers, backend, executor, force and the interval of the checkpoints.
+    generations
+        Number of generations; the stored number, unless given.
+    runs
+        Number of runs of each condition; the largest stored number, unless given.
+
+    Returns
+    -------
+    StudyStore
+        The study, with all its runs.
+
+    Raises
+    ------
+    StudyError
+        The study has more generations, or is a sweep or a multiverse.
+    ArgumentError
+        A number is out of range.
+    RefusedError
+        Less memory or disk is free than the estimate, unless `options.force`.
+    InterruptedStudyError
+        A worker or a disk failed. The same call continues.
+    """
+    if runs is None:
+        study.require_runs()
+        runs = max(max(study.runs(name), default=0) for name in study.experiments) + 1
+    if generations is not None:
+        study = extend_study(study, generations)
+        console.info(f"{study.directory}: {generations} generations")
+    request = StudyRequest(
+        list(study.experiments.values()),
+        study.directory,
+        runs,
+        study.seed,
+        kind=study.kind,
+        factors=study.factors,
+    )
+    return run_missing(request, options)

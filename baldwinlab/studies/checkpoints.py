@@ -1,0 +1,156 @@
+"""Checkpoints: the finished generations of a run that is not complete.
+
+A checkpoint has the format of a record and is stored next to it, as runs/CONDITION/RUN.checkpoint.
+A killed run continues from its checkpoint. Its last generation is simulated again. A run that has
+fewer generations than its study, because the study has been extended, continues in the same way.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple, Self
+
+import xarray as xr
+
+from baldwinlab.core.errors import ArgumentError
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.simulation.history import History
+from baldwinlab.studies.records import (
+    StudyError,
+    encode,
+    read_record_file,
+    record_path,
+    write_in_study,
+)
+
+SUFFIX: Final = ".checkpoint"
+INTERVAL: Final = re.compile(r"([1-9][0-9]{0,8})(s?)")
+
+
+class Interval(NamedTuple):
+    """Interval between two checkpoints of a run: a number of generations, or seconds.
+
+    Attributes
+    ----------
+    generations : int
+        Number of generations, 0 if the interval is a duration.
+    seconds : float
+        Duration in seconds, 0 if the interval is a number of generations.
+    """
+
+    generations: int = 0
+    seconds: float = 0
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Return the interval of a text such as "60s" or "100" (generations).
+
+        Raises
+        ------
+        ArgumentError
+            The text is neither.
+        """
+        match = INTERVAL.fullmatch(text)
+        if match is None:
+            raise ArgumentError(
+                "checkpoint", text, "must be a number of generations or of seconds: 100 or 60s"
+            )
+        number = int(match[1])
+        return cls(0, number) if match[2] else cls(number, 0)
+
+
+EVERY_MINUTE: Final = Interval(seconds=60)
+
+
+class Checkpointer:
+    """Write a checkpoint of each run of a batch after every interval."""
+
+    def __init__(self, directory: Path, interval: Interval) -> None:
+        self._directory = directory
+        self._interval = interval
+        self._written_at = time.monotonic()
+
+    def save(self, histories: Sequence[History]) -> None:
+        """Write the checkpoints of incomplete runs, if the interval has passed.
+
+        Raises
+        ------
+        OSError
+            A checkpoint cannot be written.
+        """
+        history = histories[0]
+        is_complete = history.n_generations == history.experiment.evolution.generations
+        if is_complete or not self._is_due(history.n_generations):
+            return
+        for history in histories:
+            path = checkpoint_path(self._directory, history.experiment.name, history.run)
+            write_in_study(self._directory, path, encode(history.record()))
+        self._written_at = time.monotonic()
+
+    def _is_due(self, n_generations: int) -> bool:
+        if self._interval.generations:
+            return n_generations % self._interval.generations == 0
+        return time.monotonic() - self._written_at >= self._interval.seconds
+
+
+def checkpoint_path(directory: Path, condition: str, run: int) -> Path:
+    """Return the file of the checkpoint of a run."""
+    return record_path(directory, condition, run).with_suffix(SUFFIX)
+
+
+def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
+    """Remove the checkpoint of a run, if there is one."""
+    checkpoint_path(directory, condition, run).unlink(missing_ok=True)
+
+
+def runs_to_continue(directory: Path, condition: str, runs: Iterable[int]) -> list[int]:
+    """Return those of the `runs` for which a file with finished generations exists."""
+    folder = directory / "runs" / condition
+    names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    return [
+        run
+        for run in runs
+        if checkpoint_path(directory, condition, run).name in names
+        or record_path(directory, condition, run).name in names
+    ]
+
+
+def read_longest(
+    directory: Path, experiment: BaseExperiment, seed: int, run: int
+) -> xr.Dataset | None:
+    """Return the stored generations of a run: its checkpoint or its record, whichever has more.
+
+    A damaged file counts as missing, because the run can be simulated again.
+
+    Parameters
+    ----------
+    directory : Path
+        The directory of the study.
+    experiment : BaseExperiment
+        The experiment of the condition.
+    seed : int
+        The seed of the study.
+    run : int
+        The number of the run.
+
+    Returns
+    -------
+    xarray.Dataset or None
+        The variables of `baldwinlab.core.variables.RECORD`; None if no generation is stored.
+    """
+    paths = (
+        checkpoint_path(directory, experiment.name, run),
+        record_path(directory, experiment.name, run),
+    )
+    longest: xr.Dataset | None = None
+    for path in paths:
+        try:
+            record = read_record_file(path, experiment, seed, run)
+        except StudyError:
+            continue
+        if longest is None or record.sizes["generation"] > longest.sizes["generation"]:
+            longest = record
+    return longest

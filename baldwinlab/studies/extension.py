@@ -1,0 +1,84 @@
+"""Extension: raise the number of generations of a stored study.
+
+The stored generations keep their bits, and the result equals that of one long run. An extension
+writes each `experiment.toml` again. If the process is killed in between, the same extension
+continues.
+"""
+
+from __future__ import annotations
+
+from baldwinlab.core.files import STUDY, write_atomically
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import CONDITIONS
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.studies import part_sources
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import add_checksum, format_study
+
+FIELD = "evolution.generations"
+
+
+def extend_study(study: StudyStore, generations: int) -> StudyStore:
+    """Set the number of generations of all conditions of a study.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    generations : int
+        Number of generations, at least that of each condition.
+
+    Returns
+    -------
+    StudyStore
+        The study, opened again. Its runs lack the added generations.
+
+    Raises
+    ------
+    StudyError
+        The study is a sweep or a multiverse, or has more generations. Nothing is written.
+    ExperimentError
+        The number of generations is out of range. Nothing is written.
+    OSError
+        A file cannot be written.
+    """
+    _require_extendable(study, generations)
+    extended = {
+        name: experiment.replace(evolution={"generations": generations})
+        for name, experiment in study.experiments.items()
+    }
+    if extended == study.experiments:
+        return study
+    for name, experiment in extended.items():
+        path = study.directory / "runs" / name / "experiment.toml"
+        write_atomically(path, add_checksum(to_toml(experiment)).encode())
+    if study.paper:
+        _add_change(study, extended, f"{FIELD}={generations}")
+    return StudyStore(study.directory)
+
+
+def _require_extendable(study: StudyStore, generations: int) -> None:
+    if study.kind != CONDITIONS:
+        raise StudyError(
+            f"{study.directory} is a {study.kind}, and only a study of conditions can be extended"
+        )
+    study.require_parts()
+    for name, experiment in study.experiments.items():
+        stored = experiment.evolution.generations
+        if generations < stored:
+            raise StudyError(
+                f"generations = {generations} must be at least {stored}, the generations of {name} "
+                f"in {study.directory}: an extension removes no generation"
+            )
+
+
+def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: str) -> None:
+    """Record that the study of a paper has another number of generations than the paper."""
+    changes = [text for text in study.changes if not text.startswith(f"{FIELD}=")]
+    names = list(experiments)
+    sources = part_sources.collect_sources(list(experiments.values()))
+    text = format_study(
+        names, study.seed, study.kind, study.factors, study.paper, [*changes, change], sources
+    )
+    write_atomically(study.directory / STUDY, add_checksum(text).encode())
