@@ -280,6 +280,7 @@ class StudyStore:
 
 
 def read_experiment(path: Path) -> BaseExperiment:
+    """Return the experiment of a stored condition, or raise StudyError."""
     try:
         return from_toml(read_text_of_study(path, EXPERIMENT_FILE), str(path), lenient=True)
     except ValueError as error:

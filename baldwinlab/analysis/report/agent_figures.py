@@ -14,6 +14,7 @@ from baldwinlab.papers import load
 
 
 def draw_maps(report: ReportData) -> ReportFigure | None:
+    """Draw the maps with examples of agents and items, or return None without MiniWorld."""
     conditions = select_foragers(report.experiments)
     if not conditions:
         return None
@@ -37,6 +38,7 @@ def draw_maps(report: ReportData) -> ReportFigure | None:
 
 
 def draw_emergence(report: ReportData) -> ReportFigure | None:
+    """Draw the emergence of foraging in one run, or return None without traces."""
     if not report.traces:
         return None
     condition = str(report.traces[0].attrs["condition"])
@@ -66,6 +68,7 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
 
 
 def draw_networks(report: ReportData) -> ReportFigure | None:
+    """Draw the network of each learner, or return None without looks of agents."""
     if not report.looks:
         return None
     paper = report.paper or load()
@@ -121,6 +124,7 @@ def _make_kind(learner: str, experiment: Experiment, look: figures.Look) -> figu
 
 
 def draw_senses(report: ReportData) -> ReportFigure | None:
+    """Draw the sectors of the senses, or return None without looks of agents."""
     if not report.looks:
         return None
     name, look = next(iter(report.looks.items()))

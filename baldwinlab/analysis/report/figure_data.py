@@ -54,6 +54,7 @@ def tabulate_runs(data: xr.Dataset, last: int) -> list[dict[str, Any]]:
 
 
 def tabulate_shares(shares: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the mean share over runs: one row per condition, share and generation."""
     generations = shares["generation"].values
     rows = []
     for name, share in shares.items():

@@ -79,6 +79,7 @@ def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]
 
 
 def require_assay_names(names: Sequence[str]) -> None:
+    """Raise StudyError for a name of no assay."""
     for name in names:
         if name not in ASSAYS:
             raise StudyError(f"there is no assay {name!r}; there are {', '.join(ASSAYS)}")
