@@ -8,6 +8,7 @@ from typing import Any
 
 import tomlkit
 
+from baldwinlab.api.freezer import add_founders
 from baldwinlab.api.load import load_installed
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
@@ -32,6 +33,7 @@ def run(
     backend: str = "auto",
     executor: str = "threads",
     set: Mapping[str, Any] | None = None,
+    founders: str | Sequence[str] = (),
     force: bool = False,
 ) -> Study:
     """Run one or several experiments as one study.
@@ -58,6 +60,10 @@ def run(
         "threads", "dask:tcp://HOST:PORT", or "slurm".
     set
         Settings to change in all experiments, such as {"lifetime.steps": 100}.
+    founders
+        Genomes of the first generation: "STUDY:CONDITION@GENERATION", with "[RUN]" at the end for
+        the population of one run, or a genome file (.nc, .npy). "=SHARE" at the end is the share of
+        the first generation that gets them. By default the genomes are random.
     force
         Run even if less memory or disk is free than the estimate.
 
@@ -87,7 +93,16 @@ def run(
     load_installed()
     loaded = [_load(source) for source in sources]
     options = RunOptions(workers, backend, executor, force)
-    return run_loaded(loaded, format_assignments(set or {}), options, runs=runs, seed=seed, out=out)
+    references = [founders] if isinstance(founders, str) else founders
+    return run_loaded(
+        loaded,
+        format_assignments(set or {}),
+        options,
+        runs=runs,
+        seed=seed,
+        out=out,
+        founders=references,
+    )
 
 
 def _load(source: str | Path | BaseExperiment) -> Loaded:
@@ -103,6 +118,7 @@ def run_loaded(
     seed: int,
     out: str | Path | None,
     baseline: str = "",
+    founders: Sequence[str] = (),
 ) -> Study:
     """Run experiments, changed by assignments, as one study. `run` and its command call this.
 
@@ -124,6 +140,9 @@ def run_loaded(
         Directory of the study; a folder of results/ if None.
     baseline
         Condition with which all others will be compared; "" for the default.
+    founders
+        Populations of stored studies and genome files for the first generation; see
+        `baldwinlab.api.freezer.add_founders`.
 
     Returns
     -------
@@ -154,6 +173,8 @@ def run_loaded(
     console.info_if_any(_describe_too_few(names, runs, baseline))
     folder = "-".join(name.replace("/", "-") for name in names)
     directory = Path("results") / folder if out is None else parse_location(out)
+    if founders:
+        experiments = add_founders(experiments, founders, directory, runs)
     return Study(run_missing(StudyRequest(experiments, directory, runs, seed), options))
 
 

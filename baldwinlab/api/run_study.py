@@ -13,6 +13,7 @@ from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NOTHING, Need, require
+from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
 from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
@@ -145,6 +146,8 @@ def _check_request(request: StudyRequest, options: RunOptions) -> _Machinery:
     if backend.name == "cuda":
         # While the GPU simulates one task, the CPU breeds the next generation of another.
         tasks = max(tasks, len(request.experiments), 2)
+    for experiment in request.experiments:
+        require_founders(experiment, request.runs)
     return _Machinery(executor, backend, tasks, Interval.parse(options.checkpoint))
 
 

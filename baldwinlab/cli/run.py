@@ -72,6 +72,17 @@ def run(
     ] = None,
     backend: Backend = "auto",
     executor: Executor = "threads",
+    founders: Annotated[
+        tuple[str, ...],
+        DESCRIBED_DEFAULT,
+        Parameter(
+            consume_multiple=True,
+            negative="",
+            help="Genomes of the first generation: STUDY:CONDITION@GENERATION, with [RUN] at the "
+            "end for one run, or a genome file (.nc, .npy). =SHARE at the end is its share. By "
+            "default the genomes are random.",
+        ),
+    ] = (),
     checkpoint: Annotated[
         str,
         Parameter(
@@ -95,7 +106,7 @@ def run(
     options = RunOptions(workers, backend, executor, force, checkpoint)
     directory = parse_location(experiment)
     if is_study(directory):
-        if experiments or assignments or out or seed or variant != "standard":
+        if experiments or assignments or out or seed or founders or variant != "standard":
             raise RefusedError(
                 f"{experiment} is a stored study, which determines its experiments, settings, seed "
                 "and directory: with it, only --generations and --runs change the study"
@@ -115,6 +126,7 @@ def run(
                 seed=seed,
                 out=out,
                 baseline=baseline,
+                founders=founders,
             ).directory
         )
     show_contrasts(lab_results.compare_study(study, baseline=baseline))

@@ -13,7 +13,7 @@ from baldwinlab.core.files import STUDY
 REPLAY: Final = "baldwinlab replay"
 REPORT: Final = "baldwinlab report"
 EXPORT: Final = "baldwinlab export"
-_STUDY_ENTRIES: Final = ("runs", "parts", "assays", "paper", STUDY, "sessions.jsonl")
+_STUDY_ENTRIES: Final = ("runs", "parts", "founders", "assays", "paper", STUDY, "sessions.jsonl")
 _MARK_RANGE: Final = 65536  # bytes at each end of a file that may hold the mark
 
 

@@ -5,7 +5,7 @@ Kernels allocate and validate nothing. The functions that other packages call do
 
 from baldwinlab.evolution.breeding import breed, make_generation
 from baldwinlab.evolution.fitness import compute_learning_cost, fitness, sum_energy
-from baldwinlab.evolution.founders import draw_genomes
+from baldwinlab.evolution.founders import draw_genomes, make_founders, require_founders
 from baldwinlab.evolution.inheritance import (
     apply_inheritance,
     apply_teacher_control,
@@ -31,9 +31,11 @@ __all__ = [
     "find_teachers",
     "fitness",
     "has_parent_teachers",
+    "make_founders",
     "make_generation",
     "needs_simulation",
     "remap_parents",
+    "require_founders",
     "select",
     "sum_energy",
 ]

@@ -51,7 +51,10 @@ def require_finite(
 
 
 def _names(experiment: BaseExperiment, path: str) -> str:
-    names = (
-        [part.name for part in experiment.parts(path)] if path != "model" else [experiment.model]
-    )
+    if path == "model":
+        names = [experiment.model]
+    elif path == "evolution.founders":
+        names = [entry.path for entry in experiment.evolution.founders]
+    else:
+        names = [part.name for part in experiment.parts(path)]
     return ", ".join(repr(name) for name in names)

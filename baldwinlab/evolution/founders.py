@@ -1,6 +1,6 @@
-"""Genomes without parents: every weight is drawn from N(0, 1).
+"""Genomes without parents: drawn from N(0, 1), or read from genome files.
 
-The hook `init_founders` of a variation may change them.
+The hook `init_founders` of a variation may change drawn genomes.
 
 References
 ----------
@@ -17,6 +17,7 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.finite import require_finite
+from baldwinlab.evolution.genome_file import read_genomes, require_fit
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
@@ -25,6 +26,82 @@ WEIGHTS_OF_MODULE: Final = {
     "action": rng.ACTION_WEIGHTS,
     "reinforcement": rng.REINFORCEMENT_WEIGHTS,
 }
+
+
+def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
+    """Return the genomes of the first generation: those of `evolution.founders`, or drawn ones.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    key : GenerationKey
+        The run and generation 0.
+
+    Returns
+    -------
+    Genome
+        Genomes, [agent, module, weight].
+
+    Raises
+    ------
+    RefusedError
+        A gene is not finite, or a genome file does not fit the experiment.
+    PartError
+        A genome file cannot be read, or has changed.
+    """
+    founders = experiment.evolution.founders
+    if not founders:
+        return draw_genomes(experiment, key)
+    size = experiment.population.size
+    bounds = np.round(np.cumsum([0, *(entry.share for entry in founders)]) * size).astype(int)
+    samples = [
+        _sample_genomes(experiment, key, index, int(count))
+        for index, count in enumerate(np.diff(bounds))
+    ]
+    genomes = np.concatenate(samples)
+    require_finite(experiment, key, genomes, "evolution.founders")
+    return genomes
+
+
+def require_founders(experiment: BaseExperiment, runs: int) -> None:
+    """Check that the genome files of an experiment fit it, before a study is created.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    runs : int
+        Number of runs.
+
+    Raises
+    ------
+    RefusedError
+        The layout of the genomes differs, or a file has several runs, but fewer than `runs`.
+    PartError
+        A genome file cannot be read, or has changed.
+    """
+    for entry in experiment.evolution.founders:
+        require_fit(read_genomes(entry), entry.path, experiment, runs)
+
+
+def _sample_genomes(
+    experiment: BaseExperiment, key: GenerationKey, index: int, count: int
+) -> Genome:
+    """Return `count` genomes of a genome file.
+
+    A whole population keeps its order. Otherwise agents are drawn without replacement, and again
+    from the start if the file has fewer.
+    """
+    entry = experiment.evolution.founders[index]
+    stored = read_genomes(entry)
+    require_fit(stored, entry.path, experiment, key.run + 1)
+    population = stored.genome[key.run if len(stored.genome) > 1 else 0]
+    if count == len(population):
+        return population.copy()
+    uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), index + 1))[:, index, 0]
+    order = np.argsort(uniforms, kind="stable")
+    return population[order[np.arange(count) % len(order)]]
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from baldwinlab.experiment.fields import Fields
+from baldwinlab.experiment.fields import Fields, refuse_fields
+from baldwinlab.experiment.file import File
 from baldwinlab.experiment.registry import PartChoice
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
@@ -25,6 +26,14 @@ ModelName = Annotated[str, PartChoice("model")]
 
 class Population(Fields):
     size: int = Field(20, ge=1, le=1_000_000, description="Number of agents per generation (R6).")
+
+
+class Founders(File):
+    """File with genomes for a share of the first generation."""
+
+    share: float = Field(
+        1.0, gt=0, le=1, description="Share of the first generation that gets these genomes."
+    )
 
 
 class Evolution(Fields):
@@ -87,6 +96,23 @@ class Evolution(Fields):
         le=1000,
         description="Size of a mutation, which adds U(-size, size) to a weight.",
     )
+
+    founders: tuple[Founders, ...] = Field(
+        (),
+        max_length=16,
+        description=(
+            "Genome files of the first generation, with shares that add up to 1. "
+            "[]: random genomes."
+        ),
+    )
+
+    @model_validator(mode="after")
+    def _shares_add_up(self) -> Self:
+        total = sum(entry.share for entry in self.founders)
+        if self.founders and abs(total - 1) > 1e-9:
+            shares = [entry.share for entry in self.founders]
+            refuse_fields([("founders", shares, "the shares must add up to 1")])
+        return self
 
 
 class Record(Fields):

@@ -17,8 +17,8 @@ from baldwinlab.evolution import (
     GenerationKey,
     Genome,
     apply_inheritance,
-    draw_genomes,
     fitness,
+    make_founders,
     make_generation,
     remap_parents,
 )
@@ -58,7 +58,7 @@ class History:
         # Energy of the last generation of the record, which is simulated again.
         self._expected_energy: npt.NDArray[np.float64] | None = None
         if record is None:
-            self.genome = draw_genomes(experiment, GenerationKey(seed, run, 0))
+            self.genome = make_founders(experiment, GenerationKey(seed, run, 0))
         else:
             self._restore(record)
 

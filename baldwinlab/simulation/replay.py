@@ -15,6 +15,7 @@ from baldwinlab.evolution import (
     GenerationKey,
     Genome,
     draw_genomes,
+    make_founders,
     make_generation,
     needs_simulation,
 )
@@ -159,7 +160,7 @@ def recompute_genomes(
         return np.asarray(genomes.values[generation], np.float32)
     if energy is None:
         energy = simulate_energy_before(experiment, key)
-    first, genome = start or (0, draw_genomes(experiment, GenerationKey(seed, run, 0)))
+    first, genome = start or (0, make_founders(experiment, GenerationKey(seed, run, 0)))
     for earlier in range(first, generation):
         assert energy is not None
         genome, _ = make_generation(

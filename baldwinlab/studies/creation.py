@@ -101,9 +101,7 @@ def _write_study(
     directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str
 ) -> bool:
     """Write a new study. Return False if another process has written `study.toml` first."""
-    entries = list(directory.iterdir()) if directory.exists() else []
-    if not all(map(_is_study_entry, entries)) and not is_study(directory):
-        raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
+    require_available(directory)
     # All processes write in the same order, so that one of them detects a different study.
     for experiment in sorted(experiments, key=lambda experiment: experiment.name):
         _write_experiment(directory, experiment)
@@ -128,11 +126,17 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
             ) from None
 
 
+def require_available(directory: Path) -> None:
+    """Raise StudyError if a directory holds other files than those of a study."""
+    entries = list(directory.iterdir()) if directory.exists() else []
+    if not all(map(_is_study_entry, entries)) and not is_study(directory):
+        raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
+
+
 def _is_study_entry(entry: Path) -> bool:
     """Return whether an unfinished study, or a study inside it, can have created this entry."""
-    return (
-        entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
-    )
+    is_entry = entry.name in ("runs", "parts", "founders")
+    return is_entry or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
 
 
 def _require_same(

@@ -1,6 +1,7 @@
 """A study on disk: a directory with the experiments as TOML and one record a run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
+    DIR/founders/evo-A-99.nc                    genomes of founders from another study
     DIR/parts/sense-poison.py                   source of a third-party part: see `part_sources`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum

@@ -21,7 +21,7 @@ from baldwinlab.evolution import (
     GenerationKey,
     Genome,
     apply_inheritance,
-    draw_genomes,
+    make_founders,
     make_generation,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -59,7 +59,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     energy = np.full(shape, np.nan)
     control = experiment.neutral_control()
     genomes = np.stack(
-        [draw_genomes(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
+        [make_founders(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
     )
     for generation in range(experiment.evolution.generations):
         learned = None

@@ -1,0 +1,209 @@
+"""Freeze agents and populations of stored studies, and use them as founders."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from baldwinlab._version import __version__
+from baldwinlab.api.agents import read_genomes
+from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.files import parse_location, write_atomically
+from baldwinlab.core.output_paths import is_study
+from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.studies.creation import require_available
+from baldwinlab.studies.store import StudyStore
+
+# STUDY:CONDITION@GENERATION[RUN]=SHARE; the run and the share can be missing.
+REFERENCE: Final = re.compile(
+    r"(?P<study>.+?):(?P<condition>[^:@=]+)@(?P<generation>[0-9]{1,9})"
+    r"(?:\[(?P<run>[0-9]{1,10})\])?(?:=(?P<share>[0-9.]+))?"
+)
+FILE: Final = re.compile(r"(?P<path>.+\.(?:npy|nc))(?:=(?P<share>[0-9.]+))?")
+
+
+class Population(NamedTuple):
+    """Reference to a population of a stored study.
+
+    Attributes
+    ----------
+    study : StudyStore
+        The study.
+    condition : str
+        Name of the condition.
+    generation : int
+        Number of the generation.
+    run : int or None
+        Number of the run; None for all stored runs.
+    """
+
+    study: StudyStore
+    condition: str
+    generation: int
+    run: int | None = None
+
+    @property
+    def file_name(self) -> str:
+        """Name of the genome file of the population."""
+        condition = self.condition.replace("/", "-")
+        run = "" if self.run is None else f"-run-{self.run}"
+        return f"{condition}-generation-{self.generation}{run}.nc"
+
+
+def freeze(population: Population, agent: int | None = None) -> bytes:
+    """Return the bytes of a genome file with the genomes of a population at birth.
+
+    Parameters
+    ----------
+    population
+        The population.
+    agent
+        Number of an agent; all agents, unless given.
+
+    Returns
+    -------
+    bytes
+        The genome file, see `baldwinlab.evolution.genome_file`. It names the experiment, the
+        condition, the generation, the runs and the seed.
+
+    Raises
+    ------
+    StudyError
+        The study has no such condition or run.
+    ArgumentError
+        The experiment has no such generation or agent.
+    """
+    study, condition, generation, run = population
+    experiment = study.experiment(condition)
+    study.require_runs()
+    runs = study.runs(condition) if run is None else [run]
+    agents = None if agent is None else [agent]
+    genomes = [read_genomes(study, condition, number, generation, agents).values for number in runs]
+    origin: dict[str, Any] = {
+        "condition": condition,
+        "seed": study.seed,
+        "generation": generation,
+        "runs": np.array(runs, np.int32),
+        "baldwinlab": __version__,
+    }
+    if agent is not None:
+        origin["agent"] = agent
+    return encode_genomes(np.stack(genomes), experiment, origin)
+
+
+def parse_population(reference: str) -> Population:
+    """Return the population that a text names.
+
+    Parameters
+    ----------
+    reference
+        STUDY:CONDITION@GENERATION, with [RUN] at the end for the population of one run.
+
+    Raises
+    ------
+    ArgumentError
+        The text has another form.
+    StudyError
+        There is no such study.
+    """
+    match = REFERENCE.fullmatch(reference)
+    if match is None or match["share"]:
+        raise ArgumentError(
+            "population", reference, "must be STUDY:CONDITION@GENERATION or ...@GENERATION[RUN]"
+        )
+    return _make_population(match)
+
+
+def _make_population(match: re.Match[str]) -> Population:
+    study = StudyStore(parse_location(match["study"]))
+    run = match["run"]
+    return Population(
+        study, match["condition"], int(match["generation"]), None if run is None else int(run)
+    )
+
+
+def add_founders(
+    experiments: Sequence[BaseExperiment], references: Sequence[str], directory: Path, runs: int
+) -> list[BaseExperiment]:
+    """Return experiments whose first generation has the genomes that references name.
+
+    The genomes of stored studies are written to files in `directory`/founders, after all checks.
+
+    Parameters
+    ----------
+    experiments
+        The experiments of the new study.
+    references
+        STUDY:CONDITION@GENERATION, with [RUN] for the population of one run, or a genome file
+        (.nc, .npy). =SHARE at the end is the share of the first generation; without it, all
+        references have equal shares.
+    directory
+        The directory of the new study.
+    runs
+        Number of runs of the new study.
+
+    Returns
+    -------
+    list of BaseExperiment
+        The experiments with the setting `evolution.founders`.
+
+    Raises
+    ------
+    ArgumentError
+        A reference has another form.
+    StudyError
+        There is no such study, condition or run, or the directory holds other files.
+    RefusedError
+        The genomes do not fit an experiment, or the directory holds other founders.
+    """
+    founders: list[dict[str, Any]] = []
+    contents: dict[Path, bytes] = {}
+    for reference in references:
+        if match := REFERENCE.fullmatch(reference):
+            population = _make_population(match)
+            path = directory / "founders" / population.file_name
+            contents[path] = freeze(population)
+            sha256 = hashlib.sha256(contents[path]).hexdigest()
+        elif match := FILE.fullmatch(reference):
+            path, sha256 = Path(match["path"]), ""
+        else:
+            raise ArgumentError(
+                "founders",
+                reference,
+                "must be STUDY:CONDITION@GENERATION, STUDY:CONDITION@GENERATION[RUN] or a genome "
+                "file (.nc, .npy), each with =SHARE if you like",
+            )
+        share = 1 / len(references) if match["share"] is None else _parse_share(match["share"])
+        founders.append({"path": str(path), "sha256": sha256, "share": share})
+    changed = [experiment.replace(evolution={"founders": founders}) for experiment in experiments]
+    for path, content in contents.items():
+        stored = decode_genomes(content, str(path))
+        for experiment in changed:
+            require_fit(stored, str(path), experiment, runs)
+    _write_founders(directory, contents)
+    return changed
+
+
+def _parse_share(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ArgumentError("share", text, "must be a number above 0, at most 1") from None
+
+
+def _write_founders(directory: Path, contents: Mapping[Path, bytes]) -> None:
+    require_available(directory)
+    for path, content in contents.items():
+        is_same = path.exists() and path.read_bytes() == content
+        if not is_same and (path.exists() or is_study(directory)):
+            raise RefusedError(
+                f"{directory} holds a study with other founders; choose another --out"
+            )
+    for path, content in contents.items():
+        write_atomically(path, content)

@@ -1,0 +1,198 @@
+"""Genome files: the genomes of an agent or of populations, with their layout and their origin.
+
+A genome file is netCDF 3 with a checksum. Its variable `genome` has the dimensions run, agent,
+module and weight, and its attributes name the experiment and the layout of the genomes. A file of
+NumPy (.npy) with an array [agent, module, weight] or [run, agent, module, weight] can be read too.
+It states no layout, so only its shape is checked.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.file import File
+from baldwinlab.experiment.toml import to_toml
+
+DIMENSIONS = ("run", "agent", "module", "weight")
+
+
+class StoredGenomes(NamedTuple):
+    """The content of a genome file.
+
+    Attributes
+    ----------
+    genome : array, float32 [run, agent, module, weight]
+        The genomes.
+    layout : Mapping[str, Any]
+        The layout of the genomes, see `describe_layout`; empty if the file does not state it.
+    """
+
+    genome: npt.NDArray[np.float32]
+    layout: Mapping[str, Any]
+
+
+def describe_layout(experiment: BaseExperiment) -> dict[str, Any]:
+    """Return the properties of an experiment that decide the meaning of each gene.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Returns
+    -------
+    dict
+        Names and values. Two experiments with equal layouts can exchange genomes.
+    """
+    layout: dict[str, Any] = {
+        "model": experiment.model,
+        "modules": list(experiment.modules),
+        "genes": experiment.genome_length,
+    }
+    if isinstance(experiment, Experiment):
+        layout |= {
+            "inputs": list(experiment.inputs),
+            "actions": list(experiment.actions),
+            "network": experiment.network.kind,
+            "layers": list(experiment.layer_sizes),
+            "biases": experiment.network.biases,
+            "evolved_rate": experiment.learning.evolved_rate,
+        }
+    return layout
+
+
+def encode_genomes(
+    genome: npt.NDArray[np.float32], experiment: BaseExperiment, origin: Mapping[str, Any]
+) -> bytes:
+    """Return the bytes of a genome file.
+
+    Parameters
+    ----------
+    genome : array, float32 [run, agent, module, weight]
+        The genomes.
+    experiment : BaseExperiment
+        The experiment of the agents.
+    origin : mapping
+        Further attributes: numbers and texts.
+
+    Returns
+    -------
+    bytes
+        The same bytes for the same arguments.
+    """
+    attributes = {
+        "experiment": to_toml(experiment),
+        "layout": json.dumps(describe_layout(experiment)),
+    }
+    data = xr.Dataset(
+        {"genome": (DIMENSIONS, np.asarray(genome, np.float32))}, attrs=attributes | dict(origin)
+    )
+    return to_bytes(data.assign_coords(module=list(experiment.modules)))
+
+
+@lru_cache(maxsize=8)
+def read_genomes(file: File) -> StoredGenomes:
+    """Read a genome file.
+
+    Parameters
+    ----------
+    file : File
+        The file. Its hash is part of the experiment.
+
+    Returns
+    -------
+    StoredGenomes
+        The genomes and their layout.
+
+    Raises
+    ------
+    PartError
+        The file cannot be read, or its content has changed.
+    RefusedError
+        The file holds no genomes.
+    """
+    return decode_genomes(file.read(), file.path)
+
+
+def decode_genomes(content: bytes, path: str) -> StoredGenomes:
+    """Return the genomes in the bytes of a genome file. Raise RefusedError as `read_genomes`."""
+    if path.endswith(".npy"):
+        return StoredGenomes(_read_array(path, content), {})
+    try:
+        verify(content)
+        data = from_bytes(content)
+    except DamagedError as error:
+        raise RefusedError(f"{path} is no genome file: {error}") from None
+    if "genome" not in data or data["genome"].dims != DIMENSIONS:
+        raise RefusedError(
+            f"{path} is no genome file: it has no variable genome ({', '.join(DIMENSIONS)})"
+        )
+    layout = json.loads(str(data.attrs.get("layout", "{}")))
+    return StoredGenomes(np.asarray(data["genome"].values, np.float32), layout)
+
+
+def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
+    try:
+        array = np.load(io.BytesIO(content), allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise RefusedError(f"{path} is no genome file: {error}") from None
+    is_number = isinstance(array, np.ndarray) and array.dtype.kind in "fiu"
+    if not is_number or array.ndim not in (3, 4) or 0 in array.shape:
+        raise RefusedError(
+            f"{path} is no genome file: it needs an array of numbers [agent, module, weight] or "
+            "[run, agent, module, weight]"
+        )
+    return np.asarray(array if array.ndim == 4 else array[None], np.float32)
+
+
+def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, runs: int) -> None:
+    """Check that the genomes of a file fit an experiment.
+
+    Parameters
+    ----------
+    stored : StoredGenomes
+        The content of the file.
+    path : str
+        The path of the file, for the message.
+    experiment : BaseExperiment
+        The experiment that gets the genomes.
+    runs : int
+        Number of runs. A file with several runs must have a population for each.
+
+    Raises
+    ------
+    RefusedError
+        The layouts differ, or runs are missing. The message names the first difference.
+    """
+    expected = describe_layout(experiment)
+    for name, value in expected.items():
+        given = stored.layout.get(name, value)
+        if given != value:
+            raise RefusedError(
+                f"the genomes of {path} do not fit {experiment.name}: their {name} = {given}, "
+                f"and {experiment.name} has {name} = {value}"
+            )
+    shape = (len(experiment.modules), experiment.genome_length)
+    if stored.genome.shape[2:] != shape:
+        raise RefusedError(
+            f"the genomes of {path} do not fit {experiment.name}: they have "
+            f"{stored.genome.shape[2]} x {stored.genome.shape[3]} modules and genes, and "
+            f"{experiment.name} has {shape[0]} x {shape[1]}"
+        )
+    if 1 < len(stored.genome) < runs:
+        raise RefusedError(
+            f"{path} has the genomes of {len(stored.genome)} runs, and {runs} runs of "
+            f"{experiment.name} need a population each: choose at most {len(stored.genome)} runs, "
+            "or the population of one run"
+        )

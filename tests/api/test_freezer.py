@@ -1,0 +1,97 @@
+"""Frozen populations begin new studies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.api.freezer import freeze, parse_population
+from baldwinlab.core.errors import ArgumentError, BaldwinLabError
+from baldwinlab.evolution.genome_file import decode_genomes
+from baldwinlab.studies.store import StudyStore
+from tests.small_studies import make_small_study, shorten_preset
+
+SETTINGS = {"evolution.generations": 2, "lifetime.steps": 100}
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
+    return make_small_study(tmp_path_factory.mktemp("source") / "study", runs=2)
+
+
+def test_a_reference_names_a_population(source: StudyStore) -> None:
+    population = parse_population(f"{source.directory}:evo+self-taught/A@2[1]")
+    assert population[1:] == ("evo+self-taught/A", 2, 1)
+    assert population.study.directory == source.directory
+    assert parse_population(f"{source.directory}:evo/A@0").run is None
+
+
+@pytest.mark.parametrize("reference", ["x", "x:evo/A", "x@3", ":evo/A@3", "x:evo/A@-1"])
+def test_another_text_is_refused(reference: str) -> None:
+    with pytest.raises(BaldwinLabError):
+        parse_population(reference)
+
+
+def test_a_frozen_population_has_the_genomes_of_the_study(source: StudyStore) -> None:
+    population = parse_population(f"{source.directory}:evo/A@1")
+    genomes = decode_genomes(freeze(population), "file.nc").genome
+    study = bl.open_study(source.directory)
+    for run in range(2):
+        expected = study.genomes(run, 1, condition="evo/A").values
+        np.testing.assert_array_equal(genomes[run], expected)
+    agent = decode_genomes(freeze(population, agent=3), "file.nc").genome
+    np.testing.assert_array_equal(agent, genomes[:, 3:4])
+
+
+def test_a_study_begins_with_the_population_of_another_on_another_map(
+    source: StudyStore, tmp_path: Path
+) -> None:
+    reference = f"{source.directory}:evo/A@2"
+    study = bl.run("evo/B", runs=2, out=tmp_path / "new", set=SETTINGS, founders=reference)
+    for run in range(2):
+        np.testing.assert_array_equal(
+            study.genomes(run, 0).values,
+            bl.open_study(source.directory).genomes(run, 2, condition="evo/A").values,
+        )
+    before = study.data().copy(deep=True)
+    again = bl.run("evo/B", runs=2, out=tmp_path / "new", set=SETTINGS, founders=reference)
+    assert again.data().identical(before)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "reference", "runs", "sentence"),
+    [
+        ("evo/B", "{study}:evo/A@2", 3, "has the genomes of 2 runs"),
+        ("evo+self-taught/B", "{study}:evo/A@2", 1, "do not fit"),
+        ("evo/B", "{study}:evo/A@9", 1, "generation"),
+        ("evo/B", "{study}:evo/C@1", 1, "has no condition"),
+        ("evo/B", "{study}:evo/A@1=0.5", 1, "the shares must add up to 1"),
+        ("evo/B", "{study}", 1, "must be STUDY:CONDITION@GENERATION"),
+        ("evo/B", "missing.nc", 1, "missing.nc cannot be read"),
+    ],
+)
+def test_founders_that_do_not_fit_are_refused_before_anything_is_written(
+    source: StudyStore, tmp_path: Path, experiment: str, reference: str, runs: int, sentence: str
+) -> None:
+    reference = reference.format(study=source.directory)
+    with pytest.raises(BaldwinLabError, match=sentence):
+        bl.run(experiment, runs=runs, out=tmp_path / "new", set=SETTINGS, founders=reference)
+    assert not (tmp_path / "new").exists()
+
+
+def test_other_founders_in_the_same_directory_are_refused(
+    source: StudyStore, tmp_path: Path
+) -> None:
+    for generation, error in ((1, None), (2, "holds a study with other founders")):
+        reference = f"{source.directory}:evo/A@{generation}"
+        arguments = {"runs": 1, "out": tmp_path / "new", "set": SETTINGS, "founders": reference}
+        if error is None:
+            bl.run(shorten_preset("evo/A"), **arguments)
+        else:
+            with pytest.raises(BaldwinLabError, match=error):
+                bl.run(shorten_preset("evo/A"), **arguments)
+    with pytest.raises(ArgumentError, match="share"):
+        bl.run("evo/A", runs=1, out=tmp_path / "x", founders=f"{source.directory}:evo/A@1=1.2.3")

@@ -1,0 +1,126 @@
+"""Genome files keep genomes, their layout and their origin, and refuse what does not fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.core.errors import PartError, RefusedError
+from baldwinlab.evolution import GenerationKey, draw_genomes, make_founders, require_founders
+from baldwinlab.evolution.genome_file import (
+    decode_genomes,
+    describe_layout,
+    encode_genomes,
+    read_genomes,
+)
+from baldwinlab.experiment import BaseExperiment, ExperimentError
+
+EXPERIMENT = bl.load("evo/A").replace(population={"size": 8})
+KEY = GenerationKey(1, 0, 0)
+
+
+def draw_runs(experiment: BaseExperiment = EXPERIMENT, runs: int = 2) -> np.ndarray:
+    return np.stack([draw_genomes(experiment, GenerationKey(7, run, 0)) for run in range(runs)])
+
+
+def write_file(path: Path, experiment: BaseExperiment = EXPERIMENT, runs: int = 2) -> Path:
+    path.write_bytes(encode_genomes(draw_runs(experiment, runs), experiment, {"seed": 7}))
+    return path
+
+
+def add_files(*files: tuple[Path, float], experiment: BaseExperiment = EXPERIMENT):
+    founders = [{"path": str(path), "share": share} for path, share in files]
+    return experiment.replace(evolution={"founders": founders})
+
+
+def test_a_genome_file_returns_the_genomes_and_their_layout() -> None:
+    content = encode_genomes(draw_runs(), EXPERIMENT, {"seed": 7})
+    stored = decode_genomes(content, "file.nc")
+    np.testing.assert_array_equal(stored.genome, draw_runs())
+    assert stored.layout == describe_layout(EXPERIMENT)
+    assert content == encode_genomes(draw_runs(), EXPERIMENT, {"seed": 7})
+
+
+def test_founders_are_the_population_of_the_same_run(tmp_path: Path) -> None:
+    experiment = add_files((write_file(tmp_path / "two.nc"), 1))
+    for run in range(2):
+        founders = make_founders(experiment, KEY._replace(run=run))
+        np.testing.assert_array_equal(founders, draw_runs()[run])
+
+
+def test_founders_of_a_file_with_one_run_are_the_same_in_all_runs(tmp_path: Path) -> None:
+    experiment = add_files((write_file(tmp_path / "one.nc", runs=1), 1))
+    for run in (0, 5):
+        founders = make_founders(experiment, KEY._replace(run=run))
+        np.testing.assert_array_equal(founders, draw_runs(runs=1)[0])
+
+
+def test_a_mixture_has_the_stated_shares_and_no_genome_twice(tmp_path: Path) -> None:
+    first = write_file(tmp_path / "first.nc")
+    second = tmp_path / "second.npy"
+    np.save(second, draw_runs() + 10)
+    founders = make_founders(add_files((first, 0.25), (second, 0.75)), KEY)
+    is_second = founders[:, 0, 0] > 5
+    assert is_second.tolist() == [False] * 2 + [True] * 6
+    assert len(np.unique(founders[:, 0, 0])) == 8
+
+
+def test_a_small_file_founds_a_larger_population(tmp_path: Path) -> None:
+    path = write_file(tmp_path / "small.nc")
+    founders = make_founders(add_files((path, 1), experiment=bl.load("evo/A")), KEY)
+    assert founders.shape[0] == 20
+    _, counts = np.unique(founders[:, 0, 0], return_counts=True)
+    assert sorted(counts.tolist()) == [2] * 4 + [3] * 4
+
+
+def test_a_file_of_another_layout_is_refused_with_the_difference(tmp_path: Path) -> None:
+    experiment = add_files(
+        (write_file(tmp_path / "a.nc"), 1), experiment=bl.load("evo+self-taught/A")
+    )
+    with pytest.raises(RefusedError, match=r"do not fit evo\+self-taught/A: their modules"):
+        require_founders(experiment, 1)
+
+
+def test_an_array_of_another_shape_is_refused(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.zeros((8, 1, 3)))
+    with pytest.raises(RefusedError, match="1 x 3 modules and genes, and evo/A has 1 x 60"):
+        require_founders(add_files((tmp_path / "a.npy", 1)), 1)
+
+
+def test_too_few_runs_are_refused(tmp_path: Path) -> None:
+    experiment = add_files((write_file(tmp_path / "two.nc"), 1))
+    require_founders(experiment, 2)
+    with pytest.raises(RefusedError, match="has the genomes of 2 runs, and 3 runs of evo/A"):
+        require_founders(experiment, 3)
+
+
+def test_a_changed_file_is_refused(tmp_path: Path) -> None:
+    path = write_file(tmp_path / "two.nc")
+    experiment = add_files((path, 1))
+    write_file(path, runs=1)
+    with pytest.raises(PartError, match="has the SHA-256"):
+        read_genomes(experiment.evolution.founders[0])
+
+
+@pytest.mark.parametrize("name", ["a.nc", "a.npy"])
+def test_a_file_with_other_content_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"no genomes")
+    with pytest.raises(RefusedError, match="is no genome file"):
+        require_founders(add_files((tmp_path / name, 1)), 1)
+
+
+def test_a_gene_that_is_not_finite_is_refused(tmp_path: Path) -> None:
+    genomes = draw_runs()
+    genomes[0, 3, 0, 2] = np.nan
+    np.save(tmp_path / "a.npy", genomes)
+    with pytest.raises(RefusedError, match=r"evolution.founders = '.*a.npy' left gene 2 "):
+        make_founders(add_files((tmp_path / "a.npy", 1)), KEY)
+
+
+def test_shares_that_do_not_add_up_are_refused(tmp_path: Path) -> None:
+    path = write_file(tmp_path / "two.nc")
+    with pytest.raises(ExperimentError, match="the shares must add up to 1"):
+        add_files((path, 0.5), (path, 0.4))
