@@ -119,6 +119,7 @@ def run_loaded(
     out: str | Path | None,
     baseline: str = "",
     founders: Sequence[str] = (),
+    schedule: Sequence[Mapping[str, Any]] = (),
 ) -> Study:
     """Run experiments, changed by assignments, as one study. `run` and its command call this.
 
@@ -143,6 +144,8 @@ def run_loaded(
     founders
         Populations of stored studies and genome files for the first generation; see
         `baldwinlab.api.freezer.add_founders`.
+    schedule
+        Settings that change at a generation; see `baldwinlab.experiment.schedule`.
 
     Returns
     -------
@@ -164,6 +167,11 @@ def run_loaded(
         A worker or a disk failed.
     """
     experiments = [assign(item.experiment, assignments) for item in loaded]
+    if schedule:
+        experiments = [
+            experiment.replace(schedule=[*experiment.schedule, *schedule])
+            for experiment in experiments
+        ]
     require_effect(experiments, [item.origin for item in loaded])
     names = [experiment.name for experiment in experiments]
     if baseline and baseline not in names:

@@ -32,6 +32,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import is_study
+from baldwinlab.experiment.schedule import parse_changes
 from baldwinlab.papers.presets import load_with_origin
 from baldwinlab.studies.store import StudyStore
 
@@ -83,6 +84,16 @@ def run(
             "default the genomes are random.",
         ),
     ] = (),
+    at: Annotated[
+        tuple[str, ...],
+        DESCRIBED_DEFAULT,
+        Parameter(
+            consume_multiple=True,
+            negative="",
+            help="Settings that change during a run: a generation, then PATH=VALUE, such as "
+            "--at 50 learning.rule=none. By default no setting changes.",
+        ),
+    ] = (),
     checkpoint: Annotated[
         str,
         Parameter(
@@ -106,7 +117,7 @@ def run(
     options = RunOptions(workers, backend, executor, force, checkpoint)
     directory = parse_location(experiment)
     if is_study(directory):
-        if experiments or assignments or out or seed or founders or variant != "standard":
+        if experiments or assignments or out or seed or founders or at or variant != "standard":
             raise RefusedError(
                 f"{experiment} is a stored study, which determines its experiments, settings, seed "
                 "and directory: with it, only --generations and --runs change the study"
@@ -127,6 +138,7 @@ def run(
                 out=out,
                 baseline=baseline,
                 founders=founders,
+                schedule=parse_changes(at),
             ).directory
         )
     show_contrasts(lab_results.compare_study(study, baseline=baseline))

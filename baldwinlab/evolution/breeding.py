@@ -26,7 +26,7 @@ def make_generation(
     Parameters
     ----------
     experiment : BaseExperiment
-        The experiment.
+        The experiment. Its settings in the generation of the parents apply.
     key : GenerationKey
         The run and the generation of the children.
     genome : Genome
@@ -46,12 +46,13 @@ def make_generation(
     RefusedError
         If a gene is not finite.
     """
+    parental = experiment.at(key.generation - 1)
     # Look for the part that is responsible only if a gene is not finite: the look costs time.
     if not np.isfinite(genome).all():
-        require_finite(experiment, key.before(), genome, *_makers_in_life(experiment))
-    if experiment.part("evolution.inheritance").resamples_genomes:
+        require_finite(experiment, key.before(), genome, *_makers_in_life(parental))
+    if parental.part("evolution.inheritance").resamples_genomes:
         return draw_genomes(experiment, key), np.full((len(genome), 2), -1, np.int32)
-    return breed(experiment, genome, fitness, key)
+    return breed(parental, genome, fitness, key)
 
 
 def _makers_in_life(experiment: BaseExperiment) -> list[str]:

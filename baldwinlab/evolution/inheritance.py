@@ -77,8 +77,9 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
 
 def needs_simulation(experiment: BaseExperiment) -> bool:
     """Return whether inheritance depends on lifetimes: learned weights, or births during life."""
-    return experiment.births_in_life or experiment.part("evolution.inheritance").wants_learned(
-        experiment
+    return experiment.births_in_life or any(
+        segment.part("evolution.inheritance").wants_learned(segment)
+        for _, segment in experiment.segments()
     )
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from functools import cache, reduce
+from functools import cache, lru_cache, reduce
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import Field, ValidationError, create_model, model_validator
@@ -34,6 +35,13 @@ from baldwinlab.experiment.fields import (
 from baldwinlab.experiment.html import html
 from baldwinlab.experiment.registry import key_of
 from baldwinlab.experiment.renamed import upgrade
+from baldwinlab.experiment.schedule import (
+    SCHEDULE,
+    Change,
+    drop_settings,
+    nest,
+    require_valid_schedule,
+)
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 
@@ -46,6 +54,7 @@ class BaseExperiment(Fields):
         population: Population
         evolution: Evolution
         record: Record
+        schedule: tuple[Change, ...]
 
     @model_validator(mode="after")
     def _elite_of_the_population(self) -> Self:
@@ -70,17 +79,41 @@ class BaseExperiment(Fields):
         ----------
         changes
             New values by name. A dict changes only the settings that it contains.
-            The table of a part that is no longer chosen is removed.
+            The table of a part that is no longer chosen is removed. A setting that is given has
+            this value in all generations: its scheduled changes are removed.
 
         Raises
         ------
         ExperimentError
             If the copy is invalid.
         """
-        made: Self = validate(
-            _without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes))
-        )
+        changed = plain(changes)
+        tree = merge(self.to_dict(), changed)
+        if self.schedule and "schedule" not in changed:
+            tree["schedule"] = drop_settings(tree["schedule"], changed)
+        made: Self = validate(_without_idle_tables(self, tree, changed))
         return made
+
+    def at(self, generation: int) -> Self:
+        """Return the experiment with the settings of a generation, without a schedule.
+
+        Parameters
+        ----------
+        generation
+            Number of the generation, from 0.
+        """
+        if not self.schedule:
+            return self
+        count = sum(change.generation <= generation for change in self.schedule)
+        made: Self = _apply_changes(self, count)
+        return made
+
+    def segments(self) -> list[tuple[range, Self]]:
+        """Return the generations with equal settings, and the experiment of each such segment."""
+        generations = self.evolution.generations
+        firsts = {0, *(change.generation for change in self.schedule)}
+        bounds = [*sorted(first for first in firsts if first < generations), generations]
+        return [(range(first, end), self.at(first)) for first, end in pairwise(bounds)]
 
     def to_dict(self) -> dict[str, Any]:
         """Return all settings as nested dicts."""
@@ -104,8 +137,8 @@ class BaseExperiment(Fields):
 
     @property
     def learns(self) -> bool:
-        """Whether agents learn in life."""
-        return bool(self.of_model.learns)
+        """Whether agents learn during their lifetime, in any generation."""
+        return any(bool(segment.of_model.learns) for _, segment in self.segments())
 
     @property
     def births_in_life(self) -> bool:
@@ -218,6 +251,7 @@ def _class_of_model(model: type[Fields], name: str) -> type[BaseExperiment]:
         "model": (ModelName, Field(name, description="Model: what a lifetime is.")),
         key_of(name): (model, with_its_default(model)),
         **{key: (table, with_its_default(table)) for key, table in made.items()},
+        "schedule": (tuple[Change, ...], SCHEDULE),
     }
     return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
 
@@ -230,6 +264,16 @@ class _Unread(BaseExperiment, extra="allow"):
     population: Population = Population()
     evolution: Evolution = Evolution()
     record: Record = Record()
+    schedule: tuple[Change, ...] = SCHEDULE
+
+
+@lru_cache(maxsize=256)
+def _apply_changes(experiment: BaseExperiment, count: int) -> Any:
+    """Return an experiment with its first `count` scheduled changes, without a schedule."""
+    settings: dict[str, Any] = {}
+    for change in experiment.schedule[:count]:
+        settings |= change.settings
+    return experiment.replace(schedule=[], **nest(settings))
 
 
 def validate(tree: Any, lenient: bool = False) -> Any:
@@ -252,6 +296,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     experiment = _made(upgrade(tree) if lenient else tree, lenient)
     if not lenient:
         check_added_parts(experiment)
+        require_valid_schedule(experiment)
     return experiment
 
 

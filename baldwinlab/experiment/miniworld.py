@@ -17,6 +17,7 @@ from pydantic import Field, field_validator, model_validator
 from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice
+from baldwinlab.experiment.schedule import SCHEDULE, Change
 from baldwinlab.experiment.tables import Evolution, Name, Population, Record
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
@@ -249,6 +250,7 @@ class Experiment(BaseExperiment):
     evolution: Evolution = Evolution()
     lifetime: Lifetime = Lifetime()
     record: Record = Record()
+    schedule: tuple[Change, ...] = SCHEDULE
 
     @model_validator(mode="after")
     def _reach_within_the_map(self) -> Self:
@@ -263,8 +265,8 @@ class Experiment(BaseExperiment):
 
     @property
     def learns(self) -> bool:
-        """Whether agents learn."""
-        return self.learning.rule != "none"
+        """Whether agents learn during their lifetime, in any generation."""
+        return any(segment.learning.rule != "none" for _, segment in self.segments())
 
     @property
     def steps(self) -> int:

@@ -94,10 +94,10 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
         If the population does not have this agent.
 
     """
-    experiment = life.experiment
+    seed, run, generation = life.key
+    experiment = life.experiment.at(generation)
     require_agent(experiment, agent)
     parents = life.load_parents()
-    seed, run, generation = life.key
     batch = make_batch(experiment, seed, [run], generation, parents.genome[None])
     arrays = _record_agent(experiment, batch, span, agent)
     has_few_inputs = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued

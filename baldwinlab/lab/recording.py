@@ -70,7 +70,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
 
     """
-    experiment = life.experiment
+    experiment = life.experiment.at(life.key.generation)
     arrays = _record_arrays(life, span)
     header = {
         "kind": "recording",
@@ -90,8 +90,8 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
 
 
 def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
-    experiment = life.experiment
     seed, run, generation = life.key
+    experiment = life.experiment.at(generation)
     batch = make_batch(experiment, seed, [run], generation, life.load_parents().genome[None])
     agents = slice(experiment.population.size)
     # Positions are recorded before a step, and actions and their results after it.

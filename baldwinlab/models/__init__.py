@@ -36,6 +36,29 @@ class _ModelSimulator:
         return results
 
 
+class _ScheduledSimulator:
+    """The simulators of an experiment whose settings change at some generations."""
+
+    def __init__(
+        self, experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any
+    ) -> None:
+        # The last segment comes first. Assays simulate generations after the last one, too.
+        self._segments = [
+            (generations.start, segment, make_simulator(segment, seed, runs, backend))
+            for generations, segment in reversed(experiment.segments())
+        ]
+
+    def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
+        segment, simulator = next(
+            (segment, simulator)
+            for first, segment, simulator in self._segments
+            if generation >= first
+        )
+        # Without learning, an agent does not use all modules of its genome.
+        used = np.ascontiguousarray(genomes[:, :, : len(segment.modules)])
+        return simulator.simulate(generation, used)
+
+
 def make_simulator(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
 ) -> Simulator:
@@ -57,6 +80,8 @@ def make_simulator(
     ValueError
         If the model does not support the backend.
     """
+    if experiment.schedule:
+        return _ScheduledSimulator(experiment, seed, runs, backend)
     if isinstance(experiment, Experiment):
         from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 

@@ -64,7 +64,8 @@ def compile_experiments(
         Elapsed time in seconds.
     """
     start = time.perf_counter()
-    shortened = {_code(experiment): _shorten(experiment) for experiment in experiments}
+    segments = [segment for experiment in experiments for _, segment in experiment.segments()]
+    shortened = {_code(segment): _shorten(segment) for segment in segments}
     absent = [
         experiment
         for experiment in shortened.values()

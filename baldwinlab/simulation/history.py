@@ -99,21 +99,20 @@ class History:
             Index of this run in the batch.
         """
         last = self.experiment.evolution.generations - 1
+        current = self.experiment.at(generation)
         if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
             # The genomes of the last generation are always saved; this is no longer the last one.
             self._saved_genomes.pop(generation - 1, None)
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
             self._allocate(name, values)[generation] = values[index]
-        self._energy[generation] = fitness(
-            self.experiment, results.energy[index], results.cost[index]
-        )
+        self._energy[generation] = fitness(current, results.energy[index], results.cost[index])
         self._require_expected_energy(generation)
         if generation < last:
             final = results.final_population
             learned = None if results.learned is None else results.learned[index]
             genome = self.genome if final is None else final.genome[index]
-            inherited = apply_inheritance(self.experiment, genome, learned)
+            inherited = apply_inheritance(current, genome, learned)
             key = GenerationKey(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = make_generation(
                 self.experiment, key, inherited, self._energy[generation]

@@ -66,15 +66,16 @@ def reevaluate(
     """
     genomes = genomes[:, :, : len(experiment.modules)]
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
-    return _make_outcomes(experiment, results, genomes)
+    return _make_outcomes(experiment.at(generation), results, genomes)
 
 
 def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> CpuBatch:
     """Return a batch at the first step of these lifetimes; parameters as in `reevaluate`."""
-    batch = CpuBatch(experiment, seed, runs)
-    batch.begin(generation, genomes[:, :, : len(experiment.modules)])
+    current = experiment.at(generation)
+    batch = CpuBatch(current, seed, runs)
+    batch.begin(generation, np.ascontiguousarray(genomes[:, :, : len(current.modules)]))
     return batch
 
 

@@ -86,19 +86,21 @@ def replay(
         force=force,
     )
     genome = recompute_genomes(experiment, GenerationKey(seed, run, generation), energy)
-    batch = CpuBatch(experiment, seed, [run])
+    current = experiment.at(generation)
+    genome = np.ascontiguousarray(genome[:, : len(current.modules)])
+    batch = CpuBatch(current, seed, [run])
     batch.begin(generation, genome[None])
-    arrays = _record(experiment, batch)
+    arrays = _record(current, batch)
     arrays["weight_birth"] = genome
     arrays["weight_death"] = genome.copy()
-    arrays["weight_death"][:, 0, : experiment.weight_count] = batch.weights()[0]
+    arrays["weight_death"][:, 0, : current.weight_count] = batch.weights()[0]
     attributes = provenance(experiment, seed, run) | {
         "generation": generation,
-        "appearance": appearance_json(experiment),
+        "appearance": appearance_json(current),
     }
-    trace = variables.dataset(variables.of_trace(experiment), arrays, attributes)
+    trace = variables.dataset(variables.of_trace(current), arrays, attributes)
     return trace.assign_coords(
-        side=list(describe_appearance(experiment).inputs), module=list(experiment.modules)
+        side=list(describe_appearance(current).inputs), module=list(current.modules)
     )
 
 

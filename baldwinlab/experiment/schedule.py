@@ -1,0 +1,186 @@
+"""Scheduled changes: settings of an experiment that change at a generation.
+
+From that generation on, agents live, are selected and have children with the new value. In TOML:
+
+    [[schedule]]
+    generation = 50
+    "learning.rule" = "none"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from pydantic import Field
+
+from baldwinlab.core import variables
+from baldwinlab.experiment.fields import ExperimentError, Fields
+
+# Tables and fields that describe the whole run: its size, its records and the layout of genomes.
+FIXED: Final = ("name", "model", "population", "record", "schedule", "network")
+FIXED_FIELDS: Final = ("evolution.generations", "evolution.founders", "lifetime.steps")
+
+
+class Change(Fields, extra="allow"):
+    """Settings that change at a generation: the paths of the settings, with their new values."""
+
+    generation: int = Field(
+        ge=0, le=1_000_000, description="First generation with the new values, from 0."
+    )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """New values by path."""
+        return dict(self.model_extra or {})
+
+
+SCHEDULE: Any = Field(
+    (),
+    max_length=1000,
+    description="Settings that change at a generation. []: the settings hold for all generations.",
+)
+
+
+def nest(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings by dotted path as nested tables, for `Experiment.replace`."""
+    tree: dict[str, Any] = {}
+    for path, value in settings.items():
+        *tables, field = path.split(".")
+        table = tree
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[field] = value
+    return tree
+
+
+def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the setting `schedule` of words such as "50", "learning.rule=none".
+
+    Parameters
+    ----------
+    words
+        A generation, then one or more assignments; this can be repeated.
+
+    Raises
+    ------
+    ExperimentError
+        The first word is no generation, or a generation has no assignment.
+    """
+    from baldwinlab.experiment.paths import parse_assignment
+
+    changes: list[dict[str, Any]] = []
+    for word in words:
+        if word.isdecimal():
+            changes.append({"generation": int(word)})
+        elif changes:
+            path, value = parse_assignment(word)
+            changes[-1][path] = value
+        else:
+            raise ExperimentError(
+                f"schedule: {word!r} must follow a generation, for example 50 learning.rule=none"
+            )
+    for change in changes:
+        if len(change) == 1:
+            raise ExperimentError(
+                f"schedule: generation {change['generation']} changes nothing; add an assignment "
+                "such as learning.rule=none"
+            )
+    return changes
+
+
+def require_valid_schedule(experiment: Any) -> None:
+    """Check that a run can follow the schedule of an experiment.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Raises
+    ------
+    ExperimentError
+        A change has no setting, an invalid value, or a setting that cannot change during a run.
+    """
+    faults = list(_find_fixed_settings(experiment.schedule))
+    generations = [change.generation for change in experiment.schedule]
+    if generations != sorted(generations):
+        faults.append(f"schedule: the generations {generations} must be in ascending order")
+    if faults:
+        raise ExperimentError("\n".join(faults))
+    for generation in generations:
+        try:
+            changed = experiment.at(generation)
+        except ExperimentError as error:
+            raise ExperimentError(f"schedule, generation {generation}: {error}") from None
+        _require_same_layout(experiment, changed, generation)
+
+
+def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
+    """Yield a sentence for each change without settings, or of one that cannot change in a run."""
+    for number, change in enumerate(changes):
+        if not change.settings:
+            yield f"schedule.{number}: generation {change.generation} changes no setting"
+        for path in change.settings:
+            if path.split(".")[0] in FIXED or path.startswith(FIXED_FIELDS):
+                yield (
+                    f"schedule.{number}: {path} cannot change during a run; settings of the world, "
+                    "of learning and of evolution can"
+                )
+
+
+def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None:
+    """Raise ExperimentError if changed agents need other genes, or their records other variables.
+
+    An agent may use fewer modules of its genome than before.
+    """
+    modules = changed.modules
+    has_same_genes = changed.genome_length == experiment.genome_length
+    if modules != experiment.modules[: len(modules)] or not has_same_genes:
+        raise ExperimentError(
+            f"schedule, generation {generation}: the genomes would have the modules "
+            f"{', '.join(modules)} with {changed.genome_length} genes, and those of the "
+            f"experiment have {', '.join(experiment.modules)} with {experiment.genome_length}"
+        )
+    if variables.of_record(changed).keys() != variables.of_record(experiment).keys():
+        raise ExperimentError(
+            f"schedule, generation {generation}: the runs would have other recorded variables"
+        )
+
+
+def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return a schedule without the settings that get one value for the whole run.
+
+    Parameters
+    ----------
+    schedule
+        The schedule, as plain data.
+    changes
+        The settings that are changed for the whole run, as nested tables. A changed choice of a
+        part, such as `learning.rule`, also drops the scheduled settings of that table.
+    """
+    replaced = dict(_flatten(changes))
+    # Only the name of a part is a text, for example that of `learning.rule`.
+    sections = {_parent(path) for path, value in replaced.items() if isinstance(value, str)}
+    remaining = []
+    for change in schedule:
+        settings = {
+            path: value
+            for path, value in change.items()
+            if path not in replaced and _parent(_parent(path) or ".") not in sections
+        }
+        if len(settings) > 1:
+            remaining.append(settings)
+    return remaining
+
+
+def _parent(path: str) -> str:
+    return path.rpartition(".")[0]
+
+
+def _flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
