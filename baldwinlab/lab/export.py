@@ -64,6 +64,11 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
                 f"{experiment.name} cannot run in a browser: its model {experiment.model} is"
                 " simulated in Python"
             )
+        if experiment.schedule or experiment.evolution.founders:
+            raise RefusedError(
+                f"{experiment.name} cannot run in a browser: it has a schedule or founders, which"
+                " only the engine in Python supports"
+            )
     supported = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
     page = single_page.render_page(

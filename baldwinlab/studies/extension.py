@@ -79,6 +79,12 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
     names = list(experiments)
     sources = part_sources.collect_sources(list(experiments.values()))
     text = format_study(
-        names, study.seed, study.kind, study.factors, study.paper, [*changes, change], sources
+        names,
+        study.seed,
+        study.kind,
+        factors=study.factors,
+        paper=study.paper,
+        changes=[*changes, change],
+        sources=sources,
     )
     write_atomically(study.directory / STUDY, add_checksum(text).encode())

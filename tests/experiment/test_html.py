@@ -37,7 +37,7 @@ def test_changed_fields_are_listed_first_and_bold() -> None:
         *("name", "world.food.0.x", "world.food.0.y", "network.biases", "lifetime.steps")
     ]
     for text in (
-        "4 of its 42 fields differ",
+        "4 of its 44 fields differ",
         "<code>lifetime.steps</code>",
         "<strong>200</strong>",
         ">5000<",

@@ -16,9 +16,10 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path, read_longest
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -82,7 +83,7 @@ def _take(amounts: Iterator[int], count: int) -> None:
 
 def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_path: Path) -> None:
     experiment = shorten_preset("evo+self-taught/A").replace(evolution={"generations": GENERATIONS})
-    study = create(tmp_path / "stopped", [experiment], seed=5)
+    study = create_study(tmp_path / "stopped", [experiment], seed=5)
     stop_after_generations(study, runs=2, count=3)
     assert checkpoint_path(study.directory, experiment.name, 0).exists()
     assert not study.runs(experiment.name)
@@ -102,7 +103,7 @@ def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_pat
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", None], ids=["empty", "text", "cut"])
 def test_a_damaged_checkpoint_is_ignored(tmp_path: Path, content: bytes | None) -> None:
     experiment = shorten_preset("evo/A").replace(evolution={"generations": GENERATIONS})
-    study = create(tmp_path / "stopped", [experiment], seed=5)
+    study = create_study(tmp_path / "stopped", [experiment], seed=5)
     stop_after_generations(study, runs=1, count=3)
     path = checkpoint_path(study.directory, experiment.name, 0)
     path.write_bytes(path.read_bytes()[:-50] if content is None else content)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.extension import extend_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study
-from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -91,13 +92,13 @@ def test_a_wrong_number_of_generations_is_refused_before_anything_is_written(
 
 
 def test_a_sweep_is_not_extended(tmp_path: Path) -> None:
-    study = create(tmp_path, [shorten_preset("evo/A")], seed=5, kind="sweep")
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5, kind="sweep")
     with pytest.raises(StudyError, match="is a sweep, and only a study of conditions"):
         extend_study(study, 5)
 
 
 def test_the_extended_study_of_a_paper_records_the_change(tmp_path: Path) -> None:
-    study = create(
+    study = create_study(
         tmp_path, [shorten_preset("evo/A")], seed=5, paper="le-2019", changes=["lifetime.steps=300"]
     )
     study = extend_study(extend_study(study, 4), 5)
