@@ -13,7 +13,8 @@ import numpy as np
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import read_genomes
 from baldwinlab.core.errors import ArgumentError, RefusedError
-from baldwinlab.core.files import parse_location, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
 from baldwinlab.experiment import BaseExperiment

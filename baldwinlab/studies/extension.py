@@ -7,7 +7,8 @@ continues.
 
 from __future__ import annotations
 
-from baldwinlab.core.files import STUDY, write_atomically
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import STUDY
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS
 from baldwinlab.experiment.toml import to_toml
