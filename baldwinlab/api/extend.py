@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from baldwinlab.api.run_study import RunOptions, StudyRequest, run_missing
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.core import console
 from baldwinlab.studies.extension import extend_study
 from baldwinlab.studies.store import StudyStore

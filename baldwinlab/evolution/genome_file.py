@@ -12,7 +12,7 @@ import io
 import json
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.toml import to_toml
 
-DIMENSIONS = ("run", "agent", "module", "weight")
+DIMENSIONS: Final = ("run", "agent", "module", "weight")
 
 
 class StoredGenomes(NamedTuple):

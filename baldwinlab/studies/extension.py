@@ -7,6 +7,8 @@ continues.
 
 from __future__ import annotations
 
+from typing import Final
+
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import STUDY
 from baldwinlab.experiment import Experiment
@@ -17,7 +19,7 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import add_checksum, format_study
 
-FIELD = "evolution.generations"
+FIELD: Final = "evolution.generations"
 
 
 def extend_study(study: StudyStore, generations: int) -> StudyStore:
