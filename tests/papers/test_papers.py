@@ -152,7 +152,7 @@ def test_a_paper_can_have_no_maps_and_no_claims(
             ("conditions",),
             {},
             "{}/conditions contains no condition: "
-            "a TOML file with changes of an experiment's defaults",
+            "a TOML file with changes of the default experiment",
         ),
         ((), {"paper": "name = "}, "{}/paper.toml is not TOML: Invalid value (at end of document)"),
         ((), {"paper": PAPER.replace("year = 2026\n", "")}, "{}/paper.toml: year is missing"),
