@@ -64,8 +64,10 @@ def test_a_history_that_begins_with_a_record_has_the_bits_of_an_uninterrupted_on
         for history in simulate_histories(shorter, 3, [0, 1])
     ]
     continue_histories(restored)
-    for continued, whole in zip(restored, simulate_histories(experiment, 3, [0, 1]), strict=True):
-        assert continued.record().identical(whole.record())
+    for continued, complete in zip(
+        restored, simulate_histories(experiment, 3, [0, 1]), strict=True
+    ):
+        assert continued.record().identical(complete.record())
 
 
 def stop_after_generations(study: StudyStore, runs: int, count: int) -> None:
@@ -95,8 +97,8 @@ def test_a_stopped_study_continues_from_its_checkpoints_to_the_same_bits(tmp_pat
     assert task.agent_steps == per_generation * (GENERATIONS - task.n_stored)
     run_study(study, missing, 1, ignore_progress, ignore_message)
 
-    whole = make_small_study(tmp_path / "whole", [experiment], runs=2)
-    assert read_records(study.directory) == read_records(whole.directory)
+    complete = make_small_study(tmp_path / "whole", [experiment], runs=2)
+    assert read_records(study.directory) == read_records(complete.directory)
     assert not list(study.directory.rglob("*.checkpoint"))
 
 
@@ -111,8 +113,8 @@ def test_a_damaged_checkpoint_is_ignored(tmp_path: Path, content: bytes | None) 
     run_study(
         study, find_missing_runs(study, 1, ignore_message), 1, ignore_progress, ignore_message
     )
-    whole = make_small_study(tmp_path / "whole", [experiment], runs=1)
-    assert read_records(study.directory) == read_records(whole.directory)
+    complete = make_small_study(tmp_path / "whole", [experiment], runs=1)
+    assert read_records(study.directory) == read_records(complete.directory)
 
 
 def test_a_record_that_cannot_be_repeated_is_not_continued() -> None:

@@ -44,12 +44,13 @@ def test_an_extended_study_has_the_same_files_as_a_study_that_is_run_at_once(
         "evo+self-taught/A": [0, 1],
     }
     finish(study, 3)
-    whole = make_small_study(tmp_path / "whole", extended_experiments(5), runs=3)
-    assert read_records(study.directory) == read_records(whole.directory)
+    complete = make_small_study(tmp_path / "whole", extended_experiments(5), runs=3)
+    assert read_records(study.directory) == read_records(complete.directory)
     for name in study.experiments:
         stored = study.directory / "runs" / name / "experiment.toml"
         assert (
-            stored.read_text() == (whole.directory / "runs" / name / "experiment.toml").read_text()
+            stored.read_text()
+            == (complete.directory / "runs" / name / "experiment.toml").read_text()
         )
 
 
@@ -107,10 +108,10 @@ def test_the_extended_study_of_a_paper_records_the_change(tmp_path: Path) -> Non
 
 def test_an_interrupted_extension_is_completed(tmp_path: Path) -> None:
     study = make_small_study(tmp_path / "interrupted", runs=1)
-    whole = make_small_study(tmp_path / "whole", extended_experiments(5), runs=1)
+    complete = make_small_study(tmp_path / "whole", extended_experiments(5), runs=1)
     # Only the first condition has its new number of generations.
     path = Path("runs") / "evo/A" / "experiment.toml"
-    (study.directory / path).write_bytes((whole.directory / path).read_bytes())
+    (study.directory / path).write_bytes((complete.directory / path).read_bytes())
     study = extend_study(StudyStore(study.directory), 5)
     finish(study, 1)
-    assert read_records(study.directory) == read_records(whole.directory)
+    assert read_records(study.directory) == read_records(complete.directory)
