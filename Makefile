@@ -26,7 +26,7 @@ help:
 	@echo "make docs        build the documentation as a site (site/index.html) that needs no server"
 	@echo "make nightly     run the slow tests that make test skips"
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
-	@echo "make lint        check style, docstrings, imports and types"
+	@echo "make lint        check style, docstrings, prose, imports and types"
 	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
 	@echo "make docstrings  check the docstrings of public functions and classes"
 	@echo "make format      format the code"
@@ -65,12 +65,13 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python -m scripts.docstrings analysis/statistics
+	$(BIN)/python -m scripts.docstrings
+	$(BIN)/python -m scripts.prose
 	$(BIN)/mypy
 
 # make prose WHERE="docs baldwinlab/engine" checks these folders only.
 prose: $(VENV)/.dev
-	-$(BIN)/python -m scripts.prose $(WHERE)
+	$(BIN)/python -m scripts.prose $(WHERE)
 
 docstrings: $(VENV)/.dev
 	$(BIN)/python -m scripts.docstrings $(WHERE)

@@ -29,7 +29,7 @@ REFERENCE: Final = re.compile(
 FILE: Final = re.compile(r"(?P<path>.+\.(?:npy|nc))(?:=(?P<share>[0-9.]+))?")
 
 
-class Population(NamedTuple):
+class StoredPopulation(NamedTuple):
     """Reference to a population of a stored study.
 
     Attributes
@@ -57,7 +57,7 @@ class Population(NamedTuple):
         return f"{condition}-generation-{self.generation}{run}.nc"
 
 
-def freeze(population: Population, agent: int | None = None) -> bytes:
+def freeze(population: StoredPopulation, agent: int | None = None) -> bytes:
     """Return the bytes of a genome file with the genomes of a population at birth.
 
     Parameters
@@ -98,7 +98,7 @@ def freeze(population: Population, agent: int | None = None) -> bytes:
     return encode_genomes(np.stack(genomes), experiment, origin)
 
 
-def parse_population(reference: str) -> Population:
+def parse_population(reference: str) -> StoredPopulation:
     """Return the population that a text names.
 
     Parameters
@@ -121,10 +121,10 @@ def parse_population(reference: str) -> Population:
     return _make_population(match)
 
 
-def _make_population(match: re.Match[str]) -> Population:
+def _make_population(match: re.Match[str]) -> StoredPopulation:
     study = StudyStore(parse_location(match["study"]))
     run = match["run"]
-    return Population(
+    return StoredPopulation(
         study, match["condition"], int(match["generation"]), None if run is None else int(run)
     )
 

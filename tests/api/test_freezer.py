@@ -57,8 +57,8 @@ def test_a_study_begins_with_the_population_of_another_on_another_map(
             bl.open_study(source.directory).genomes(run, 2, condition="evo/A").values,
         )
     before = study.data().copy(deep=True)
-    again = bl.run("evo/B", runs=2, out=tmp_path / "new", set=SETTINGS, founders=reference)
-    assert again.data().identical(before)
+    repeated = bl.run("evo/B", runs=2, out=tmp_path / "new", set=SETTINGS, founders=reference)
+    assert repeated.data().identical(before)
 
 
 @pytest.mark.parametrize(
