@@ -34,7 +34,7 @@ from tests.analysis.assays.artificial_assays import (
     within_life,
 )
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
-from tests.studies.assays.studies import measured
+from tests.studies.assays.studies import make_small_study_with_assays
 
 A = "evo+self-taught/A"
 
@@ -177,7 +177,7 @@ def test_a_window_has_at_least_one_generation() -> None:
 
 
 def test_an_assay_with_a_flipped_bit_is_named_and_measured_again(tmp_path: Path) -> None:
-    study = measured(tmp_path, names=["innate"])
+    study = make_small_study_with_assays(tmp_path, names=["innate"])
     path = next(iter(sorted((study.directory / "assays" / "innate").rglob("*.nc"))))
     condition = path.relative_to(study.directory / "assays" / "innate").with_suffix("").as_posix()
     sound = path.read_bytes()
@@ -192,7 +192,7 @@ def test_an_assay_with_a_flipped_bit_is_named_and_measured_again(tmp_path: Path)
 
 
 def test_an_assay_under_the_name_of_another_condition_is_named(tmp_path: Path) -> None:
-    study = measured(tmp_path, names=["innate"])
+    study = make_small_study_with_assays(tmp_path, names=["innate"])
     first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
     second.write_bytes(first.read_bytes())
     with pytest.raises(ValueError, match=re.escape(f"{second} is of the condition")):
