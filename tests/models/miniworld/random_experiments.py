@@ -43,7 +43,7 @@ def experiments(draw: st.DrawFn, update: str) -> Experiment:
     width = draw(st.integers(20, 110))
     height = draw(st.integers(20, 110))
     half = min(width, height) / 2
-    start = {
+    start: dict[str, Any] = {
         "x": draw(st.integers(0, width - 1)),
         "y": draw(st.integers(0, height - 1)),
         "radius": draw(st.integers(0, 20)) * half / 20,
