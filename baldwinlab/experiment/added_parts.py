@@ -1,27 +1,27 @@
-"""Parts of an experiment that are not built in: find them, and let them check the experiment."""
+"""Lists of the added parts of an experiment, and the checks that these parts make.
+
+An added part is a part that `registry.BUILT_IN` does not list.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import Any
 
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.experiment.fields import ExperimentError
-
-if TYPE_CHECKING:
-    from baldwinlab.experiment.base import BaseExperiment
+from baldwinlab.experiment.fields import ExperimentError, Fields
 
 
-def custom_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
     """Yield kind and name of each custom part of an experiment."""
     for kind, name in added_choices(experiment):
         if name not in registry.packaged(kind):
             yield kind, name
 
 
-def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
-    """Yield kind and name of each part of an experiment that is not in `registry.BUILT_IN`."""
+def added_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
+    """Yield kind and name of each added part of an experiment."""
     for path, kind, _ in choosing_fields(type(experiment)):
         names = paths.look_up(experiment, path)[0]
         for name in (names,) if isinstance(names, str) else names:
@@ -29,8 +29,14 @@ def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
                 yield kind, name
 
 
-def check_added_parts(experiment: BaseExperiment) -> None:
-    """Raise ExperimentError if a part does not accept the experiment."""
+def check_added_parts(experiment: Any) -> None:
+    """Raise ExperimentError if a part does not accept the experiment.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    """
     added = {kind for kind, _ in added_choices(experiment)}
     for path, kind, _ in choosing_fields(type(experiment)):
         if kind in added:
@@ -43,7 +49,7 @@ def check_added_parts(experiment: BaseExperiment) -> None:
         _require_separate_groups(experiment)
 
 
-def _require_separate_groups(experiment: BaseExperiment) -> None:
+def _require_separate_groups(experiment: Any) -> None:
     """Raise ExperimentError for settings that mix the groups of the selection."""
     if mixing := experiment.part("evolution.selection").mixing_settings(experiment):
         raise ExperimentError(
