@@ -98,10 +98,10 @@ def _sample_genomes(
     require_fit(stored, entry.path, experiment, key.run + 1)
     population = stored.genome[key.run if len(stored.genome) > 1 else 0]
     if count == len(population):
-        return population.copy()
+        return np.array(population)
     uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), index + 1))[:, index, 0]
     order = np.argsort(uniforms, kind="stable")
-    return population[order[np.arange(count) % len(order)]]
+    return np.take(population, order[np.arange(count) % len(order)], axis=0)
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:

@@ -85,13 +85,13 @@ def test_founders_that_do_not_fit_are_refused_before_anything_is_written(
 def test_other_founders_in_the_same_directory_are_refused(
     source: StudyStore, tmp_path: Path
 ) -> None:
-    for generation, error in ((1, None), (2, "holds a study with other founders")):
-        reference = f"{source.directory}:evo/A@{generation}"
-        arguments = {"runs": 1, "out": tmp_path / "new", "set": SETTINGS, "founders": reference}
-        if error is None:
-            bl.run(shorten_preset("evo/A"), **arguments)
-        else:
-            with pytest.raises(BaldwinLabError, match=error):
-                bl.run(shorten_preset("evo/A"), **arguments)
+    directory = tmp_path / "new"
+    first, second = (f"{source.directory}:evo/A@{generation}" for generation in (1, 2))
+    bl.run(shorten_preset("evo/A"), runs=1, out=directory, founders=first)
+    with pytest.raises(BaldwinLabError, match="holds a study with other founders"):
+        bl.run(shorten_preset("evo/A"), runs=1, out=directory, founders=second)
+
+
+def test_a_share_that_is_no_number_is_refused(source: StudyStore, tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="share"):
         bl.run("evo/A", runs=1, out=tmp_path / "x", founders=f"{source.directory}:evo/A@1=1.2.3")

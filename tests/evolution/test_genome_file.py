@@ -31,7 +31,9 @@ def write_file(path: Path, experiment: BaseExperiment = EXPERIMENT, runs: int = 
     return path
 
 
-def add_files(*files: tuple[Path, float], experiment: BaseExperiment = EXPERIMENT):
+def add_files(
+    *files: tuple[Path, float], experiment: BaseExperiment = EXPERIMENT
+) -> BaseExperiment:
     founders = [{"path": str(path), "share": share} for path, share in files]
     return experiment.replace(evolution={"founders": founders})
 

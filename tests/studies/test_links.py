@@ -164,7 +164,18 @@ def test_a_link_is_refused_before_anything_is_computed(
         "world.start.x=400",
         "world.start.y=160",
     )
-    arguments = ("run", "evo/A", "--set", *settings, "--seed", "5", "--runs", "2", "--out", "study")
+    arguments: tuple[str, ...] = (
+        "run",
+        "evo/A",
+        "--set",
+        *settings,
+        "--seed",
+        "5",
+        "--runs",
+        "2",
+        "--out",
+        "study",
+    )
     if link == "assays":
         arguments = ("assay", "study", "--assays", "innate")
     result = command(*arguments)
