@@ -24,7 +24,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.toml import to_toml
 
-DIMENSIONS: Final = ("run", "agent", "module", "weight")
+GENOME_DIMENSIONS: Final = ("run", "agent", "module", "weight")
 
 
 class StoredGenomes(NamedTuple):
@@ -96,7 +96,8 @@ def encode_genomes(
         "layout": json.dumps(describe_layout(experiment)),
     }
     data = xr.Dataset(
-        {"genome": (DIMENSIONS, np.asarray(genome, np.float32))}, attrs=attributes | dict(origin)
+        {"genome": (GENOME_DIMENSIONS, np.asarray(genome, np.float32))},
+        attrs=attributes | dict(origin),
     )
     return to_bytes(data.assign_coords(module=list(experiment.modules)))
 
@@ -134,9 +135,9 @@ def decode_genomes(content: bytes, path: str) -> StoredGenomes:
         data = from_bytes(content)
     except DamagedError as error:
         raise RefusedError(f"{path} is no genome file: {error}") from None
-    if "genome" not in data or data["genome"].dims != DIMENSIONS:
+    if "genome" not in data or data["genome"].dims != GENOME_DIMENSIONS:
         raise RefusedError(
-            f"{path} is no genome file: it has no variable genome ({', '.join(DIMENSIONS)})"
+            f"{path} is no genome file: it has no variable genome ({', '.join(GENOME_DIMENSIONS)})"
         )
     layout = json.loads(str(data.attrs.get("layout", "{}")))
     return StoredGenomes(np.asarray(data["genome"].values, np.float32), layout)

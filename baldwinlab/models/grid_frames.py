@@ -13,15 +13,17 @@ from baldwinlab.parts import GridView
 
 # Entry of a position that the agent does not reach.
 NOT_REACHED: Final = -2
-UP: Final = 3
+UP_HEADING: Final = 3
 # Change of row and column in a step, by heading.
-AHEAD: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
+STEP_BY_HEADING: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
 WALL: Final = 1
 HIGH: Final = 2
 LOW: Final = 3
 
 
-def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str) -> GridView:
+def make_foraging_frames(
+    side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str
+) -> GridView:
     """Return the frames of visits to a square grid, on which an agent eats the food in its cell.
 
     Parameters
@@ -55,7 +57,7 @@ def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: 
     )
 
 
-def in_t_mazes(
+def make_maze_frames(
     turns: int,
     high: Sequence[int],
     actions: npt.NDArray[Any],
@@ -105,7 +107,7 @@ def _path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
     """Return row, column and heading at home and after each action."""
     row = 2 * turns + 1
     column = 3
-    heading = UP
+    heading = UP_HEADING
     path = [(row, column, heading)]
     for position, action in enumerate(actions):
         if position == 2 * turns + 1:
@@ -113,8 +115,8 @@ def _path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
             heading = (heading + 2) % 4
         # The last corridor before an end or home has no position. The agent does not turn there.
         cells, turn = (2, 0) if position % (2 * turns + 1) == 2 * turns else (1, action)
-        row += cells * AHEAD[heading][0]
-        column += cells * AHEAD[heading][1]
+        row += cells * STEP_BY_HEADING[heading][0]
+        column += cells * STEP_BY_HEADING[heading][1]
         heading = (heading + turn) % 4
         path.append((row, column, heading))
     return path

@@ -44,7 +44,7 @@ from baldwinlab.parts import (
 )
 
 # The allele ?.
-UNSET: Final = 0.5
+UNSET_ALLELE: Final = 0.5
 # Largest gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
 
@@ -105,7 +105,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         ),
         "used": Variable(OF_AGENT, np.int32, "trials", "number of trials in the lifetime"),
     }
-    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
         "ones": Measure("share of 1 in the last generation", _last_mean("ones")),
@@ -146,9 +146,9 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
         half = (1 - self.initial_unset_share) / 2
-        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(
-            np.float32
-        )
+        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET_ALLELE)[
+            :, None
+        ].astype(np.float32)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -157,7 +157,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         luck = np.stack(
             [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
         )
-        unset = (genomes == UNSET).sum(axis=-1)
+        unset = (genomes == UNSET_ALLELE).sum(axis=-1)
         able = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
         first = self._first_success(unset, luck)
         succeeded = able & (first <= self.trials)
@@ -193,7 +193,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
 
     def oracle(self, genome: Sequence[float], luck: float) -> float:
         """Return the fitness of one string, trial by trial; `luck` is uniform in (0, 1)."""
-        unset = sum(allele == UNSET for allele in genome)
+        unset = sum(allele == UNSET_ALLELE for allele in genome)
         fail = 1.0
         for trial in range(1, self.trials + 1):
             fail *= 1 - 1 / 2**unset

@@ -28,7 +28,7 @@ from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, OF_AGENT, Field, LifeResults, Measure, Variable, uniforms
 
 # Names of the records in `hinton_nowlan.py`, and their names in this model.
-_NAMES = {
+RECORD_NAMES = {
     "ones": "right",
     "zeros": "wrong",
     "unset": "unset",
@@ -70,7 +70,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         "record": {"genome_every": 10},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        _NAMES[name]: variable
+        RECORD_NAMES[name]: variable
         for name, variable in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
     } | {
@@ -107,7 +107,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
             results.energy,
             results.cost,
             learned,
-            {_NAMES[name]: record for name, record in results.records.items()},
+            {RECORD_NAMES[name]: record for name, record in results.records.items()},
         )
 
     def right(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:

@@ -49,7 +49,7 @@ from baldwinlab.parts import (
 )
 
 # Generation number of the random numbers for the landscape. The founders use the number before.
-BEFORE_LIFE: Final = 2**32 - 1
+LANDSCAPE_GENERATION: Final = 2**32 - 1
 # Bits. All strings are evaluated to scale the landscape, so their number must be small.
 MAX_BITS: Final = 16
 
@@ -74,7 +74,7 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.fl
     array of shape (2**bits,)
         Fitness by string, read as a binary number, in [0, 1]. The array is read-only.
     """
-    draws = uniforms(seed, run, BEFORE_LIFE, LIFE, (bits, max(bits, 2 ** (n_links + 1))))
+    draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (bits, max(bits, 2 ** (n_links + 1))))
     strings = np.arange(2**bits)
     total = np.zeros(2**bits)
     for bit in range(bits):
@@ -203,7 +203,7 @@ class NKClimbers(Model, name="nk-climbers"):
         return self.bits
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        first = uniforms(key.seed, key.run, BEFORE_LIFE - 1, LIFE, (1, self.bits))[0, :, 0]
+        first = uniforms(key.seed, key.run, LANDSCAPE_GENERATION - 1, LIFE, (1, self.bits))[0, :, 0]
         return np.broadcast_to((first < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
     def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:

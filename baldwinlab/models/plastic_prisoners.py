@@ -55,17 +55,17 @@ from baldwinlab.parts import (
 # Pairs of moves of the last round, the move of the agent first.
 PAIRS: Final = ("DD", "DC", "CD", "CC")
 # Number of genomes. The moves are bits 0 to 3 of a genome's number, the plastic flags bits 4 to 7.
-GENOMES: Final = 256
+N_GENOMES: Final = 256
 # Payoff of each pair: punishment, temptation, sucker's payoff, reward.
-PAYOFF: Final = np.array([1.0, 5.0, 0.0, 3.0])
+PAIR_PAYOFFS: Final = np.array([1.0, 5.0, 0.0, 3.0])
 # Pairs that are assumed before a match, with equal probability.
-FIRST: Final[Mapping[str, tuple[int, ...]]] = {
+INITIAL_PAIRS: Final[Mapping[str, tuple[int, ...]]] = {
     "any": (0, 1, 2, 3),
     "defection": (0,),
     "cooperation": (3,),
 }
 
-_GENOME = np.arange(GENOMES)[:, None]
+_GENOME = np.arange(N_GENOMES)[:, None]
 # [genome, pair].
 _PLASTIC = (_GENOME >> np.arange(4, 8)) & 1
 # [genome, pair]: 0 is D, 1 is C, 2 is x.
@@ -73,14 +73,16 @@ _ENTRY = np.where(_PLASTIC, 2, (_GENOME >> np.arange(4)) & 1)
 # Names of the strategies. The number of a strategy has a digit to base 3 for each entry.
 STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x", repeat=4))
 # Number of the strategy of each genome.
-STRATEGY: Final = (_ENTRY @ 3 ** np.arange(4)).astype(np.int8)
+STRATEGY_OF_GENOME: Final = (_ENTRY @ 3 ** np.arange(4)).astype(np.int8)
 OUTSTANDING: Final = "x00x"
 # Number of most frequent genomes in the view of payoffs.
-SHOWN_GENOMES: Final = 8
+N_SHOWN_GENOMES: Final = 8
 
 
 @lru_cache(maxsize=16)
-def payoffs(rounds: int, noise: float, learning: bool, first: str) -> npt.NDArray[np.float64]:
+def compute_payoffs(
+    rounds: int, noise: float, learning: bool, first: str
+) -> npt.NDArray[np.float64]:
     """Compute the expected payoff per round of each genome against each other genome.
 
     Parameters
@@ -99,7 +101,7 @@ def payoffs(rounds: int, noise: float, learning: bool, first: str) -> npt.NDArra
     array of shape (256, 256)
         Payoff [genome, opponent], from 0 to 5. The array is read-only.
     """
-    genome, opponent, pair = np.ogrid[:GENOMES, :GENOMES, :4]
+    genome, opponent, pair = np.ogrid[:N_GENOMES, :N_GENOMES, :4]
     # The same pair from the opponent's side.
     opponent_pair = (pair & 1) << 1 | pair >> 1
     outcomes = []
@@ -112,16 +114,16 @@ def payoffs(rounds: int, noise: float, learning: bool, first: str) -> npt.NDArra
             _learn(opponent, opponent_pair, opponent_move, move) if learning else opponent
         )
         next_pair = 2 * move + opponent_move
-        next_state = (next_genome * GENOMES + next_opponent) * 4 + next_pair
-        outcomes.append((chance, PAYOFF[next_pair], next_state))
+        next_state = (next_genome * N_GENOMES + next_opponent) * 4 + next_pair
+        outcomes.append((chance, PAIR_PAYOFFS[next_pair], next_state))
     # Total payoff of the remaining rounds, by the current genomes of both agents and the last pair.
-    remaining = np.zeros(GENOMES * GENOMES * 4)
+    remaining = np.zeros(N_GENOMES * N_GENOMES * 4)
     for _ in range(rounds):
         remaining = np.sum(
             [chance * (payoff + remaining[state]) for chance, payoff, state in outcomes], axis=0
         ).ravel()
-    by_pair = remaining.reshape(GENOMES, GENOMES, 4)
-    first_pairs = FIRST[first]
+    by_pair = remaining.reshape(N_GENOMES, N_GENOMES, 4)
+    first_pairs = INITIAL_PAIRS[first]
     totals = np.sum([by_pair[:, :, first_pair] for first_pair in first_pairs], axis=0)
     means: npt.NDArray[np.float64] = totals / (rounds * len(first_pairs))
     # The array is cached.
@@ -137,7 +139,7 @@ def _learn(genome: Any, pair: Any, move: Any, opponent_move: Any) -> Any:
 
 
 @jit_entry_point
-def round_robin(payoff: Any, counts: Any, fitness: Any) -> None:
+def compute_mean_payoffs(payoff: Any, counts: Any, fitness: Any) -> None:
     """Compute the mean payoff of each genome against all other agents.
 
     Parameters
@@ -162,7 +164,7 @@ def round_robin(payoff: Any, counts: Any, fitness: Any) -> None:
 
 
 @jit_entry_point
-def tally(strategies: Any, counts: Any) -> None:
+def count_agents(strategies: Any, counts: Any) -> None:
     """Add the numbers of agents per strategy to `counts` [generation, strategy].
 
     `strategies` [generation, agent] is NaN for missing agents, which are not counted.
@@ -177,7 +179,7 @@ def count_strategies(runs: xr.Dataset) -> xr.DataArray:
     """Return the number of agents with each strategy, as (..., generation, strategy)."""
     strategies = runs["strategy"].transpose(..., "agent")
     counts = np.zeros((strategies.size // strategies.sizes["agent"], len(STRATEGIES)), np.int64)
-    tally(strategies.values.reshape(len(counts), -1), counts)
+    count_agents(strategies.values.reshape(len(counts), -1), counts)
     template = strategies.isel(agent=0, drop=True).expand_dims(strategy=list(STRATEGIES), axis=-1)
     return template.copy(data=counts.reshape(template.shape))
 
@@ -228,20 +230,21 @@ def _ahead(runs: xr.Dataset) -> xr.DataArray:
 
 def _view_payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
     """Return the payoffs between the most frequent genomes of a generation."""
-    counts = np.bincount(_numbers(genomes), minlength=GENOMES)
+    counts = np.bincount(_numbers(genomes), minlength=N_GENOMES)
     most_frequent = [
         int(genome)
-        for genome in np.argsort(-counts, kind="stable")[:SHOWN_GENOMES]
+        for genome in np.argsort(-counts, kind="stable")[:N_SHOWN_GENOMES]
         if counts[genome]
     ]
     names = [
-        f"{STRATEGIES[STRATEGY[genome]]} born {_moves_at_birth(genome)}" for genome in most_frequent
+        f"{STRATEGIES[STRATEGY_OF_GENOME[genome]]} born {_moves_at_birth(genome)}"
+        for genome in most_frequent
     ]
     rows = [
         f"{name}, {counts[genome] / len(genomes):.1%}"
         for name, genome in zip(names, most_frequent, strict=True)
     ]
-    payoff = payoffs(model.rounds, model.noise, model.learning, model.initial_moves)
+    payoff = compute_payoffs(model.rounds, model.noise, model.learning, model.initial_moves)
     return MatrixView(
         rows,
         names,
@@ -362,13 +365,15 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         numbers = _numbers(genomes)
-        payoff = payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
-        fitness = np.zeros(GENOMES)
+        payoff = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
+        fitness = np.zeros(N_GENOMES)
         energy = poison.empty(numbers.shape)
         for row, population in enumerate(numbers):
-            round_robin(payoff, np.bincount(population, minlength=GENOMES), fitness)
+            compute_mean_payoffs(payoff, np.bincount(population, minlength=N_GENOMES), fitness)
             energy[row] = fitness[population]
-        return LifeResults(energy, np.zeros_like(energy), None, {"strategy": STRATEGY[numbers]})
+        return LifeResults(
+            energy, np.zeros_like(energy), None, {"strategy": STRATEGY_OF_GENOME[numbers]}
+        )
 
     def oracle(
         self,

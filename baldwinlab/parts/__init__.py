@@ -27,7 +27,7 @@ from baldwinlab.parts.loading import Source, load_entry_points, load_file, sourc
 from baldwinlab.parts.model_part import LifeResults, Measure, Model
 from baldwinlab.parts.networks import Network, backward, forward
 from baldwinlab.parts.part import Part
-from baldwinlab.parts.renamed import renamed_class
+from baldwinlab.parts.renamed import missing_name_error
 from baldwinlab.parts.selection import Selection
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.variation import Variation
@@ -83,4 +83,4 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    raise renamed_class(__name__, name)
+    raise missing_name_error(__name__, name)

@@ -21,8 +21,8 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import PART_FILE, read_bytes
 from baldwinlab.experiment import registry
 
-PREFIX: Final = "baldwinlab_part_"
-GROUP: Final = "baldwinlab.parts"
+MODULE_PREFIX: Final = "baldwinlab_part_"
+ENTRY_POINT_GROUP: Final = "baldwinlab.parts"
 
 
 class Source(NamedTuple):
@@ -100,7 +100,7 @@ def load_text(text: str, file: Path) -> ModuleType:
     PartError
         If the text cannot be executed, or has no part.
     """
-    name = f"{PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    name = f"{MODULE_PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     if name in sys.modules:
         _register_parts(sys.modules[name])
         return sys.modules[name]
@@ -180,7 +180,7 @@ def load_entry_points() -> None:
         If a module cannot be imported.
     """
     loaded_parts = registry.custom_parts()
-    for entry in entry_points(group=GROUP):
+    for entry in entry_points(group=ENTRY_POINT_GROUP):
         try:
             entry.load()
         # A third-party module can raise any exception.

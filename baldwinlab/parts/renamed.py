@@ -9,8 +9,8 @@ from pydantic.fields import FieldInfo
 
 from baldwinlab.core.errors import PartError
 
-ALL: Final = {"needs": "required_settings"}
-BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
+RENAMED_IN_ALL_KINDS: Final = {"needs": "required_settings"}
+RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {"survey": "prepare_senses", "real": "is_continuous"},
     "body": {"decide": "choose_action"},
     "network": {"memoryless": "is_memoryless"},
@@ -44,7 +44,7 @@ BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
         "checked_with": "check_settings",
     },
 }
-CLASSES: Final = {
+RENAMED_CLASSES: Final = {
     "Cells": "GridView",
     "Lives": "LifeResults",
     "Matrix": "MatrixView",
@@ -73,7 +73,7 @@ def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, An
         If an old name is used. The message has the new name.
     """
     kind = next((base.kind for base in bases if getattr(base, "kind", "")), "")
-    renamed = {**ALL, **BY_KIND.get(kind, {})}
+    renamed = {**RENAMED_IN_ALL_KINDS, **RENAMED_BY_KIND.get(kind, {})}
     used = [
         old for old in renamed if old in namespace and not isinstance(namespace[old], FieldInfo)
     ]
@@ -82,7 +82,7 @@ def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, An
         raise PartError(f"{pairs}: use the new name in the class {name}")
 
 
-def renamed_class(module: str, name: str) -> Exception:
+def missing_name_error(module: str, name: str) -> Exception:
     """Return the error for a class that does not exist, or that was renamed.
 
     Parameters
@@ -97,6 +97,6 @@ def renamed_class(module: str, name: str) -> Exception:
     Exception
         ImportError with the new name, or AttributeError.
     """
-    if name in CLASSES:
-        return ImportError(f"{module}.{name} was renamed to {CLASSES[name]}")
+    if name in RENAMED_CLASSES:
+        return ImportError(f"{module}.{name} was renamed to {RENAMED_CLASSES[name]}")
     return AttributeError(f"module {module!r} has no attribute {name!r}")

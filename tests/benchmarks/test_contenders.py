@@ -17,7 +17,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
 from benchmarks.regression import describe_loss
 from benchmarks.setting import from_dict, from_experiment
-from tests.models.miniworld.test_transitions import Follower, crowded
+from tests.models.miniworld.test_transitions import Comparison, start_in_food
 from tests.worlds import make_small_experiment
 
 CONTENDERS = ("python_plain", "numpy_vectorised", "jax_scan")
@@ -36,14 +36,16 @@ def genomes(experiment: Experiment, seed: int) -> Any:
 
 
 CASES = {
-    "learning among food": crowded("evo+self-taught", "standard").replace(lifetime={"steps": 60}),
-    "no learning, among food": crowded("evo", "standard").replace(lifetime={"steps": 60}),
+    "learning among food": start_in_food("evo+self-taught", "standard").replace(
+        lifetime={"steps": 60}
+    ),
+    "no learning, among food": start_in_food("evo", "standard").replace(lifetime={"steps": 60}),
     "a small map, with sight and food across its edges": make_small_experiment("self-taught"),
     "a small map without learning": make_small_experiment("evo", senses={"visual_radius": 20}),
     "fast learning": make_small_experiment(
         "evo+self-taught", learning={"rate": 0.5}, network={"hidden": [7]}
     ),
-    "many agents for few items": crowded("evo", "standard").replace(
+    "many agents for few items": start_in_food("evo", "standard").replace(
         population={"size": 60}, contact={"reach": 30}
     ),
     "nothing to eat": make_small_experiment(
@@ -57,15 +59,15 @@ CASES = {
 def test_every_step_of_a_contender_agrees_with_the_oracle(name: str, case: str) -> None:
     experiment = CASES[case]
     trace = contender(name).trace(from_experiment(experiment), genomes(experiment, seed=7), seed=7)
-    tally = Follower(experiment, dataset(TRACE, trace, {})).follow()
-    assert tally["eaten"] > 5 or case == "nothing to eat"
-    assert tally["skipped"] < 0.15 * tally["steps"]
+    counts = Comparison(experiment, dataset(TRACE, trace, {})).compare()
+    assert counts["eaten"] > 5 or case == "nothing to eat"
+    assert counts["skipped"] < 0.15 * counts["steps"]
 
 
 @pytest.mark.parametrize("name", CONTENDERS)
 def test_timed_and_checked_lifetimes_agree(name: str) -> None:
     """On average, newborns among food eat as much in timed calls as in traced lifetimes."""
-    experiment = crowded("evo+self-taught", "standard")
+    experiment = start_in_food("evo+self-taught", "standard")
     setting = from_experiment(experiment)
     newborns = genomes(experiment, seed=7)
     module = contender(name)

@@ -16,12 +16,12 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.plastic_prisoners import (
-    FIRST,
+    INITIAL_PAIRS,
     PAIRS,
     STRATEGIES,
-    STRATEGY,
+    STRATEGY_OF_GENOME,
     PlasticPrisoners,
-    payoffs,
+    compute_payoffs,
 )
 from baldwinlab.parts import MatrixView
 from baldwinlab.simulation.simulate import simulate_histories
@@ -30,7 +30,7 @@ from baldwinlab.studies.assays.results import open_assay
 ROUNDS = 50
 NOISE = 1 / 25
 # Name of the strategy of each genome.
-NAMES = [STRATEGIES[number] for number in STRATEGY]
+NAMES = [STRATEGIES[number] for number in STRATEGY_OF_GENOME]
 NO_SLIP = [(False, False)]
 
 
@@ -62,16 +62,16 @@ def test_a_genome_has_a_move_and_a_plasticity_bit_for_each_pair_of_moves() -> No
 
 
 @pytest.mark.parametrize("learning", [True, False])
-@pytest.mark.parametrize("first", FIRST)
+@pytest.mark.parametrize("first", INITIAL_PAIRS)
 def test_without_noise_the_payoff_agrees_with_matches_in_plain_python(
     first: str, learning: bool
 ) -> None:
     model = PlasticPrisoners(learning=learning)
-    payoff = payoffs(ROUNDS, 0.0, learning, first)
+    payoff = compute_payoffs(ROUNDS, 0.0, learning, first)
     for genome, opponent in draw_pairs(150):
         matches = [
             model.oracle(bits(genome), bits(opponent), begin, NO_SLIP * ROUNDS)
-            for begin in FIRST[first]
+            for begin in INITIAL_PAIRS[first]
         ]
         assert payoff[genome, opponent] == pytest.approx(np.mean(matches), abs=1e-12)
 
@@ -80,7 +80,7 @@ def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> N
     model = PlasticPrisoners()
     noise = 0.2
     rounds = 3
-    payoff = payoffs(rounds, noise, True, "cooperation")
+    payoff = compute_payoffs(rounds, noise, True, "cooperation")
     slips = list(
         product([(False, False), (False, True), (True, False), (True, True)], repeat=rounds)
     )
@@ -97,7 +97,7 @@ def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> N
 
 def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
     model = PlasticPrisoners()
-    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
     generator = np.random.default_rng(8)
     for genome, opponent in [
         (list_genomes("x00x")[0], 0),
@@ -117,7 +117,7 @@ def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
 
 def test_payoffs_of_strategies_without_conditions_have_a_closed_form() -> None:
     """Moves are independent. The probability of C is n for defectors and 1 - n for cooperators."""
-    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
     chance = {0b0000: NOISE, 0b1111: 1 - NOISE}
     for genome, opponent in product(chance, repeat=2):
         c = chance[genome]
@@ -127,8 +127,8 @@ def test_payoffs_of_strategies_without_conditions_have_a_closed_form() -> None:
 
 
 def test_payoffs_have_bounds_and_plastic_genes_have_no_effect_without_learning() -> None:
-    payoff = payoffs(ROUNDS, NOISE, True, "any")
-    fixed = payoffs(ROUNDS, NOISE, False, "any")
+    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
+    fixed = compute_payoffs(ROUNDS, NOISE, False, "any")
     both = payoff + payoff.T
     assert both.min() >= 2 and both.max() <= 6
     moves = np.arange(256) & 0b1111
@@ -141,7 +141,7 @@ def test_payoffs_of_pavlov_and_the_outstanding_strategy_have_published_values() 
 
     Both have a high payoff against themselves.
     """
-    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
     defector = 0b0000
     pavlov = 0b1001
     against_defection = [payoff[genome, defector] for genome in list_genomes("x00x")]
@@ -159,7 +159,7 @@ def find_stable_strategies(noise: float, rounds: int = ROUNDS) -> dict[str, floa
 
     A stable genome has a larger payoff against itself than any other genome has against it.
     """
-    payoff = payoffs(rounds, noise, True, "any")
+    payoff = compute_payoffs(rounds, noise, True, "any")
     of_other_genomes = np.where(np.eye(256, dtype=bool), -np.inf, payoff)
     genomes = np.flatnonzero(payoff.diagonal() > of_other_genomes.max(axis=0) + 1e-9)
     return {
@@ -178,7 +178,7 @@ def test_the_outstanding_strategy_is_evolutionarily_stable_and_the_only_one_that
         strategies["x00x"] > 2.6
         and max(payoff for name, payoff in strategies.items() if name != "x00x") < 1.3
     )
-    all_payoffs = payoffs(rounds, NOISE, True, "any")
+    all_payoffs = compute_payoffs(rounds, NOISE, True, "any")
     for genome in list_genomes("x00x"):
         assert all(
             all_payoffs[genome, genome] > all_payoffs[mutant, genome]
@@ -196,7 +196,7 @@ def test_fitness_is_the_mean_payoff_against_all_others() -> None:
     generator = np.random.default_rng(1)
     population = generator.integers(0, 2, (2, 30, 1, 8)).astype(np.float32)
     results = model.simulate(7, [0, 5], 3, population)
-    payoff = payoffs(ROUNDS, NOISE, True, "any")
+    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
     for run in range(2):
         numbers = [
             sum(int(bit) << position for position, bit in enumerate(genome))
@@ -316,5 +316,5 @@ def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:
         "0000 born DDDD",
     ]
     assert view.values[1, 1] == 1, "the payoff between defectors is the punishment"
-    both = payoffs(50, 0.0, True, "any")
+    both = compute_payoffs(50, 0.0, True, "any")
     assert view.values[0, 1] == both[0b10011001, 0]

@@ -11,7 +11,7 @@ from pydantic import Field
 import baldwinlab.parts
 from baldwinlab import parts
 from baldwinlab.core.errors import PartError
-from baldwinlab.parts.renamed import ALL, BY_KIND, CLASSES
+from baldwinlab.parts.renamed import RENAMED_BY_KIND, RENAMED_CLASSES, RENAMED_IN_ALL_KINDS
 
 KINDS: list[Any] = [
     parts.Sense,
@@ -30,7 +30,7 @@ KINDS: list[Any] = [
 def old_names() -> Iterator[Any]:
     """Yield each kind of part with an old name and its new name."""
     for kind in KINDS:
-        for old, new in {**ALL, **BY_KIND[kind.kind]}.items():
+        for old, new in {**RENAMED_IN_ALL_KINDS, **RENAMED_BY_KIND[kind.kind]}.items():
             yield pytest.param(kind, old, new, id=f"{kind.__name__}-{old}")
 
 
@@ -59,9 +59,9 @@ def test_a_setting_may_have_an_old_name() -> None:
     assert Pausing().stops == 3
 
 
-@pytest.mark.parametrize("old", CLASSES)
+@pytest.mark.parametrize("old", RENAMED_CLASSES)
 def test_an_old_class_is_refused_with_the_new_name(old: str) -> None:
     with pytest.raises(ImportError, match=rf"^baldwinlab\.parts\.{old} was renamed to \w+$"):
         getattr(baldwinlab.parts, old)
-    assert hasattr(parts, CLASSES[old])
+    assert hasattr(parts, RENAMED_CLASSES[old])
     assert not hasattr(parts, "Unknown")

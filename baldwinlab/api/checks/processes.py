@@ -20,7 +20,7 @@ from typing import Any, Final
 
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.parts.loading import PREFIX, load_text
+from baldwinlab.parts.loading import MODULE_PREFIX, load_text
 from baldwinlab.parts.part import Part
 
 LAST: Final = "end"
@@ -127,7 +127,7 @@ def _sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
             rule = "must be in a module or a file that another process can load"
             raise ArgumentError("part", part.__name__, rule)
         source = {"module": part.__module__, "name": part.__qualname__}
-        if part.__module__.startswith(PREFIX):
+        if part.__module__.startswith(MODULE_PREFIX):
             source |= {"text": module.__dict__["__source__"], "file": str(module.__file__)}
         sources.append(source)
     return sources

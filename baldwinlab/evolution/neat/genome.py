@@ -1,7 +1,7 @@
 """Genomes that are graphs: networks of any topology, with a gene for each link.
 
-A genome is a float32 array [entry]: a head of `HEAD` entries and a gene of `GENE` entries for each
-link. Genes are in the order of their innovation numbers (historical marks). An innovation
+A genome is a float32 array [entry]: a head of `HEAD_SIZE` entries and a gene of `GENE_SIZE` entries
+for each link. Genes are in the order of their innovation numbers (historical marks). An innovation
 number of 0 ends the list. Nodes have whole numbers: the inputs from 0 on, the last of which is the
 bias, then the outputs. The number of a hidden node is the innovation number of its first incoming
 link. Therefore, the nodes of a genome follow from its links, without a list of nodes.
@@ -26,20 +26,30 @@ from baldwinlab.engine.jit import compiled
 
 # Entries of the head: numbers that all genomes of a run share (nodes and the last innovation and
 # species numbers), then the status of the species and of the population.
-INPUTS, OUTPUTS, LEDGER, NEWEST, SPECIES, BEST, STALE, BEST_OF_ALL, STALE_OF_ALL = range(9)
-HEAD: Final = 9
+(
+    INPUTS,
+    OUTPUTS,
+    LAST_INNOVATION,
+    LAST_SPECIES,
+    SPECIES,
+    BEST,
+    STALE,
+    POPULATION_BEST,
+    POPULATION_STALE,
+) = range(9)
+HEAD_SIZE: Final = 9
 # Entries that are minus infinity until a species is evaluated.
-INFINITE_GENES: Final = (BEST, BEST_OF_ALL)
+INFINITE_GENES: Final = (BEST, POPULATION_BEST)
 # Entries of a gene.
-NUMBER, SOURCE, TARGET, WEIGHT, ENABLED = range(5)
-GENE: Final = 5
+INNOVATION, SOURCE, TARGET, WEIGHT, ENABLED = range(5)
+GENE_SIZE: Final = 5
 
 # [entry].
 Graph = npt.NDArray[np.float32]
 ZERO = np.float32(0)
 ONE = np.float32(1)
 # Value of a node before its update. No output of a node has this value.
-UNKNOWN = np.float32(-1)
+NOT_COMPUTED = np.float32(-1)
 
 
 def require_neat(experiment: Any, holder: str) -> None:
@@ -53,7 +63,7 @@ def require_neat(experiment: Any, holder: str) -> None:
 
 def count_entries(links: int) -> int:
     """Return the number of entries of a genome with a maximum number of links."""
-    return HEAD + GENE * links
+    return HEAD_SIZE + GENE_SIZE * links
 
 
 def make_minimal_graphs(
@@ -78,44 +88,44 @@ def init_minimal_graph(graph: Graph, inputs: int, outputs: int) -> None:
     """
     first = inputs + outputs
     links = inputs * outputs
-    for entry in range(HEAD + GENE * links, graph.size):
+    for entry in range(HEAD_SIZE + GENE_SIZE * links, graph.size):
         graph[entry] = ZERO
     # The reverse order reads each weight before it is overwritten.
     for link in range(links - 1, -1, -1):
-        gene = HEAD + GENE * link
+        gene = HEAD_SIZE + GENE_SIZE * link
         weight = graph[link]
-        graph[gene + NUMBER] = first + link
+        graph[gene + INNOVATION] = first + link
         graph[gene + SOURCE] = link // outputs
         graph[gene + TARGET] = inputs + link % outputs
         graph[gene + WEIGHT] = weight
         graph[gene + ENABLED] = ONE
     graph[INPUTS] = inputs
     graph[OUTPUTS] = outputs
-    graph[LEDGER] = first + links - 1
-    graph[NEWEST] = ONE
+    graph[LAST_INNOVATION] = first + links - 1
+    graph[LAST_SPECIES] = ONE
     graph[SPECIES] = ONE
     graph[STALE] = ZERO
-    graph[STALE_OF_ALL] = ZERO
-    graph[BEST] = graph[BEST_OF_ALL] = -np.inf
+    graph[POPULATION_STALE] = ZERO
+    graph[BEST] = graph[POPULATION_BEST] = -np.inf
 
 
 @compiled
 def gene_offset(link: int) -> int:
     """Return the first entry of the gene of a link."""
-    return HEAD + GENE * link
+    return HEAD_SIZE + GENE_SIZE * link
 
 
 @compiled
 def link_capacity(graph: Graph) -> int:
     """Return the maximum number of links."""
-    return (graph.size - HEAD) // GENE
+    return (graph.size - HEAD_SIZE) // GENE_SIZE
 
 
 @compiled
 def count_links(graph: Graph) -> int:
     """Return the number of links, enabled or disabled."""
     links = 0
-    while links < link_capacity(graph) and graph[gene_offset(links) + NUMBER] > ZERO:
+    while links < link_capacity(graph) and graph[gene_offset(links) + INNOVATION] > ZERO:
         links += 1
     return links
 
@@ -123,7 +133,7 @@ def count_links(graph: Graph) -> int:
 @compiled
 def defines_node(graph: Graph, link: int) -> bool:
     """Return whether a link has the number of its target, which is a hidden node."""
-    return bool(graph[gene_offset(link) + NUMBER] == graph[gene_offset(link) + TARGET])
+    return bool(graph[gene_offset(link) + INNOVATION] == graph[gene_offset(link) + TARGET])
 
 
 @compiled
@@ -222,12 +232,12 @@ def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: An
         is_node = row >= first_output or (
             row - inputs < links and defines_node(graph, row - inputs)
         )
-        values[row] = UNKNOWN if is_node else ZERO
+        values[row] = NOT_COMPUTED if is_node else ZERO
     has_changed = True
     while has_changed:
         has_changed = False
         for row in range(inputs, values.size):
-            if values[row] == UNKNOWN:
+            if values[row] == NOT_COMPUTED:
                 is_complete, total = _sum_inputs(graph, inputs, outputs, links, values, row)
                 if is_complete:
                     values[row] = sigmoid(steepness * total)
@@ -251,7 +261,7 @@ def _sum_inputs(graph: Graph, inputs: int, outputs: int, links: int, values: Any
             source = node_row(graph, inputs, outputs, links, graph[gene + SOURCE], values.size)
             value = ONE if source < 0 else values[source]
             # An input may have the value UNKNOWN.
-            is_complete = is_complete and (source < inputs or value != UNKNOWN)
+            is_complete = is_complete and (source < inputs or value != NOT_COMPUTED)
             total += graph[gene + WEIGHT] * value
     return is_complete, total
 

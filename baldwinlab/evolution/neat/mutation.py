@@ -23,9 +23,9 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.neat.genome import (
     ENABLED,
-    GENE,
+    GENE_SIZE,
+    INNOVATION,
     INPUTS,
-    NUMBER,
     ONE,
     SOURCE,
     TARGET,
@@ -61,11 +61,15 @@ def cross(part: Any, mate: Graph, draws: Draws, child: Graph) -> None:
     for link in range(count_links(child)):
         gene = gene_offset(link)
         while (
-            mate_link < mate_links and mate[gene_offset(mate_link) + NUMBER] < child[gene + NUMBER]
+            mate_link < mate_links
+            and mate[gene_offset(mate_link) + INNOVATION] < child[gene + INNOVATION]
         ):
             mate_link += 1
         enabled = child[gene + ENABLED] > ZERO
-        if mate_link < mate_links and mate[gene_offset(mate_link) + NUMBER] == child[gene + NUMBER]:
+        if (
+            mate_link < mate_links
+            and mate[gene_offset(mate_link) + INNOVATION] == child[gene + INNOVATION]
+        ):
             enabled = enabled and mate[gene_offset(mate_link) + ENABLED] > ZERO
             if draws[FIRST_LINK_ROW + link, 0] >= 0.5:
                 child[gene + WEIGHT] = mate[gene_offset(mate_link) + WEIGHT]
@@ -190,7 +194,7 @@ def _find_equal_node(children: Genome, number: int, first: int, source: Any, tar
     for earlier in range(number):
         child = children[earlier, 0]
         for link in range(count_links(child)):
-            node = child[gene_offset(link) + NUMBER]
+            node = child[gene_offset(link) + INNOVATION]
             is_split = (
                 node >= first
                 and defines_node(child, link)
@@ -221,7 +225,7 @@ def _link_number(graph: Graph, source: Any, target: Any) -> Any:
             graph[gene_offset(link) + SOURCE] == source
             and graph[gene_offset(link) + TARGET] == target
         ):
-            number = graph[gene_offset(link) + NUMBER]
+            number = graph[gene_offset(link) + INNOVATION]
     return number
 
 
@@ -229,12 +233,12 @@ def _link_number(graph: Graph, source: Any, target: Any) -> Any:
 def _insert(graph: Graph, number: Any, source: Any, target: Any, weight: Any) -> None:
     """Insert an enabled gene in the order of innovation numbers."""
     link = count_links(graph)
-    while link > 0 and graph[gene_offset(link - 1) + NUMBER] > number:
-        for entry in range(GENE):
+    while link > 0 and graph[gene_offset(link - 1) + INNOVATION] > number:
+        for entry in range(GENE_SIZE):
             graph[gene_offset(link) + entry] = graph[gene_offset(link - 1) + entry]
         link -= 1
     gene = gene_offset(link)
-    graph[gene + NUMBER] = number
+    graph[gene + INNOVATION] = number
     graph[gene + SOURCE] = source
     graph[gene + TARGET] = target
     graph[gene + WEIGHT] = weight

@@ -24,7 +24,7 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
-    LEDGER,
+    LAST_INNOVATION,
     SPECIES,
     ZERO,
     init_minimal_graph,
@@ -298,7 +298,7 @@ class Neat(Variation, name="neat"):
         draws: Uniforms,
         children: Genome,
     ) -> None:
-        first = int(genome[0, 0, LEDGER]) + 1
+        first = int(genome[0, 0, LAST_INNOVATION]) + 1
         last = first - 1
         links = link_capacity(genome[0, 0])
         used = draws[: FIRST_LINK_ROW + links]
@@ -321,7 +321,7 @@ class Neat(Variation, name="neat"):
             last = add_node(part, used, children, child, first, last)
             last = add_link(part, used, children, child, first, last, marks)
         for child in range(children.shape[0]):
-            children[child, 0, LEDGER] = last
+            children[child, 0, LAST_INNOVATION] = last
         assign_species(part, key, genome, fitness, children)
 
     @staticmethod

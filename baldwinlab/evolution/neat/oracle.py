@@ -14,16 +14,16 @@ import numpy as np
 
 from baldwinlab.evolution.neat.genome import (
     BEST,
-    BEST_OF_ALL,
-    GENE,
-    HEAD,
+    GENE_SIZE,
+    HEAD_SIZE,
     INPUTS,
-    LEDGER,
-    NEWEST,
+    LAST_INNOVATION,
+    LAST_SPECIES,
     OUTPUTS,
+    POPULATION_BEST,
+    POPULATION_STALE,
     SPECIES,
     STALE,
-    STALE_OF_ALL,
 )  # fmt: skip
 from baldwinlab.evolution.neat.species import SMALL_NETWORK
 from baldwinlab.parts.breeding import ITSELF
@@ -34,7 +34,7 @@ Genes = dict[int, list[float]]
 
 def read_genes(graph: Any) -> Genes:
     """Return the genes of a network [entry]."""
-    genes = [graph[first : first + GENE] for first in range(HEAD, len(graph), GENE)]
+    genes = [graph[first : first + GENE_SIZE] for first in range(HEAD_SIZE, len(graph), GENE_SIZE)]
     return {
         int(number): [source, target, weight, enabled]
         for number, source, target, weight, enabled in genes
@@ -115,8 +115,8 @@ def _species_status(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
 def _population_status(genome: Any, fitness: Any) -> tuple[float, int]:
     """Return the best fitness of all generations, and the generations without its increase."""
     best = float(np.float32(max(fitness)))
-    before = genome[0][0][BEST_OF_ALL]
-    return max(best, before), 0 if best > before else int(genome[0][0][STALE_OF_ALL]) + 1
+    before = genome[0][0][POPULATION_BEST]
+    return max(best, before), 0 if best > before else int(genome[0][0][POPULATION_STALE]) + 1
 
 
 def _breeding(part: Any, genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
@@ -193,8 +193,8 @@ def children(
     part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any
 ) -> list[list[list[float]]]:
     """Return the genomes of the children under the variation `neat`."""
-    max_links = (len(genome[0][0]) - HEAD) // GENE
-    innovations = _Innovations(int(genome[0][0][LEDGER]))
+    max_links = (len(genome[0][0]) - HEAD_SIZE) // GENE_SIZE
+    innovations = _Innovations(int(genome[0][0][LAST_INNOVATION]))
     offspring: list[Genes] = []
     for (first_parent, second_parent), (of_child, of_new, *of_links) in zip(
         pairs, draws, strict=True
@@ -290,7 +290,7 @@ def _heads(
     for count, (number, status) in enumerate(all_species.items()):
         member = status["members"][int(draws[count][1][3] * len(status["members"]))]
         species.append((number, read_genes(genome[member][0]), status["best"], status["stale"]))
-    newest = genome[0][0][NEWEST]
+    newest = genome[0][0][LAST_SPECIES]
     heads = []
     for genes in offspring:
         species_of_child = next(
@@ -304,19 +304,19 @@ def _heads(
         if species_of_child is None:
             newest += 1
             species.append(species_of_child := (newest, genes, -inf, 0))
-        head = list(genome[0][0][:HEAD])
+        head = list(genome[0][0][:HEAD_SIZE])
         head[SPECIES] = species_of_child[0]
         head[BEST] = species_of_child[2]
         head[STALE] = species_of_child[3]
-        head[LEDGER] = ledger
-        head[BEST_OF_ALL] = best_of_all
-        head[STALE_OF_ALL] = stale_of_all
+        head[LAST_INNOVATION] = ledger
+        head[POPULATION_BEST] = best_of_all
+        head[POPULATION_STALE] = stale_of_all
         heads.append(head)
     for head in heads:
-        head[NEWEST] = newest
+        head[LAST_SPECIES] = newest
     return heads
 
 
 def _write_genome(head: list[float], genes: Genes, max_links: int) -> list[float]:
     entries = [entry for number, gene in sorted(genes.items()) for entry in (number, *gene)]
-    return [*head, *entries, *[0.0] * (GENE * (max_links - len(genes)))]
+    return [*head, *entries, *[0.0] * (GENE_SIZE * (max_links - len(genes)))]

@@ -24,12 +24,12 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.neat.genome import (
     BEST,
-    BEST_OF_ALL,
-    NEWEST,
-    NUMBER,
+    INNOVATION,
+    LAST_SPECIES,
+    POPULATION_BEST,
+    POPULATION_STALE,
     SPECIES,
     STALE,
-    STALE_OF_ALL,
     WEIGHT,
     ZERO,
     Graph,
@@ -59,13 +59,13 @@ def distance(part: Any, first: Graph, second: Graph) -> float:
     while first_link < first_links and second_link < second_links:
         a = gene_offset(first_link)
         b = gene_offset(second_link)
-        if first[a + NUMBER] == second[b + NUMBER]:
+        if first[a + INNOVATION] == second[b + INNOVATION]:
             difference += abs(np.float64(first[a + WEIGHT]) - np.float64(second[b + WEIGHT]))
             matching += 1
         else:
             disjoint += 1
-        advances_first = first[a + NUMBER] <= second[b + NUMBER]
-        advances_second = first[a + NUMBER] >= second[b + NUMBER]
+        advances_first = first[a + INNOVATION] <= second[b + INNOVATION]
+        advances_second = first[a + INNOVATION] >= second[b + INNOVATION]
         first_link += int(advances_first)
         second_link += int(advances_second)
     excess = first_links - first_link + second_links - second_link
@@ -128,8 +128,8 @@ def population_status(genome: Genome, fitness: Fitness) -> Any:
     best = -math.inf
     for agent in range(fitness.size):
         best = max(best, np.float64(np.float32(fitness[agent])))
-    before = np.float64(genome[0, 0, BEST_OF_ALL])
-    return max(best, before), 0 if best > before else int(genome[0, 0, STALE_OF_ALL]) + 1
+    before = np.float64(genome[0, 0, POPULATION_BEST])
+    return max(best, before), 0 if best > before else int(genome[0, 0, POPULATION_STALE]) + 1
 
 
 @compiled
@@ -171,8 +171,8 @@ def assign_species(
     best_of_all, stale_of_all = population_status(genome, fitness)
     for child in range(children.shape[0]):
         children[child, 0, SPECIES] = ZERO
-        children[child, 0, BEST_OF_ALL] = np.float32(best_of_all)
-        children[child, 0, STALE_OF_ALL] = np.float32(stale_of_all)
+        children[child, 0, POPULATION_BEST] = np.float32(best_of_all)
+        children[child, 0, POPULATION_STALE] = np.float32(stale_of_all)
     species = next_species(genome, 0)
     count = 0
     while species > ZERO:
@@ -184,13 +184,13 @@ def assign_species(
         _add_children(part, representative, species, np.float32(best), stale, children)
         species = next_species(genome, species)
         count = count + 1
-    newest = genome[0, 0, NEWEST]
+    newest = genome[0, 0, LAST_SPECIES]
     for child in range(children.shape[0]):
         if children[child, 0, SPECIES] == ZERO:
             newest += np.float32(1)
             _add_children(part, children[child, 0], newest, np.float32(-math.inf), 0, children)
     for child in range(children.shape[0]):
-        children[child, 0, NEWEST] = newest
+        children[child, 0, LAST_SPECIES] = newest
 
 
 @compiled

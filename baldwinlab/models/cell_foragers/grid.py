@@ -12,12 +12,12 @@ from baldwinlab.engine.simd import square_root
 from baldwinlab.parts import LIFE, philox, unit
 
 # Cells per edge.
-SIDE: Final = 10
+GRID_SIZE: Final = 10
 # Number of items.
-FOOD: Final = 10
+N_FOOD_ITEMS: Final = 10
 # Number of random draws that are reserved for an environment.
-DRAWS: Final = 4096
-FARTHEST: Final = np.float32(SIDE - 1) * np.float32(1.4142135)
+DRAWS_PER_ENVIRONMENT: Final = 4096
+MAX_DISTANCE: Final = np.float32(GRID_SIZE - 1) * np.float32(1.4142135)
 ZERO = np.float32(0)
 ONE = np.float32(1)
 
@@ -44,7 +44,7 @@ def draw_words(visit: Visit, draw: Any) -> Any:
 @compiled
 def draw_cell(word: Any) -> int:
     """Return a cell from a random word. Cells are numbered row by row."""
-    return int(unit(word) * np.float32(SIDE * SIDE))
+    return int(unit(word) * np.float32(GRID_SIZE * GRID_SIZE))
 
 
 @compiled
@@ -69,22 +69,24 @@ def sense_food(food: Any, cell: Any, heading: Any) -> Any:
     The angle is clockwise from the heading, as a share of a turn. The distance is a share of the
     largest distance.
     """
-    nearest = 2 * SIDE * SIDE
+    nearest = 2 * GRID_SIZE * GRID_SIZE
     u = 0
     v = 0
     for item in range(food.size):
         if food[item] >= 0:
-            dx = food[item] % SIDE - cell % SIDE
-            dy = food[item] // SIDE - cell // SIDE
+            dx = food[item] % GRID_SIZE - cell % GRID_SIZE
+            dy = food[item] // GRID_SIZE - cell // GRID_SIZE
             if dx * dx + dy * dy < nearest:
                 nearest = dx * dx + dy * dy
                 u = dx
                 v = dy
-    if nearest == 2 * SIDE * SIDE:
+    if nearest == 2 * GRID_SIZE * GRID_SIZE:
         return ZERO, ONE
     for _ in range(heading):
         u, v = v, -u
-    return share_of_turn(np.float32(u), np.float32(v)), square_root(np.float32(nearest)) / FARTHEST
+    return share_of_turn(np.float32(u), np.float32(v)), square_root(
+        np.float32(nearest)
+    ) / MAX_DISTANCE
 
 
 @compiled
@@ -95,10 +97,10 @@ def execute_action(action: Any, cell: Any, heading: Any) -> Any:
     if action == 2:
         return cell, (heading + 3) % 4
     if action == 3:
-        x = cell % SIDE + int(heading == 0) - int(heading == 2)
-        y = cell // SIDE + int(heading == 1) - int(heading == 3)
-        if 0 <= x < SIDE and 0 <= y < SIDE:
-            return y * SIDE + x, heading
+        x = cell % GRID_SIZE + int(heading == 0) - int(heading == 2)
+        y = cell // GRID_SIZE + int(heading == 1) - int(heading == 3)
+        if 0 <= x < GRID_SIZE and 0 <= y < GRID_SIZE:
+            return y * GRID_SIZE + x, heading
     return cell, heading
 
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.models.cell_foragers.grid import (
-    DRAWS,
+    DRAWS_PER_ENVIRONMENT,
     Visit,
     draw_cell,
     draw_words,
@@ -19,8 +19,8 @@ from baldwinlab.models.cell_foragers.grid import (
     sense_food,
 )
 from baldwinlab.models.cell_foragers.network import (
-    ACTIONS,
-    INPUTS,
+    N_ACTION_OUTPUTS,
+    N_INPUTS,
     Activations,
     Layers,
     backpropagate,
@@ -30,7 +30,7 @@ from baldwinlab.parts import unit
 
 HALF = np.float32(0.5)
 # Learning targets.
-NOTHING: Final = 0
+NO_TARGET: Final = 0
 INHERITED_TEACHER: Final = 1
 NEXT_SENSATION: Final = 2
 NOISE: Final = 3
@@ -114,7 +114,7 @@ def simulate_lifetimes(
                     runs[run],
                     settings.generation,
                     settings.first_agent + agent,
-                    environment * DRAWS,
+                    environment * DRAWS_PER_ENVIRONMENT,
                 )
                 slot = environment % recorded
                 course = Course(results.food[slot], results.track[slot])
@@ -154,7 +154,7 @@ def _visit_environment(
         course.track[move, 0] = cell
         course.track[move, 1] = heading
         action = _read_action(settings.layers, values)
-        if settings.target == NOTHING:
+        if settings.target == NO_TARGET:
             # Without learning, an agent in an earlier state with the same food repeats its moves.
             state = 16 * cell + 4 * heading + action
             if state == reference_state and eaten == reference_eaten:
@@ -174,7 +174,7 @@ def _visit_environment(
 @compiled
 def _read_action(layers: Layers, values: Any) -> int:
     """Return the action that the outputs plan."""
-    first = INPUTS + layers.hidden
+    first = N_INPUTS + layers.hidden
     return 2 * int(values[first] > HALF) + int(values[first + 1] > HALF)
 
 
@@ -185,19 +185,19 @@ def _learn(
     """Change the weights of the action module. The targets are the next sensation."""
     layers = settings.layers
     if settings.target == INHERITED_TEACHER:
-        for k in range(INPUTS):
+        for k in range(N_INPUTS):
             units.teacher[k] = units.values[k]
         compute_outputs(layers, modules.teaching, units.teacher)
-        for k in range(ACTIONS):
-            units.targets[k] = units.teacher[INPUTS + layers.hidden + k]
+        for k in range(N_ACTION_OUTPUTS):
+            units.targets[k] = units.teacher[N_INPUTS + layers.hidden + k]
         backpropagate(layers, modules.action, units, 0)
     elif settings.target == NEXT_SENSATION:
-        backpropagate(layers, modules.action, units, ACTIONS)
+        backpropagate(layers, modules.action, units, N_ACTION_OUTPUTS)
     elif settings.target == NOISE:
-        words = draw_words(visit, DRAWS - 1 - move)
+        words = draw_words(visit, DRAWS_PER_ENVIRONMENT - 1 - move)
         units.targets[0] = unit(words[0])
         units.targets[1] = unit(words[1])
-        backpropagate(layers, modules.action, units, ACTIONS)
+        backpropagate(layers, modules.action, units, N_ACTION_OUTPUTS)
 
 
 @compiled

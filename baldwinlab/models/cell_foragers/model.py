@@ -10,19 +10,19 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.models.cell_foragers.grid import FOOD, SIDE
+from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
 from baldwinlab.models.cell_foragers.lifetimes import (
     INHERITED_TEACHER,
     NEXT_SENSATION,
+    NO_TARGET,
     NOISE,
-    NOTHING,
     ForagingResults,
     ForagingSettings,
     Scratch,
     simulate_lifetimes,
 )
-from baldwinlab.models.cell_foragers.network import ACTIONS, INPUTS, Activations, Layers
-from baldwinlab.models.grid_frames import foraged
+from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
+from baldwinlab.models.grid_frames import make_foraging_frames
 from baldwinlab.parts import (
     FOUNDER,
     OF_AGENT,
@@ -36,7 +36,7 @@ from baldwinlab.parts import (
 )
 
 TARGETS: Final = {
-    "none": NOTHING,
+    "none": NO_TARGET,
     "auto-teaching": INHERITED_TEACHER,
     "prediction": NEXT_SENSATION,
     "random-targets": NOISE,
@@ -67,7 +67,7 @@ def _view_lifetime(
         environments=environments,
         recorded=environments,
     )
-    return foraged(SIDE, results.food, results.track, "environment")
+    return make_foraging_frames(GRID_SIZE, results.food, results.track, "environment")
 
 
 class CellForagers(Model, name="cell-foragers"):
@@ -149,13 +149,13 @@ class CellForagers(Model, name="cell-foragers"):
     @property
     def outputs(self) -> int:
         """Return the number of outputs: two for the action, and two if targets are additional."""
-        return ACTIONS + (2 if self.learning in ("prediction", "random-targets") else 0)
+        return N_ACTION_OUTPUTS + (2 if self.learning in ("prediction", "random-targets") else 0)
 
     def without_learning(self) -> CellForagers:
         return self.model_copy(update={"learning_rate": 0.0})
 
     def weights(self) -> int:
-        return (INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
+        return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         modules = len(self.modules)
@@ -217,16 +217,16 @@ class CellForagers(Model, name="cell-foragers"):
         ForagingResults
             Learned weights, eaten items and the recorded courses.
         """
-        units = INPUTS + self.hidden_units + self.outputs
+        units = N_INPUTS + self.hidden_units + self.outputs
         settings = ForagingSettings(
             seed,
             generation,
             first_agent,
-            TARGETS[self.learning] if self.learns else NOTHING,
+            TARGETS[self.learning] if self.learns else NO_TARGET,
             Layers(self.hidden_units, self.outputs, np.float32(self.learning_rate)),
         )
         scratch = Scratch(
-            poison.empty(FOOD, np.int64),
+            poison.empty(N_FOOD_ITEMS, np.int64),
             Activations(
                 poison.empty(units, np.float32),
                 poison.empty(units, np.float32),
@@ -236,7 +236,7 @@ class CellForagers(Model, name="cell-foragers"):
         results = ForagingResults(
             genomes[:, :, 0].copy(),
             poison.empty((*genomes.shape[:2], environments), np.int32),
-            poison.empty((recorded, FOOD), np.int64),
+            poison.empty((recorded, N_FOOD_ITEMS), np.int64),
             poison.empty((recorded, self.steps_per_environment, 2), np.int64),
         )
         teaching = np.ascontiguousarray(genomes[:, :, -1])

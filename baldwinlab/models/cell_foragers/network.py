@@ -11,9 +11,9 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 
 # The angle and the distance of the nearest food, and the two bits of the next action.
-INPUTS: Final = 4
+N_INPUTS: Final = 4
 # Number of outputs for the planned action.
-ACTIONS: Final = 2
+N_ACTION_OUTPUTS: Final = 2
 ZERO = np.float32(0)
 ONE = np.float32(1)
 
@@ -43,16 +43,16 @@ def compute_outputs(layers: Layers, weights: Any, values: Any) -> None:
     hidden = layers.hidden
     outputs = layers.outputs
     for hidden_unit in range(hidden):
-        total = weights[INPUTS * hidden + hidden_unit]
-        for i in range(INPUTS):
+        total = weights[N_INPUTS * hidden + hidden_unit]
+        for i in range(N_INPUTS):
             total += weights[i * hidden + hidden_unit] * values[i]
-        values[INPUTS + hidden_unit] = sigmoid(total)
-    after = (INPUTS + 1) * hidden
+        values[N_INPUTS + hidden_unit] = sigmoid(total)
+    after = (N_INPUTS + 1) * hidden
     for k in range(outputs):
         total = weights[after + hidden * outputs + k]
         for hidden_unit in range(hidden):
-            total += weights[after + hidden_unit * outputs + k] * values[INPUTS + hidden_unit]
-        values[INPUTS + hidden + k] = sigmoid(total)
+            total += weights[after + hidden_unit * outputs + k] * values[N_INPUTS + hidden_unit]
+        values[N_INPUTS + hidden + k] = sigmoid(total)
 
 
 @compiled
@@ -62,12 +62,12 @@ def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) 
     outputs = layers.outputs
     rate = layers.rate
     values = units.values
-    first_output = INPUTS + hidden + first
+    first_output = N_INPUTS + hidden + first
     first_error = _output_error(values[first_output], units.targets[0])
     second_error = _output_error(values[first_output + 1], units.targets[1])
-    output_weights = (INPUTS + 1) * hidden + first
+    output_weights = (N_INPUTS + 1) * hidden + first
     for hidden_unit in range(hidden):
-        h = values[INPUTS + hidden_unit]
+        h = values[N_INPUTS + hidden_unit]
         weight = output_weights + hidden_unit * outputs
         error = ZERO
         error += first_error * weights[weight]
@@ -75,9 +75,9 @@ def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) 
         weights[weight] -= rate * first_error * h
         weights[weight + 1] -= rate * second_error * h
         error = error * h * (ONE - h)
-        for i in range(INPUTS):
+        for i in range(N_INPUTS):
             weights[i * hidden + hidden_unit] -= rate * error * values[i]
-        weights[INPUTS * hidden + hidden_unit] -= rate * error
+        weights[N_INPUTS * hidden + hidden_unit] -= rate * error
     biases = output_weights + hidden * outputs
     weights[biases] -= rate * first_error
     weights[biases + 1] -= rate * second_error

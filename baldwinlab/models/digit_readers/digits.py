@@ -13,10 +13,10 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-PIXELS = 35
-DIGITS = 10
+N_PIXELS = 35
+N_DIGITS = 10
 # Generation number of the random numbers for the digits.
-BEFORE_LIFE: Final = 2**32 - 1
+DIGITS_GENERATION: Final = 2**32 - 1
 BITMAPS: Final = """
 .###. ..#.. .###. ####. #..#. ##### .###. ##### .###. .###.
 #...# .##.. #...# ....# #..#. #.... #.... ....# #...# #...#
@@ -32,7 +32,7 @@ def read_bitmaps() -> npt.NDArray[np.float32]:
     """Return the ten digits as an array [digit, pixel], where 1 is ink."""
     rows = [line.split() for line in BITMAPS.strip().splitlines()]
     return np.array(
-        [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(DIGITS)],
+        [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(N_DIGITS)],
         np.float32,
     )
 
@@ -58,11 +58,12 @@ def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArr
         Training set and test set, ordered by digit. The array is read-only.
     """
     is_inverted = (
-        uniforms(seed, run, BEFORE_LIFE, LIFE, (2 * DIGITS * copies, PIXELS))[:, :, 0] < noise
+        uniforms(seed, run, DIGITS_GENERATION, LIFE, (2 * N_DIGITS * copies, N_PIXELS))[:, :, 0]
+        < noise
     )
     images = np.abs(
         np.tile(np.repeat(read_bitmaps(), copies, axis=0), (2, 1)) - is_inverted
     ).astype(np.float32)
     # The array is cached.
     images.flags.writeable = False
-    return images.reshape(2, DIGITS * copies, PIXELS)
+    return images.reshape(2, N_DIGITS * copies, N_PIXELS)

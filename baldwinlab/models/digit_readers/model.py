@@ -10,9 +10,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.models.digit_readers.digits import DIGITS, PIXELS, draw_digit_sets
+from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets
 from baldwinlab.models.digit_readers.training import train_and_test
-from baldwinlab.models.digit_readers.variation import LARGEST, LEVEL_STEP, LEVELS
+from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
 from baldwinlab.parts import (
     FOUNDER,
     OF_AGENT,
@@ -105,13 +105,13 @@ class DigitReaders(Model, name="digit-readers"):
         return self.model_copy(update={"trials": 0})
 
     def weights(self) -> int:
-        return (PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * DIGITS
+        return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        levels = (LEVELS * key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(
+        levels = (N_LEVELS * key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(
             np.int64
         )
-        drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - LARGEST
+        drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
         return drawn
 
     def simulate(
@@ -120,7 +120,7 @@ class DigitReaders(Model, name="digit-readers"):
         learned = genomes[:, :, 0].copy()
         used = poison.empty(learned.shape[:2], np.int32)
         wrong = poison.empty((*learned.shape[:2], 2), np.int32)
-        scratch = poison.empty((3, max(self.hidden_units, DIGITS)), np.float32)
+        scratch = poison.empty((3, max(self.hidden_units, N_DIGITS)), np.float32)
         for row, run in enumerate(runs):
             numbers = np.array(
                 [
@@ -145,7 +145,7 @@ class DigitReaders(Model, name="digit-readers"):
                 used[row],
                 wrong[row],
             )
-        errors = wrong / (DIGITS * self.tests_per_digit)
+        errors = wrong / (N_DIGITS * self.tests_per_digit)
         innate = errors[:, :, 0].astype(np.float32)
         error = errors[:, :, 1].astype(np.float32)
         energy = 1 - errors[:, :, 1]

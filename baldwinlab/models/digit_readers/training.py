@@ -8,7 +8,7 @@ import numpy as np
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.models.digit_readers.digits import DIGITS, PIXELS
+from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS
 from baldwinlab.parts import (
     LIFE,
     philox,
@@ -63,7 +63,7 @@ def train_and_test(
     units = scratch[0]
     outputs = scratch[1]
     errors = scratch[2]
-    copies = test_set.shape[0] // DIGITS
+    copies = test_set.shape[0] // N_DIGITS
     for agent in range(used.size):
         agent_weights = weights[agent]
         share = unit(philox(0, agent, generation, LIFE, seed, run)[0])
@@ -99,13 +99,13 @@ def _count_wrong(
     An answer is wrong if another output is the largest. If `strict`, an answer is wrong if any
     output is on the wrong side of 1/2.
     """
-    copies = test_set.shape[0] // DIGITS
+    copies = test_set.shape[0] // N_DIGITS
     wrong = 0
     for image in range(test_set.shape[0]):
         _forward(test_set[image], weights, hidden, units, outputs)
         strongest = 0
         has_wrong_side = False
-        for digit in range(DIGITS):
+        for digit in range(N_DIGITS):
             if outputs[digit] > outputs[strongest]:
                 strongest = digit
             has_wrong_side = has_wrong_side or (outputs[digit] > HALF) != (digit == image // copies)
@@ -117,19 +117,19 @@ def _count_wrong(
 def _forward(pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any) -> None:
     """Fill `units` and `outputs`. All units are logistic and have a bias."""
     for hidden_unit in range(hidden):
-        units[hidden_unit] = weights[PIXELS * hidden + hidden_unit]
-    for pixel in range(PIXELS):
+        units[hidden_unit] = weights[N_PIXELS * hidden + hidden_unit]
+    for pixel in range(N_PIXELS):
         if pixels[pixel] > ZERO:
             for hidden_unit in range(hidden):
                 units[hidden_unit] += weights[pixel * hidden + hidden_unit]
-    after = (PIXELS + 1) * hidden
-    for digit in range(DIGITS):
-        outputs[digit] = weights[after + hidden * DIGITS + digit]
+    after = (N_PIXELS + 1) * hidden
+    for digit in range(N_DIGITS):
+        outputs[digit] = weights[after + hidden * N_DIGITS + digit]
     for hidden_unit in range(hidden):
         units[hidden_unit] = sigmoid(units[hidden_unit])
-        for digit in range(DIGITS):
-            outputs[digit] += weights[after + hidden_unit * DIGITS + digit] * units[hidden_unit]
-    for digit in range(DIGITS):
+        for digit in range(N_DIGITS):
+            outputs[digit] += weights[after + hidden_unit * N_DIGITS + digit] * units[hidden_unit]
+    for digit in range(N_DIGITS):
         outputs[digit] = sigmoid(outputs[digit])
 
 
@@ -148,22 +148,22 @@ def _train(
 
     The target is 1 for the output of the digit `digit_shown`, and 0 for the other outputs.
     """
-    after = (PIXELS + 1) * hidden
-    for digit in range(DIGITS):
+    after = (N_PIXELS + 1) * hidden
+    for digit in range(N_DIGITS):
         y = outputs[digit]
         errors[digit] = rate * (y - (ONE if digit == digit_shown else ZERO)) * y * (ONE - y)
     for hidden_unit in range(hidden):
         h = units[hidden_unit]
         error = ZERO
-        for digit in range(DIGITS):
-            weight = after + hidden_unit * DIGITS + digit
+        for digit in range(N_DIGITS):
+            weight = after + hidden_unit * N_DIGITS + digit
             error += errors[digit] * weights[weight]
             weights[weight] -= errors[digit] * h
         units[hidden_unit] = error * h * (ONE - h)
-        weights[PIXELS * hidden + hidden_unit] -= units[hidden_unit]
-    for digit in range(DIGITS):
-        weights[after + hidden * DIGITS + digit] -= errors[digit]
-    for pixel in range(PIXELS):
+        weights[N_PIXELS * hidden + hidden_unit] -= units[hidden_unit]
+    for digit in range(N_DIGITS):
+        weights[after + hidden * N_DIGITS + digit] -= errors[digit]
+    for pixel in range(N_PIXELS):
         if pixels[pixel] > ZERO:
             for hidden_unit in range(hidden):
                 weights[pixel * hidden + hidden_unit] -= units[hidden_unit]

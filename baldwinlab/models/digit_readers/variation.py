@@ -16,11 +16,11 @@ from baldwinlab.parts import (
 )
 
 # Number of levels of a weight.
-LEVELS: Final = 16
-LARGEST: Final = np.float32(2)
+N_LEVELS: Final = 16
+MAX_WEIGHT: Final = np.float32(2)
 # Difference between two successive levels.
 LEVEL_STEP: Final = np.float32(4 / 15)
-HIGHEST: Final = np.float32(LEVELS - 1)
+MAX_LEVEL: Final = np.float32(N_LEVELS - 1)
 HALF = np.float32(0.5)
 ZERO = np.float32(0)
 
@@ -94,5 +94,5 @@ def _flip_bits(weight: Any, draws: Any, rate: float) -> Any:
         flipped += (1 << bit) if draws[bit] < rate else 0
     if flipped == 0:
         return weight
-    level = int(min(max((weight + LARGEST) / LEVEL_STEP + HALF, ZERO), HIGHEST)) ^ flipped
-    return np.float32(level) * LEVEL_STEP - LARGEST
+    level = int(min(max((weight + MAX_WEIGHT) / LEVEL_STEP + HALF, ZERO), MAX_LEVEL)) ^ flipped
+    return np.float32(level) * LEVEL_STEP - MAX_WEIGHT

@@ -27,16 +27,16 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.models.erl.world import (
     AGENT,
+    AGENT_SIGHT,
     AGENTS,
     BORN,
     CARNIVORE,
     CORPSE,
     EMPTY,
-    KINDS,
     LEARNED,
-    NONE,
+    N_SENSED_KINDS,
+    NO_NUMBER,
     PLANT,
-    SIGHT,
     TREE,
     WALL,
     ErlWorld,
@@ -47,12 +47,12 @@ from baldwinlab.models.erl.world import (
 )
 
 # Six kinds of cells in four directions, health, energy, whether the agent is in a tree, and a bias.
-INPUTS = 4 * KINDS + 4
-OUTPUTS = 2
-BITS_OF_WEIGHT: Final = 4
-BITS: Final = BITS_OF_WEIGHT * INPUTS * (1 + OUTPUTS)
+N_INPUTS = 4 * N_SENSED_KINDS + 4
+N_OUTPUTS = 2
+BITS_PER_WEIGHT: Final = 4
+N_BITS: Final = BITS_PER_WEIGHT * N_INPUTS * (1 + N_OUTPUTS)
 # Largest distance to a mate, in cells.
-REACH: Final = 10
+MAX_MATE_DISTANCE: Final = 10
 ONE = np.float32(1)
 ZERO = np.float32(0)
 
@@ -63,31 +63,31 @@ def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
 
     The nearness is 1 in the next cell, 0.5 at the limit of sight, and 0 without such a cell.
     """
-    for number in range(INPUTS):
+    for number in range(N_INPUTS):
         inputs[number] = ZERO
     for direction in range(4):
         cell = world.position[agent]
         is_blocked = False
-        for distance in range(SIGHT):
+        for distance in range(AGENT_SIGHT):
             if not is_blocked:
                 cell = neighbor_cell(rules, cell, direction)
                 kind = int(world.kind[cell])
                 is_blocked = kind == WALL
-                if kind != EMPTY and inputs[direction * KINDS + kind] == ZERO:
-                    inputs[direction * KINDS + kind] = np.float32(
-                        1.0 - distance / (2.0 * (SIGHT - 1))
+                if kind != EMPTY and inputs[direction * N_SENSED_KINDS + kind] == ZERO:
+                    inputs[direction * N_SENSED_KINDS + kind] = np.float32(
+                        1.0 - distance / (2.0 * (AGENT_SIGHT - 1))
                     )
-    inputs[4 * KINDS] = np.float32(world.health[agent])
-    inputs[4 * KINDS + 1] = np.float32(world.energy[agent])
-    inputs[4 * KINDS + 2] = ONE if world.kind[world.position[agent]] == TREE else ZERO
-    inputs[4 * KINDS + 3] = ONE
+    inputs[4 * N_SENSED_KINDS] = np.float32(world.health[agent])
+    inputs[4 * N_SENSED_KINDS + 1] = np.float32(world.energy[agent])
+    inputs[4 * N_SENSED_KINDS + 2] = ONE if world.kind[world.position[agent]] == TREE else ZERO
+    inputs[4 * N_SENSED_KINDS + 3] = ONE
 
 
 @compiled
 def activate(weights: Any, inputs: Any) -> Any:
     """Compute the activation of one output, in (0, 1)."""
     total = ZERO
-    for number in range(INPUTS):
+    for number in range(N_INPUTS):
         total += weights[number] * inputs[number]
     return sigmoid(total)
 
@@ -101,7 +101,7 @@ def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any
     activation = activate(weights, inputs)
     target = np.float32(action) if is_better else ONE - np.float32(action)
     change = rate * (target - activation) * activation * (ONE - activation)
-    for number in range(INPUTS):
+    for number in range(N_INPUTS):
         weights[number] += change * inputs[number]
 
 
@@ -123,7 +123,7 @@ def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
         and evaluation != world.last_evaluation[agent]
     ):
         is_better = evaluation > world.last_evaluation[agent]
-        for output in range(OUTPUTS):
+        for output in range(N_OUTPUTS):
             rate = rules.positive_learning_rate if is_better else rules.negative_learning_rate
             reinforce(
                 world.action_weights[agent, output],
@@ -133,11 +133,11 @@ def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
                 rate,
             )
         world.counts[LEARNED] += 1
-    for output in range(OUTPUTS):
+    for output in range(N_OUTPUTS):
         world.last_action[agent, output] = int(
             drawn[output] < activate(world.action_weights[agent, output], inputs)
         )
-    for number in range(INPUTS):
+    for number in range(N_INPUTS):
         world.last_inputs[agent, number] = inputs[number]
     world.last_evaluation[agent] = evaluation
     _move_or_attack(
@@ -157,7 +157,7 @@ def _move_or_attack(rules: Any, world: ErlWorld, agent: int, direction: int) -> 
         world.health[occupant] -= rules.attack_damage
     elif kind == CARNIVORE:
         world.carnivore_health[occupant] -= rules.attack_damage
-    elif kind != TREE or occupant == NONE:
+    elif kind != TREE or occupant == NO_NUMBER:
         gain = 0.0
         if kind == PLANT:
             gain = rules.plant_energy
@@ -176,7 +176,7 @@ def _move_or_attack(rules: Any, world: ErlWorld, agent: int, direction: int) -> 
 def leave_cell(world: ErlWorld, agent: int) -> None:
     """Remove the agent from its cell."""
     cell = world.position[agent]
-    world.occupant[cell] = NONE
+    world.occupant[cell] = NO_NUMBER
     if world.kind[cell] == AGENT:
         world.kind[cell] = EMPTY
 
@@ -187,7 +187,7 @@ def place_founders(rules: Any, world: ErlWorld, genomes: Any) -> None:
     for number in range(genomes.shape[0]):
         cell = random_empty_cell(rules, world)
         if cell >= 0:
-            for bit in range(BITS):
+            for bit in range(N_BITS):
                 world.bits[world.counts[AGENTS], bit] = int(genomes[number, bit] > ZERO)
             add_agent(rules, world, cell)
 
@@ -203,11 +203,11 @@ def add_agent(rules: Any, world: ErlWorld, cell: int) -> None:
     world.energy[agent] = rules.initial_energy
     world.health[agent] = 1.0
     world.last_action[agent, 0] = world.last_action[agent, 1] = -1
-    for number in range(INPUTS):
+    for number in range(N_INPUTS):
         world.evaluation_weights[agent, number] = decode_weight(rules, world.bits[agent], number)
-        for output in range(OUTPUTS):
+        for output in range(N_OUTPUTS):
             world.action_weights[agent, output, number] = decode_weight(
-                rules, world.bits[agent], INPUTS * (1 + output) + number
+                rules, world.bits[agent], N_INPUTS * (1 + output) + number
             )
 
 
@@ -215,8 +215,8 @@ def add_agent(rules: Any, world: ErlWorld, cell: int) -> None:
 def decode_weight(rules: Any, bits: Any, number: int) -> Any:
     """Return a weight from its four bits: one of sixteen values in [-range, range]."""
     value = 0
-    for bit in range(BITS_OF_WEIGHT):
-        value = 2 * value + int(bits[BITS_OF_WEIGHT * number + bit])
+    for bit in range(BITS_PER_WEIGHT):
+        value = 2 * value + int(bits[BITS_PER_WEIGHT * number + bit])
     return rules.weight_range * np.float32(2 * value - 15) / np.float32(15)
 
 
@@ -229,17 +229,17 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
     child = world.counts[AGENTS]
     if world.energy[agent] < rules.reproduction_threshold or child == rules.max_agents:
         return
-    cell = NONE
+    cell = NO_NUMBER
     first = int(draw_uniforms(world)[0] * np.float32(4))
     for turn in range(4):
         neighbor = neighbor_cell(rules, world.position[agent], (first + turn) % 4)
-        cell = neighbor if cell == NONE and world.kind[neighbor] == EMPTY else cell
-    if cell == NONE:
+        cell = neighbor if cell == NO_NUMBER and world.kind[neighbor] == EMPTY else cell
+    if cell == NO_NUMBER:
         return
     if rules.inherits:
         _cross(rules, world, agent, _nearest_mate(rules, world, agent), child)
     else:
-        for first_bit in range(0, BITS, 4):
+        for first_bit in range(0, N_BITS, 4):
             drawn = draw_uniforms(world)
             for bit in range(4):
                 world.bits[child, first_bit + bit] = int(drawn[bit] < np.float32(0.5))
@@ -252,7 +252,7 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
 def _nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
     """Return the nearest other agent within reach, or the agent itself if there is none."""
     mate = agent
-    nearest = REACH * REACH + 1
+    nearest = MAX_MATE_DISTANCE * MAX_MATE_DISTANCE + 1
     x = world.position[agent] % rules.grid_size
     y = world.position[agent] // rules.grid_size
     for candidate in range(world.counts[AGENTS]):
@@ -268,8 +268,8 @@ def _nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
 def _cross(rules: Any, world: ErlWorld, first: int, second: int, child: int) -> None:
     """Copy the bits of `first`, with those of `second` between two cuts, and mutate each bit."""
     drawn = draw_uniforms(world)
-    cuts = int(drawn[0] * np.float32(BITS + 1)), int(drawn[1] * np.float32(BITS + 1))
-    for first_bit in range(0, BITS, 4):
+    cuts = int(drawn[0] * np.float32(N_BITS + 1)), int(drawn[1] * np.float32(N_BITS + 1))
+    for first_bit in range(0, N_BITS, 4):
         flips = draw_uniforms(world)
         for number in range(4):
             bit = first_bit + number
@@ -303,13 +303,13 @@ def _renumber(world: ErlWorld, old: int, new: int) -> None:
     world.energy[new] = world.energy[old]
     world.health[new] = world.health[old]
     world.last_evaluation[new] = world.last_evaluation[old]
-    for bit in range(BITS):
+    for bit in range(N_BITS):
         world.bits[new, bit] = world.bits[old, bit]
-    for output in range(OUTPUTS):
+    for output in range(N_OUTPUTS):
         world.last_action[new, output] = world.last_action[old, output]
-        for number in range(INPUTS):
+        for number in range(N_INPUTS):
             world.action_weights[new, output, number] = world.action_weights[old, output, number]
-    for number in range(INPUTS):
+    for number in range(N_INPUTS):
         world.evaluation_weights[new, number] = world.evaluation_weights[old, number]
         world.last_inputs[new, number] = world.last_inputs[old, number]
     world.occupant[world.position[new]] = new

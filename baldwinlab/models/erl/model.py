@@ -30,9 +30,9 @@ import xarray as xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.models.erl.agents import (
-    BITS,
-    INPUTS,
-    OUTPUTS,
+    N_BITS,
+    N_INPUTS,
+    N_OUTPUTS,
     place_founders,
     remove_dead_agents,
     reproduce,
@@ -88,14 +88,14 @@ class Rules(NamedTuple):
     walks: bool
 
 
-def _of_population(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
     """Return a record of the population of each run."""
     return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
     """Return whether the population of each run survives the last step."""
-    return _of_population("extinct")(runs) < 1
+    return _mean_of_last_generation("extinct")(runs) < 1
 
 
 class ErlPopulations(Model, name="erl-populations"):
@@ -212,14 +212,14 @@ class ErlPopulations(Model, name="erl-populations"):
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "survived": Measure(
-            "steps that the population survives", _of_population("energy"), _survives
+            "steps that the population survives", _mean_of_last_generation("energy"), _survives
         ),
         "extinct": Measure(
             "1 if the population dies out before the last step, else 0",
-            _of_population("extinct"),
+            _mean_of_last_generation("extinct"),
         ),
-        "born": Measure("agents born", _of_population("born")),
-        "living": Measure("number of living agents", _of_population("living")),
+        "born": Measure("agents born", _mean_of_last_generation("born")),
+        "living": Measure("number of living agents", _mean_of_last_generation("living")),
     }
 
     def check(self, experiment: Any) -> None:
@@ -243,7 +243,7 @@ class ErlPopulations(Model, name="erl-populations"):
         )
 
     def weights(self) -> int:
-        return self.initial_agents * BITS
+        return self.initial_agents * N_BITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """Draw the bits of all founders of each population, as one row per population."""
@@ -291,12 +291,12 @@ class ErlPopulations(Model, name="erl-populations"):
             position=np.zeros(agents, np.int64),
             energy=np.zeros(agents),
             health=np.zeros(agents),
-            bits=np.zeros((agents, BITS), np.int8),
-            evaluation_weights=np.zeros((agents, INPUTS), np.float32),
-            action_weights=np.zeros((agents, OUTPUTS, INPUTS), np.float32),
-            last_inputs=np.zeros((agents, INPUTS), np.float32),
+            bits=np.zeros((agents, N_BITS), np.int8),
+            evaluation_weights=np.zeros((agents, N_INPUTS), np.float32),
+            action_weights=np.zeros((agents, N_OUTPUTS, N_INPUTS), np.float32),
+            last_inputs=np.zeros((agents, N_INPUTS), np.float32),
             last_evaluation=np.zeros(agents, np.float32),
-            last_action=np.zeros((agents, OUTPUTS), np.int8),
+            last_action=np.zeros((agents, N_OUTPUTS), np.int8),
             carnivore_position=np.zeros(carnivores, np.int64),
             carnivore_energy=np.zeros(carnivores),
             carnivore_health=np.zeros(carnivores),
@@ -309,10 +309,10 @@ class ErlPopulations(Model, name="erl-populations"):
         survived = poison.empty(shape, np.int64)
         totals = np.zeros((*shape, 3))
         rules = self.rules()
-        inputs = poison.empty(INPUTS, np.float32)
+        inputs = poison.empty(N_INPUTS, np.float32)
         for row, run in enumerate(runs):
             for number in range(shape[1]):
-                bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, BITS)
+                bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, N_BITS)
                 world = self.world(seed, run, generation, number)
                 survived[row, number] = simulate_population(
                     rules, world, bits, self.max_steps, inputs, totals[row, number]

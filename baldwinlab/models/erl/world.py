@@ -26,16 +26,16 @@ from baldwinlab.parts import LIFE, philox, unit
 
 WALL, PLANT, TREE, AGENT, CARNIVORE, CORPSE, EMPTY = range(7)
 # Number of kinds that agents sense. EMPTY is not sensed.
-KINDS: Final = 6
+N_SENSED_KINDS: Final = 6
 # Cells that agents and carnivores see straight ahead, in four directions.
-SIGHT = 4
-FAR_SIGHT = 6
+AGENT_SIGHT = 4
+CARNIVORE_SIGHT = 6
 MIN_PLANTS = 50
 # Steps between two additional carnivores.
 CARNIVORE_INTERVAL = 200
 MAX_CARNIVORES = 200
 # Instead of the number of a cell or of an occupant.
-NONE: Final = -1
+NO_NUMBER: Final = -1
 
 # Entries of `World.counts`.
 AGENTS, CARNIVORES, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)
@@ -119,7 +119,7 @@ def random_empty_cell(rules: Any, world: ErlWorld) -> Any:
         cell = random_cell(rules, world)
         if world.kind[cell] == EMPTY:
             return cell
-    return NONE
+    return NO_NUMBER
 
 
 @compiled
@@ -131,7 +131,7 @@ def init_world(rules: Any, world: ErlWorld) -> None:
         y = cell // rules.grid_size
         is_inside = 0 < x < rules.grid_size - 1 and 0 < y < rules.grid_size - 1
         world.kind[cell] = EMPTY if is_inside else WALL
-        world.occupant[cell] = NONE
+        world.occupant[cell] = NO_NUMBER
     for _ in range(rules.trees):
         cell = random_empty_cell(rules, world)
         if cell >= 0:
@@ -194,7 +194,7 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
     """
     drawn = draw_uniforms(world)
     direction = int(drawn[0] * np.float32(4))
-    nearest = FAR_SIGHT + 1
+    nearest = CARNIVORE_SIGHT + 1
     for candidate in range(4):
         distance = _prey_distance(rules, world, world.carnivore_position[carnivore], candidate)
         if distance < nearest:
@@ -212,7 +212,7 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
         old_cell = world.carnivore_position[carnivore]
         clear_cell(world, cell)
         world.kind[old_cell] = EMPTY
-        world.occupant[old_cell] = NONE
+        world.occupant[old_cell] = NO_NUMBER
         world.kind[cell] = CARNIVORE
         world.occupant[cell] = carnivore
         world.carnivore_position[carnivore] = cell
@@ -228,13 +228,13 @@ def _prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) -> in
 
     The result is above FAR_SIGHT if there is none. An agent in a tree is not visible.
     """
-    for distance in range(1, FAR_SIGHT + 1):
+    for distance in range(1, CARNIVORE_SIGHT + 1):
         cell = neighbor_cell(rules, cell, direction)
         if world.kind[cell] == AGENT or world.kind[cell] == CORPSE:
             return distance
         if world.kind[cell] == WALL:
-            return FAR_SIGHT + 1
-    return FAR_SIGHT + 1
+            return CARNIVORE_SIGHT + 1
+    return CARNIVORE_SIGHT + 1
 
 
 @compiled
@@ -248,7 +248,7 @@ def remove_dead_carnivores(world: ErlWorld) -> None:
             cell = world.carnivore_position[carnivore]
             last = world.counts[CARNIVORES] - 1
             world.kind[cell] = CORPSE
-            world.occupant[cell] = NONE
+            world.occupant[cell] = NO_NUMBER
             if carnivore != last:
                 world.carnivore_position[carnivore] = world.carnivore_position[last]
                 world.carnivore_energy[carnivore] = world.carnivore_energy[last]

@@ -12,15 +12,15 @@ from baldwinlab.engine.simd import square_root
 from baldwinlab.models.miniworld.learning.hebbian import strength_change
 
 # Four for the lamp, three for the stripe, three for walls, and a bias that is always 1.
-INPUTS: Final = 11
+N_INPUTS: Final = 11
 # Distance per step at full speed, in sides of the arena.
-SPEED = np.float32(0.02)
+FULL_SPEED = np.float32(0.02)
 # Half the tangent of half the turning angle at full speed.
-TURN = np.float32(0.15)
+TURN_FACTOR = np.float32(0.15)
 # Radius of the lamp and of the stripe, in sides of the arena.
-REACH = np.float32(0.2)
+LAMP_RADIUS = np.float32(0.2)
 # Distance from which a wall is sensed, in sides of the arena.
-NEAR = np.float32(0.1)
+WALL_SENSE_DISTANCE = np.float32(0.1)
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
 
 
@@ -43,7 +43,7 @@ def drive(
     moves : int
         Number of steps of a lifetime.
     world : array of shape (6,)
-        Layout of the arena, as `WORLD`.
+        Layout of the arena, as `STANDARD_WORLD`.
     begin : array of shape (runs, 4)
         Uniform numbers for the initial position and heading.
     signs, rules, rates : arrays of shape (runs, agents, neurons, sources)
@@ -103,14 +103,14 @@ def _simulate_lifetime(
         right = TWO * now[now.size - 1] - ONE
         left = left * world[5]
         # The tangent of half the turning angle. Sine and cosine follow from it by division.
-        turn = TURN * (right - left) / TWO
+        turn = TURN_FACTOR * (right - left) / TWO
         square = turn * turn
         cosine = (ONE - square) / (ONE + square)
         sine = TWO * turn / (ONE + square)
         turned_along = along * cosine - across * sine
         across = across * cosine + along * sine
         along = turned_along
-        ahead = SPEED * (left + right) / TWO
+        ahead = FULL_SPEED * (left + right) / TWO
         x = min(max(x + ahead * along, ZERO), ONE)
         y = min(max(y + ahead * across, ZERO), ONE)
     return steps_under
@@ -118,7 +118,7 @@ def _simulate_lifetime(
 
 @compiled
 def _is_within_reach(dx: Any, dy: Any) -> bool:
-    return bool(dx * dx + dy * dy < REACH * REACH)
+    return bool(dx * dx + dy * dy < LAMP_RADIUS * LAMP_RADIUS)
 
 
 @compiled
@@ -149,9 +149,9 @@ def _sense(world: Any, is_lit: Any, x: Any, y: Any, along: Any, across: Any, val
     values[7] = _sense_wall(x, y, along, across)
     values[8] = _sense_wall(x, y, -across, along)
     values[9] = _sense_wall(x, y, across, -along)
-    for i in range(INPUTS - 1):
+    for i in range(N_INPUTS - 1):
         values[i] *= world[4]
-    values[INPUTS - 1] = ONE
+    values[N_INPUTS - 1] = ONE
 
 
 @compiled
@@ -160,8 +160,8 @@ def _sense_wall(x: Any, y: Any, dx: Any, dy: Any) -> Any:
 
     The value is larger if the direction is closer to perpendicular.
     """
-    of_x = abs(dx) * max(ZERO, ONE - (ONE - x if dx > ZERO else x) / NEAR)
-    of_y = abs(dy) * max(ZERO, ONE - (ONE - y if dy > ZERO else y) / NEAR)
+    of_x = abs(dx) * max(ZERO, ONE - (ONE - x if dx > ZERO else x) / WALL_SENSE_DISTANCE)
+    of_y = abs(dy) * max(ZERO, ONE - (ONE - y if dy > ZERO else y) / WALL_SENSE_DISTANCE)
     return max(of_x, of_y)
 
 
@@ -175,7 +175,7 @@ def _update_neurons(
         for source in range(before.size):
             total += signs[neuron, source] * weights[neuron, source] * before[source]
         y = sigmoid(total)
-        now[INPUTS + neuron] = y
+        now[N_INPUTS + neuron] = y
         for source in range(before.size):
             w = weights[neuron, source]
             rate = rates[neuron, source]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.models.light_switch.lifetimes import INPUTS, drive
+from baldwinlab.models.light_switch.lifetimes import N_INPUTS, drive
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -24,13 +24,13 @@ from baldwinlab.parts import (
 )
 
 # Bits per neuron or per synapse.
-GENES: Final = 5
+BITS_PER_GENE: Final = 5
 # Largest weight at birth.
-SMALL: Final = 0.1
+MAX_INITIAL_WEIGHT: Final = 0.1
 # Positions of the stripe and of the lamp (x and y each), strength of the senses, and speed of the
 # left wheel as a share of full speed.
-WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
-CHANGED: Final = {
+STANDARD_WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
+CHANGED_WORLDS: Final = {
     "places": (0.5, 1.0, 0.85, 0.15, 1.0, 1.0),
     "senses": (1.0, 0.5, 0.15, 0.5, 0.5, 1.0),
     "wheels": (1.0, 0.5, 0.15, 0.5, 1.0, 0.6),
@@ -117,7 +117,7 @@ class LightSwitch(Model, name="light-switch"):
 
     @property
     def synapses(self) -> int:
-        return self.neurons * (INPUTS + self.neurons)
+        return self.neurons * (N_INPUTS + self.neurons)
 
     @property
     def coded(self) -> int:
@@ -125,8 +125,8 @@ class LightSwitch(Model, name="light-switch"):
         return self.neurons if self.encoding == "neurons" else self.synapses
 
     def weights(self) -> int:
-        return GENES * self.coded + (
-            INPUTS if self.encoding == "neurons" and self.sign == "source" else 0
+        return BITS_PER_GENE * self.coded + (
+            N_INPUTS if self.encoding == "neurons" and self.sign == "source" else 0
         )
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
@@ -145,9 +145,9 @@ class LightSwitch(Model, name="light-switch"):
             [uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]
         ).astype(np.float32)
         shares = []
-        for world in (WORLD, CHANGED[self.change]):
+        for world in (STANDARD_WORLD, CHANGED_WORLDS[self.change]):
             lit = poison.empty(shape, np.int64)
-            values = poison.empty((2, INPUTS + self.neurons), np.float32)
+            values = poison.empty((2, N_INPUTS + self.neurons), np.float32)
             drive(
                 self.steps_per_life,
                 np.array(world, np.float32),
@@ -171,13 +171,13 @@ class LightSwitch(Model, name="light-switch"):
 
         Each returned array has the shape [run, agent, neuron, source].
         """
-        synapses = (*bits.shape[:2], self.neurons, INPUTS + self.neurons)
-        genes = bits[..., : GENES * self.coded].reshape(*synapses[:3], -1, GENES)
+        synapses = (*bits.shape[:2], self.neurons, N_INPUTS + self.neurons)
+        genes = bits[..., : BITS_PER_GENE * self.coded].reshape(*synapses[:3], -1, BITS_PER_GENE)
         negative = genes[..., 0]
         if self.encoding == "neurons" and self.sign == "source":
-            negative = np.concatenate([bits[..., GENES * self.coded :], negative[..., 0]], axis=-1)[
-                :, :, None
-            ]
+            negative = np.concatenate(
+                [bits[..., BITS_PER_GENE * self.coded :], negative[..., 0]], axis=-1
+            )[:, :, None]
         rates = (0.3 * self.learns * (2 * genes[..., 3] + genes[..., 4])).astype(np.float32)
         of_synapses = (
             (1 - 2 * negative).astype(np.float32),
@@ -192,4 +192,9 @@ class LightSwitch(Model, name="light-switch"):
             uniforms(seed, run, generation, LIFE, (1 + bits.shape[1], self.synapses))[1:, :, 0]
             for run in runs
         ]
-        return signs, rules, rates, (SMALL * np.stack(draws)).astype(np.float32).reshape(synapses)
+        return (
+            signs,
+            rules,
+            rates,
+            (MAX_INITIAL_WEIGHT * np.stack(draws)).astype(np.float32).reshape(synapses),
+        )

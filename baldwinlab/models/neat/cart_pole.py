@@ -20,34 +20,40 @@ from baldwinlab.engine.arithmetic import polynomial
 from baldwinlab.engine.jit import compiled
 
 # Number of entries of a state.
-PARTS: Final = 6
+STATE_SIZE: Final = 6
 # Limit of the position in both directions, in m.
-TRACK = 2.4
+MAX_POSITION = 2.4
 # Limit of the angle in both directions, in rad.
-UPRIGHT = 36 * np.pi / 180
+MAX_ANGLE = 36 * np.pi / 180
 # Mass of the cart, in kg.
-CART = 1.0
+CART_MASS = 1.0
 # Masses of the poles, in kg.
-MASSES = (0.1, 0.01)
+POLE_MASSES = (0.1, 0.01)
 # Half of the lengths of the poles, in m. The lengths are 1 m and 0.1 m.
-HALVES = (0.5, 0.05)
+POLE_HALF_LENGTHS = (0.5, 0.05)
 # Largest force, in N.
-FORCE = 10.0
+MAX_FORCE = 10.0
 # Acceleration, in m/s^2.
 GRAVITY = -9.8
 # Friction coefficient of a hinge.
-HINGE = 2e-6
+HINGE_FRICTION = 2e-6
 # Time step, in s. A network is activated after two steps.
-STEP: Final = 0.01
+TIME_STEP: Final = 0.01
 # Coefficients of the Taylor series of sine and cosine, in powers of the squared angle.
-SINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(9, -1, -1))
-COSINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 1))) for k in range(10, -1, -1))
+SINE_COEFFICIENTS = tuple(
+    (-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(9, -1, -1)
+)
+COSINE_COEFFICIENTS = tuple(
+    (-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 1))) for k in range(10, -1, -1)
+)
 
 
 @compiled
 def is_balanced(state: Any) -> bool:
     """Return whether the cart is on its track and both poles are upright."""
-    return bool(abs(state[0]) <= TRACK and abs(state[2]) <= UPRIGHT and abs(state[4]) <= UPRIGHT)
+    return bool(
+        abs(state[0]) <= MAX_POSITION and abs(state[2]) <= MAX_ANGLE and abs(state[4]) <= MAX_ANGLE
+    )
 
 
 @compiled
@@ -60,10 +66,10 @@ def move(state: Any, push: float, step: float, friction: float, motion: Any) -> 
     _slope(state, push, friction, motion[2])
     for stage in range(1, 4):
         share = step if stage == 3 else 0.5 * step
-        for part in range(PARTS):
+        for part in range(STATE_SIZE):
             point[part] = state[part] + share * motion[1 + stage, part]
         _slope(point, push, friction, motion[2 + stage])
-    for part in range(PARTS):
+    for part in range(STATE_SIZE):
         inner = motion[3, part] + motion[4, part]
         state[part] += step / 6.0 * ((motion[2, part] + motion[5, part]) + 2.0 * inner)
 
@@ -72,28 +78,28 @@ def move(state: Any, push: float, step: float, friction: float, motion: Any) -> 
 def _slope(state: Any, push: float, friction: float, slope: Any) -> None:
     """Fill the time derivative of a state (Wieland 1991)."""
     force = push
-    mass = CART
+    mass = CART_MASS
     for pole in range(2):
         angle = state[2 + 2 * pole]
         angular_velocity = state[3 + 2 * pole]
         sine = compute_sine(angle)
         cosine = compute_cosine(angle)
-        drag = friction * angular_velocity / (MASSES[pole] * HALVES[pole])
-        force += MASSES[pole] * (
-            HALVES[pole] * angular_velocity * angular_velocity * sine
+        drag = friction * angular_velocity / (POLE_MASSES[pole] * POLE_HALF_LENGTHS[pole])
+        force += POLE_MASSES[pole] * (
+            POLE_HALF_LENGTHS[pole] * angular_velocity * angular_velocity * sine
             + 0.75 * cosine * (drag + GRAVITY * sine)
         )
-        mass += MASSES[pole] * (1.0 - 0.75 * cosine * cosine)
+        mass += POLE_MASSES[pole] * (1.0 - 0.75 * cosine * cosine)
     slope[0] = state[1]
     slope[1] = force / mass
     for pole in range(2):
         angle = state[2 + 2 * pole]
         angular_velocity = state[3 + 2 * pole]
-        drag = friction * angular_velocity / (MASSES[pole] * HALVES[pole])
+        drag = friction * angular_velocity / (POLE_MASSES[pole] * POLE_HALF_LENGTHS[pole])
         slope[2 + 2 * pole] = angular_velocity
         slope[3 + 2 * pole] = (
             -0.75
-            / HALVES[pole]
+            / POLE_HALF_LENGTHS[pole]
             * (slope[1] * compute_cosine(angle) + GRAVITY * compute_sine(angle) + drag)
         )
 
@@ -104,10 +110,10 @@ def compute_sine(angle: float) -> float:
 
     Products alone give the same bits on all machines.
     """
-    return angle * polynomial(angle * angle, SINE)
+    return angle * polynomial(angle * angle, SINE_COEFFICIENTS)
 
 
 @compiled
 def compute_cosine(angle: float) -> float:
     """Compute the cosine of an angle in [-1.5, 1.5], with an error below 1e-15."""
-    return polynomial(angle * angle, COSINE)
+    return polynomial(angle * angle, COSINE_COEFFICIENTS)

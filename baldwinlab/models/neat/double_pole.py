@@ -35,16 +35,23 @@ from baldwinlab.evolution.neat.genome import (
     make_minimal_graphs,
     require_neat,
 )
-from baldwinlab.models.neat.cart_pole import FORCE, HINGE, PARTS, STEP, is_balanced, move
-from baldwinlab.models.neat.measures import SHAPE, measure_solutions, record_shape
+from baldwinlab.models.neat.cart_pole import (
+    HINGE_FRICTION,
+    MAX_FORCE,
+    STATE_SIZE,
+    TIME_STEP,
+    is_balanced,
+    move,
+)
+from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 # Divisors of the state, which give the inputs.
-SCALE: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
+INPUT_SCALES: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
 # Initial state. The angle of the long pole is 0.07 rad.
-START: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
+INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
 # Number of final steps in which the unrest is measured.
-LAST: Final = 100
+N_UNREST_STEPS: Final = 100
 
 
 class Poles(Model):
@@ -58,7 +65,7 @@ class Poles(Model):
     )
     max_links: int = Field(
         100,
-        ge=PARTS + 1,
+        ge=STATE_SIZE + 1,
         le=1000,
         description="Maximum number of links in a genome (our choice).",
     )
@@ -131,8 +138,8 @@ class Poles(Model):
         scratch = (
             units,
             poison.empty((2, self.max_links, 3), np.float32),
-            poison.empty((7, PARTS)),
-            poison.empty(LAST),
+            poison.empty((7, STATE_SIZE)),
+            poison.empty(N_UNREST_STEPS),
         )
         settings = (np.array(self.sensed), self.loops, max_steps, np.float32(self.sigmoid_slope))
         balance(
@@ -149,7 +156,7 @@ class Poles(Model):
 class NeatPoles(Poles, name="neat-poles"):
     """Networks with evolving topology that balance two poles on a cart."""
 
-    sensed: ClassVar[tuple[int, ...]] = tuple(range(PARTS))
+    sensed: ClassVar[tuple[int, ...]] = tuple(range(STATE_SIZE))
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 150},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},
@@ -160,7 +167,7 @@ class NeatPoles(Poles, name="neat-poles"):
         "solves": Variable(
             OF_AGENT, np.int32, "", "1 if both poles stayed upright for all steps, else 0"
         ),
-        **SHAPE,
+        **NETWORK_RECORDS,
     }
     measures: ClassVar[Mapping[str, Measure]] = measure_solutions(lambda runs: runs["solves"] == 1)
 
@@ -168,9 +175,9 @@ class NeatPoles(Poles, name="neat-poles"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps = self.balance_networks(graphs, [START], self.max_steps)[0][..., 0]
+        steps = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)[0][..., 0]
         energy = steps.astype(np.float64)
-        records = {"solves": (steps == self.max_steps).astype(np.int32), **record_shape(graphs)}
+        records = {"solves": (steps == self.max_steps).astype(np.int32), **record_networks(graphs)}
         return LifeResults(energy, np.zeros_like(energy), None, records)
 
 
@@ -200,8 +207,8 @@ def balance(
     steps : array of shape (runs, agents, starts)
         Output: the number of steps until the cart leaves its track or a pole falls.
     unrest : array of shape (runs, agents, starts)
-        Output: the sum over the last `LAST` steps of |position| + |velocity| of the cart + |angle|
-        + |angular velocity| of the long pole.
+        Output: the sum over the last `N_UNREST_STEPS` steps of |position| + |velocity| of the cart
+        + |angle| + |angular velocity| of the long pole.
     """
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
@@ -212,7 +219,7 @@ def balance(
                     plan[1], links, sensed, loops, max_steps, slope, units, motion, recent
                 )
                 total = 0.0
-                for step in range(LAST):
+                for step in range(N_UNREST_STEPS):
                     total += recent[step]
                 unrest[run, agent, start] = total
 
@@ -223,11 +230,11 @@ def _begin(start: Any, loops: bool, units: Any, state: Any, recent: Any) -> None
 
     A node without links has the value 1/2. In recurrent networks, all initial values are 0.
     """
-    for part in range(PARTS):
+    for part in range(STATE_SIZE):
         state[part] = start[part]
     for row in range(units.shape[1]):
         units[0, row] = units[1, row] = np.float32(0) if loops else np.float32(0.5)
-    for step in range(LAST):
+    for step in range(N_UNREST_STEPS):
         recent[step] = 0.0
 
 
@@ -250,14 +257,16 @@ def _balance_once(
     values = units[0]
     while step < max_steps and is_balanced(state):
         output = activate_once(plan, links, slope, sensed, state, sources, values)
-        push = FORCE * (2.0 * np.float64(output) - 1.0)
+        push = MAX_FORCE * (2.0 * np.float64(output) - 1.0)
         if loops:
             for row in range(values.size):
                 sources[row] = values[row]
-        move(state, push, STEP, HINGE, motion)
-        move(state, push, STEP, HINGE, motion)
+        move(state, push, TIME_STEP, HINGE_FRICTION, motion)
+        move(state, push, TIME_STEP, HINGE_FRICTION, motion)
         if is_balanced(state):
-            recent[step % LAST] = (abs(state[0]) + abs(state[1])) + (abs(state[2]) + abs(state[3]))
+            recent[step % N_UNREST_STEPS] = (abs(state[0]) + abs(state[1])) + (
+                abs(state[2]) + abs(state[3])
+            )
             step += 1
     return step
 
@@ -324,7 +333,7 @@ def activate_once(
     bias.
     """
     for row in range(sensed.size):
-        sources[row] = values[row] = np.float32(state[sensed[row]] / SCALE[sensed[row]])
+        sources[row] = values[row] = np.float32(state[sensed[row]] / INPUT_SCALES[sensed[row]])
     link = 0
     while link < links:
         target = int(plan[link, 1])

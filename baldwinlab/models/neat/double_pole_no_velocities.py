@@ -37,20 +37,24 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.models.neat.double_pole import LAST, START, Poles
-from baldwinlab.models.neat.measures import SHAPE, measure_solutions, record_shape
+from baldwinlab.models.neat.double_pole import INITIAL_STATE, N_UNREST_STEPS, Poles
+from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import OF_AGENT, Field, LifeResults, Measure, Variable
 
 # Number of start states for a solution.
-ENOUGH: Final = 200
+MIN_BALANCED_STARTS: Final = 200
 # Positions of start states in each of the four ranges, as shares.
-SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
+START_SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Limits of position (m), velocity (m/s), angle (rad) and angular velocity (rad/s) in both
 # directions, of the cart and the long pole.
-RANGES: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))
-STARTS: Final = [
-    [*((2 * share - 1) * limit for share, limit in zip(shares, RANGES, strict=True)), 0.0, 0.0]
-    for shares in product(SHARES, repeat=len(RANGES))
+START_LIMITS: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))
+START_STATES: Final = [
+    [
+        *((2 * share - 1) * limit for share, limit in zip(shares, START_LIMITS, strict=True)),
+        0.0,
+        0.0,
+    ]
+    for shares in product(START_SHARES, repeat=len(START_LIMITS))
 ]
 
 
@@ -100,10 +104,10 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
                 "trial, else 0"
             ),
         ),
-        **SHAPE,
+        **NETWORK_RECORDS,
     }
     measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
-        lambda runs: runs["generalises"] >= ENOUGH,
+        lambda runs: runs["generalises"] >= MIN_BALANCED_STARTS,
         {"generalises": "number of start states, of 625, from which the first solution balances"},
     )
 
@@ -112,26 +116,28 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         steps, unrest = (
-            values[..., 0] for values in self.balance_networks(graphs, [START], self.max_steps)
+            values[..., 0]
+            for values in self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
         )
         rest = np.divide(
-            0.75, unrest, out=np.zeros_like(unrest), where=(steps >= LAST) & (unrest > 0)
+            0.75, unrest, out=np.zeros_like(unrest), where=(steps >= N_UNREST_STEPS) & (unrest > 0)
         )
         energy = 0.1 * steps / self.max_steps + 0.9 * rest
         proven, generalises = np.zeros((2, *steps.shape), np.int32)
         for run, best in enumerate(energy.argmax(axis=1)):
             champion = graphs[run : run + 1, best : best + 1]
-            proven[run, best] = self.balance_networks(champion, [START], self.endurance_steps)[
-                0
-            ].item()
+            proven[run, best] = self.balance_networks(
+                champion, [INITIAL_STATE], self.endurance_steps
+            )[0].item()
             if proven[run, best] == self.endurance_steps:
                 generalises[run, best] = (
-                    self.balance_networks(champion, STARTS, self.max_steps)[0] == self.max_steps
+                    self.balance_networks(champion, START_STATES, self.max_steps)[0]
+                    == self.max_steps
                 ).sum()
         records = {
             "balanced": steps.astype(np.int32),
             "proven": proven,
             "generalises": generalises,
-            **record_shape(graphs),
+            **record_networks(graphs),
         }
         return LifeResults(energy, np.zeros_like(energy), None, records)

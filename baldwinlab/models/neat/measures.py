@@ -13,10 +13,17 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.evolution.neat.genome import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET
+from baldwinlab.evolution.neat.genome import (
+    ENABLED,
+    GENE_SIZE,
+    HEAD_SIZE,
+    INNOVATION,
+    SPECIES,
+    TARGET,
+)
 from baldwinlab.parts import OF_AGENT, Measure, Variable
 
-SHAPE: Final[Mapping[str, Variable]] = {
+NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
     "hidden": Variable(OF_AGENT, np.int32, "nodes", "hidden nodes"),
     "enabled": Variable(OF_AGENT, np.int32, "links", "enabled links"),
     "species": Variable(
@@ -28,12 +35,12 @@ SHAPE: Final[Mapping[str, Variable]] = {
 Solves = Callable[[xr.Dataset], xr.DataArray]
 
 
-def record_shape(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
-    """Return the records of `SHAPE` for genomes [run, agent, entry]."""
-    genes = graphs[:, :, HEAD:].reshape(*graphs.shape[:2], -1, GENE)
-    exists = genes[..., NUMBER] > 0
+def record_networks(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
+    """Return the records of `NETWORK_RECORDS` for genomes [run, agent, entry]."""
+    genes = graphs[:, :, HEAD_SIZE:].reshape(*graphs.shape[:2], -1, GENE_SIZE)
+    exists = genes[..., INNOVATION] > 0
     records = {
-        "hidden": (exists & (genes[..., NUMBER] == genes[..., TARGET])).sum(axis=-1),
+        "hidden": (exists & (genes[..., INNOVATION] == genes[..., TARGET])).sum(axis=-1),
         "enabled": (exists & (genes[..., ENABLED] > 0)).sum(axis=-1),
         "species": graphs[:, :, SPECIES],
     }

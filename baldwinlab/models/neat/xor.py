@@ -31,7 +31,7 @@ from baldwinlab.evolution.neat.genome import (
     make_minimal_graphs,
     require_neat,
 )
-from baldwinlab.models.neat.measures import SHAPE, measure_solutions, record_shape
+from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -66,7 +66,7 @@ class NeatXor(Model, name="neat-xor"):
     }
     records: ClassVar[Mapping[str, Variable]] = {
         "right": Variable(OF_AGENT, np.int32, "answers", "number of correct answers, of four"),
-        **SHAPE,
+        **NETWORK_RECORDS,
     }
 
     measures: ClassVar[Mapping[str, Measure]] = measure_solutions(
@@ -103,7 +103,7 @@ class NeatXor(Model, name="neat-xor"):
         right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
         energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
         return LifeResults(
-            energy, np.zeros_like(energy), None, {"right": right, **record_shape(graphs)}
+            energy, np.zeros_like(energy), None, {"right": right, **record_networks(graphs)}
         )
 
     def oracle(self, graph: Any) -> float:

@@ -9,18 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.models.grid_frames import NOT_REACHED, in_t_mazes
+from baldwinlab.models.grid_frames import NOT_REACHED, make_maze_frames
 from baldwinlab.models.t_mazes.trips import (
     CRASHES,
     HIGH,
-    INPUTS,
     LIFETIME,
+    MAX_RATE,
+    MAX_WEIGHT,
+    N_INPUTS,
+    N_RULE_GENES,
     ONE,
-    RATE,
-    RULE,
     STEP,
     TRIP,
-    WEIGHT,
     explore,
     high_reward_end,
 )
@@ -70,7 +70,7 @@ def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int
     maze = model.maze(key.seed, key.run, key.generation)
     high = [high_reward_end(maze, trip) for trip in range(trips)]
     counts = results.counts[0, 0]
-    return in_t_mazes(
+    return make_maze_frames(
         model.turning_points,
         high,
         results.actions,
@@ -170,7 +170,7 @@ class TMazes(Model, name="t-mazes"):
         return self.modulatory_neurons + self.standard_neurons + 1
 
     def weights(self) -> int:
-        return self.neurons * (INPUTS + self.neurons) + RULE
+        return self.neurons * (N_INPUTS + self.neurons) + N_RULE_GENES
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
@@ -225,14 +225,14 @@ class TMazes(Model, name="t-mazes"):
         `trips` is the number of trips, and `slots` that of the results per agent. The last slot has
         the sum of the remaining trips.
         """
-        sizes = np.full(self.weights(), WEIGHT)
-        sizes[-RULE:] = 1, 1, 1, 1, RATE
+        sizes = np.full(self.weights(), MAX_WEIGHT)
+        sizes[-N_RULE_GENES:] = 1, 1, 1, 1, MAX_RATE
         weights = np.clip(genomes[:, :, 0], -ONE, ONE) * sizes
         network = self.neurons, self.modulatory_neurons, self.plasticity, RESET_PERIODS[self.memory]
         numbers = np.array([*network, self.turning_points, self.homing, trips])
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
         counts = np.zeros((*genomes.shape[:2], slots, 4), np.int64)
         actions = np.full((slots, 4 * self.turning_points + 2), NOT_REACHED, np.int64)
-        scratch = poison.empty(INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
+        scratch = poison.empty(N_INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
         explore(numbers, mazes, weights, *scratch, counts, actions)
         return MazeResults(weights / sizes, counts, actions)

@@ -10,20 +10,20 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import clamp
 
-INPUTS: Final = 5
-TURNING, END, HOME, REWARD, BIAS = range(INPUTS)
+N_INPUTS: Final = 5
+TURNING, END, HOME, REWARD, BIAS = range(N_INPUTS)
 # Position at which only the bias input is 1.
 CORRIDOR: Final = -1
 # Number of genes after those of the weights: A, B, C, D and the rate.
-RULE: Final = 5
+N_RULE_GENES: Final = 5
 # Limits of a weight and of the rate. A gene is a share of the limit.
-WEIGHT = np.float32(10)
-RATE = np.float32(100)
+MAX_WEIGHT = np.float32(10)
+MAX_RATE = np.float32(100)
 # Events that are counted.
 HIGH, LOW, CRASHES, LOST = range(4)
 # Periods after which activations are reset.
 STEP, TRIP, LIFETIME = range(3)
-ZERO, ONE, TWO, THIRD, SMALL = (np.float32(number) for number in (0, 1, 2, 1 / 3, 0.2))
+ZERO, ONE, TWO, THIRD, LOW_REWARD = (np.float32(number) for number in (0, 1, 2, 1 / 3, 0.2))
 
 
 @jit_entry_point
@@ -80,7 +80,7 @@ def high_reward_end(maze: Any, trip: Any) -> int:
 
 @compiled
 def _reset_activations(values: Any) -> None:
-    for neuron in range(INPUTS, values.size):
+    for neuron in range(N_INPUTS, values.size):
         values[neuron] = ZERO
 
 
@@ -106,7 +106,7 @@ def _make_trip(
         if turning:
             end = 2 * end + (actions[position] + 1) // 2
     counts[HIGH if end == high else LOW] += 1
-    actions[out] = _choose_action(numbers, weights, values, END, ONE if end == high else SMALL)
+    actions[out] = _choose_action(numbers, weights, values, END, ONE if end == high else LOW_REWARD)
     if numbers[5] == 1:
         for position in range(out + 1, 2 * out + 1):
             turning = 1 - position % 2
@@ -128,16 +128,16 @@ def _choose_action(numbers: Any, weights: Any, values: Any, position: Any, rewar
     """
     neurons = numbers[0]
     modulatory = numbers[1]
-    for i in range(INPUTS):
+    for i in range(N_INPUTS):
         values[i] = ONE if i in (position, BIAS) else ZERO
     values[REWARD] = reward
     if numbers[3] == STEP:
         _reset_activations(values)
     for neuron in range(neurons):
         first = neuron * values.size
-        sensed = _weighted_sum(weights, first, values, 0, INPUTS)
-        values[INPUTS + neuron] = _activate(
-            sensed + _weighted_sum(weights, first, values, INPUTS + modulatory, values.size)
+        sensed = _weighted_sum(weights, first, values, 0, N_INPUTS)
+        values[N_INPUTS + neuron] = _activate(
+            sensed + _weighted_sum(weights, first, values, N_INPUTS + modulatory, values.size)
         )
     if numbers[2] == 1:
         _update_synapses(neurons, modulatory, weights, values)
@@ -173,11 +173,11 @@ def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -
     rate = weights[rule + 4]
     for neuron in range(neurons):
         first = neuron * values.size
-        y = values[INPUTS + neuron]
-        sent = _weighted_sum(weights, first, values, INPUTS, INPUTS + modulatory)
+        y = values[N_INPUTS + neuron]
+        sent = _weighted_sum(weights, first, values, N_INPUTS, N_INPUTS + modulatory)
         gate = rate * _activate(sent) if modulatory > 0 else rate
-        for begin, end in ((0, INPUTS), (INPUTS + modulatory, values.size)):
+        for begin, end in ((0, N_INPUTS), (N_INPUTS + modulatory, values.size)):
             for source in range(begin, end):
                 x = values[source]
                 weight = weights[first + source] + gate * (a * x * y + b * x + c * y + d)
-                weights[first + source] = clamp(weight, WEIGHT)
+                weights[first + source] = clamp(weight, MAX_WEIGHT)

@@ -12,10 +12,10 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, Genome, breed, draw_genomes
 from baldwinlab.evolution.neat.genome import (
     BEST,
-    GENE,
-    HEAD,
-    LEDGER,
-    NEWEST,
+    GENE_SIZE,
+    HEAD_SIZE,
+    LAST_INNOVATION,
+    LAST_SPECIES,
     SPECIES,
     STALE,
     make_minimal_graphs,
@@ -33,9 +33,9 @@ def make_network(*genes_of: tuple[float, float, float, float, float]) -> Graph:
     A gene is (number, source, target, weight, enabled).
     """
     graph: Graph = make_minimal_graphs(3, 1, LINK_CAPACITY, np.zeros((1, 3)))[0]
-    graph[HEAD:] = 0
-    graph[HEAD : HEAD + GENE * len(genes_of)] = np.ravel(genes_of)
-    graph[LEDGER] = max(number for number, *_ in genes_of)
+    graph[HEAD_SIZE:] = 0
+    graph[HEAD_SIZE : HEAD_SIZE + GENE_SIZE * len(genes_of)] = np.ravel(genes_of)
+    graph[LAST_INNOVATION] = max(number for number, *_ in genes_of)
     return graph
 
 
@@ -48,7 +48,7 @@ def first_network(weights: tuple[float, float, float] = (0.1, 0.2, 0.3)) -> Grap
 def population(*graphs: Graph) -> Genome:
     """Return the genomes [agent, module, entry] of `graphs`, with one ledger."""
     genome = np.stack(graphs)[:, None]
-    genome[:, 0, LEDGER] = genome[:, 0, LEDGER].max()
+    genome[:, 0, LAST_INNOVATION] = genome[:, 0, LAST_INNOVATION].max()
     return genome
 
 
@@ -62,7 +62,7 @@ def population_of_species(
     genome = population(*(first_network() for _ in numbers))
     genome[:, 0, SPECIES] = numbers
     genome[:, 0, BEST] = best
-    genome[:, 0, NEWEST] = max(numbers)
+    genome[:, 0, LAST_SPECIES] = max(numbers)
     for species, generations in (stale or {}).items():
         genome[genome[:, 0, SPECIES] == species, 0, STALE] = generations
     return genome

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import kstest
 
 from baldwinlab.evolution import GenerationKey, Genome, breed
-from baldwinlab.evolution.neat.genome import LEDGER, count_entries
+from baldwinlab.evolution.neat.genome import LAST_INNOVATION, count_entries
 from tests.evolution.neat.grown import (
     first_network,
     genes_of,
@@ -89,13 +89,13 @@ def test_equal_innovations_in_a_generation_have_the_same_numbers() -> None:
     }
     assert len(by_source) == 4, "two splits, of two links each"
     assert {number for number, *_ in by_source} == set(range(7, 11))
-    assert (children[:, 0, LEDGER] == 10).all()
+    assert (children[:, 0, LAST_INNOVATION] == 10).all()
 
 
 def test_an_equal_innovation_in_a_later_generation_has_new_numbers() -> None:
     first = breed_children(equal_founders(), add_node_rate=1.0)
     founders = equal_founders()
-    founders[:, 0, LEDGER] = first[0, 0, LEDGER]
+    founders[:, 0, LAST_INNOVATION] = first[0, 0, LAST_INNOVATION]
     later = breed_children(founders, generation=2, add_node_rate=1.0)
     assert {number for child in later[:, 0] for number in genes_of(child)} == {
         4,

@@ -11,7 +11,14 @@ import pytest
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, select
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import BEST, BEST_OF_ALL, NEWEST, SPECIES, STALE, STALE_OF_ALL
+from baldwinlab.evolution.neat.genome import (
+    BEST,
+    LAST_SPECIES,
+    POPULATION_BEST,
+    POPULATION_STALE,
+    SPECIES,
+    STALE,
+)
 from baldwinlab.evolution.neat.species import SMALL_NETWORK, distance
 from baldwinlab.parts.breeding import ITSELF
 from tests.evolution.neat.grown import (
@@ -73,13 +80,13 @@ def test_the_distance_of_small_networks_counts_disjoint_and_excess_genes() -> No
 
 
 def test_the_distance_of_large_networks_is_relative_to_the_number_of_genes() -> None:
-    from baldwinlab.evolution.neat.genome import HEAD, count_entries
+    from baldwinlab.evolution.neat.genome import HEAD_SIZE, count_entries
 
     def large(links: int) -> Any:
         graph = np.zeros(count_entries(30), np.float32)
-        graph[:HEAD] = first_network()[:HEAD]
+        graph[:HEAD_SIZE] = first_network()[:HEAD_SIZE]
         for link in range(links):
-            graph[HEAD + 5 * link : HEAD + 5 * link + 5] = 4 + link, 0, 3, 1, 1
+            graph[HEAD_SIZE + 5 * link : HEAD_SIZE + 5 * link + 5] = 4 + link, 0, 3, 1, 1
         return graph
 
     assert distance(NEAT, large(SMALL_NETWORK - 1), large(SMALL_NETWORK - 3)) == 2
@@ -99,7 +106,7 @@ def test_a_child_joins_the_oldest_similar_species_or_starts_a_new_species() -> N
     near, far = first_network((0, 0, 0)), first_network((30, 30, 30))
     genome = population(near, near, far, far, far)
     genome[:, 0, SPECIES] = 4
-    genome[:, 0, NEWEST] = 6
+    genome[:, 0, LAST_SPECIES] = 6
     settings = neat_experiment(
         5, evolution={"selection": "best-copies", "best_copies": {"parent_share": 1.0}}
     )
@@ -110,7 +117,7 @@ def test_a_child_joins_the_oldest_similar_species_or_starts_a_new_species() -> N
     }
     # Any member can represent species 4.
     assert species in ({0: 4, 1: 4, 2: 7, 3: 7, 4: 7}, {0: 7, 1: 7, 2: 4, 3: 4, 4: 4})
-    assert (children[:, 0, NEWEST] == 7).all()
+    assert (children[:, 0, LAST_SPECIES] == 7).all()
 
 
 def test_species_have_children_in_proportion_to_their_mean_fitness() -> None:
@@ -184,10 +191,10 @@ def test_a_species_without_improvement_for_fifteen_generations_has_no_children()
 
 def test_after_a_long_stagnation_only_the_two_best_species_have_children() -> None:
     genome = population_of_species(*[1] * 4, *[2] * 4, *[3] * 4, *[4] * 4, stale={3: 40}, best=9.0)
-    genome[:, 0, BEST_OF_ALL] = 9.0
+    genome[:, 0, POPULATION_BEST] = 9.0
     fitness = [1.0] * 4 + [2.0] * 4 + [3.0] * 4 + [1.5] * 4
     for stale, breeding in ((19, {1, 2, 4}), (20, {2, 3}), (21, {1, 2, 3, 4}), (41, {2, 3})):
-        genome[:, 0, STALE_OF_ALL] = stale
+        genome[:, 0, POPULATION_STALE] = stale
         assert count_children(select_parents(genome, fitness), genome).keys() == breeding, stale
 
 
@@ -197,7 +204,7 @@ def test_children_inherit_the_best_fitness_and_the_stagnation_of_their_species()
     genome[6:, 0, SPECIES] = 2
     genome[6:, 0, STALE] = 5
     genome[:, 0, BEST] = 2.0
-    genome[:, 0, NEWEST] = 2
+    genome[:, 0, LAST_SPECIES] = 2
     fitness = [1.0] * 6 + [4.0] * 6
     children, _ = breed(neat_experiment(12), genome, np.array(fitness), GenerationKey(1, 0, 1))
     heads = {(int(head[SPECIES]), float(head[BEST]), int(head[STALE])) for head in children[:, 0]}

@@ -15,10 +15,10 @@ import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import assign
-from baldwinlab.models.cell_foragers.grid import DRAWS, FOOD, SIDE
+from baldwinlab.models.cell_foragers.grid import DRAWS_PER_ENVIRONMENT, GRID_SIZE, N_FOOD_ITEMS
 from baldwinlab.models.cell_foragers.model import MAX_SHOWN_MOVES, CellForagers
 from baldwinlab.models.cell_foragers.network import (
-    INPUTS,
+    N_INPUTS,
     Activations,
     Layers,
     backpropagate,
@@ -51,14 +51,14 @@ def draw_random_genomes(
 
 
 def make_units(outputs: int) -> Activations:
-    values, teacher = np.zeros((2, INPUTS + HIDDEN + outputs), np.float32)
+    values, teacher = np.zeros((2, N_INPUTS + HIDDEN + outputs), np.float32)
     return Activations(values, teacher, np.zeros(2, np.float32))
 
 
 def forward(weights: Any, values: Any, outputs: int) -> tuple[Any, Any]:
     """Compute hidden units and outputs by matrices in float64."""
-    first = np.reshape(weights[: (INPUTS + 1) * HIDDEN], (INPUTS + 1, HIDDEN))
-    second = np.reshape(weights[(INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
+    first = np.reshape(weights[: (N_INPUTS + 1) * HIDDEN], (N_INPUTS + 1, HIDDEN))
+    second = np.reshape(weights[(N_INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
     hidden = 1 / (1 + np.exp(-(np.append(values, 1) @ first)))
     return hidden, 1 / (1 + np.exp(-(np.append(hidden, 1) @ second)))
 
@@ -71,7 +71,7 @@ def train(weights: Any, values: Any, outputs: int, first: int, targets: Any, rat
         first : first + 2
     ]
     delta = error * y * (1 - y)
-    second = np.reshape(weights[(INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
+    second = np.reshape(weights[(N_INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
     back = (second[:HIDDEN] @ delta) * hidden * (1 - hidden)
     steps = [
         np.outer(np.append(values, 1), back).ravel(),
@@ -83,18 +83,23 @@ def train(weights: Any, values: Any, outputs: int, first: int, targets: Any, rat
 def sense(food: list[int], position: int, heading: int) -> tuple[float, float]:
     if not food:
         return 0.0, 1.0
-    offsets = [(cell % SIDE - position % SIDE, cell // SIDE - position // SIDE) for cell in food]
+    offsets = [
+        (cell % GRID_SIZE - position % GRID_SIZE, cell // GRID_SIZE - position // GRID_SIZE)
+        for cell in food
+    ]
     dx, dy = min(offsets, key=lambda offset: offset[0] ** 2 + offset[1] ** 2)
     turn = math.atan2(dy, dx) / (2 * math.pi) - heading / 4
-    return (turn % 1.0 if dx or dy else 0.0), math.hypot(dx, dy) / math.hypot(SIDE - 1, SIDE - 1)
+    return (turn % 1.0 if dx or dy else 0.0), math.hypot(dx, dy) / math.hypot(
+        GRID_SIZE - 1, GRID_SIZE - 1
+    )
 
 
 def move(position: int, heading: int, plan: tuple[int, int]) -> tuple[int, int]:
     """Return the position and the heading after the planned movement."""
     if plan == (1, 1):
-        x = position % SIDE + (1, 0, -1, 0)[heading]
-        row = position // SIDE + (0, 1, 0, -1)[heading]
-        position = row * SIDE + x if 0 <= x < SIDE and 0 <= row < SIDE else position
+        x = position % GRID_SIZE + (1, 0, -1, 0)[heading]
+        row = position // GRID_SIZE + (0, 1, 0, -1)[heading]
+        position = row * GRID_SIZE + x if 0 <= x < GRID_SIZE and 0 <= row < GRID_SIZE else position
     return position, (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
 
 
@@ -102,9 +107,9 @@ def place_food(draw: Callable[[int], list[float]]) -> list[int]:
     """Return the random cells of food."""
     food: list[int] = []
     number = 0
-    while len(food) < FOOD:
+    while len(food) < N_FOOD_ITEMS:
         number += 1
-        cell = int(draw(number)[0] * SIDE * SIDE)
+        cell = int(draw(number)[0] * GRID_SIZE * GRID_SIZE)
         food += [] if cell in food else [cell]
     return food
 
@@ -118,12 +123,12 @@ def simulate_in_python(
     eaten = []
     for environment in range(forager_model.environments):
 
-        def draw(number: int, first: int = environment * DRAWS) -> list[float]:
+        def draw(number: int, first: int = environment * DRAWS_PER_ENVIRONMENT) -> list[float]:
             # Overflow of words of 32 bits is intended.
             with np.errstate(over="ignore"):
                 return [float(unit(word)) for word in philox(first + number, agent, 3, LIFE, 7, 0)]
 
-        position = int(draw(0)[0] * SIDE * SIDE)
+        position = int(draw(0)[0] * GRID_SIZE * GRID_SIZE)
         heading = int(draw(0)[1] * 4)
         food = place_food(draw)
         plan = (0, 0)
@@ -140,7 +145,7 @@ def simulate_in_python(
                     weights, values, 2, 0, forward(fixed, values, 2)[1], forager_model.learning_rate
                 )
             elif forager_model.learning != "none":
-                targets: Sequence[float] = draw(DRAWS - 1 - step)[:2]
+                targets: Sequence[float] = draw(DRAWS_PER_ENVIRONMENT - 1 - step)[:2]
                 if forager_model.learning == "prediction":
                     targets = sense(food, position, heading)
                 weights = train(
@@ -180,7 +185,11 @@ def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
         view = forager_model.views["life"].of(
             forager_model, GenerationKey(7, 0, 3), newborns[0], agent
         )
-        assert isinstance(view, GridView) and view.cells.shape == (forager_model.steps, SIDE, SIDE)
+        assert isinstance(view, GridView) and view.cells.shape == (
+            forager_model.steps,
+            GRID_SIZE,
+            GRID_SIZE,
+        )
         gained, food = (
             values.reshape(forager_model.environments, forager_model.steps_per_environment, -1)
             for values in (view.gained, view.cells)
@@ -189,7 +198,9 @@ def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
             gained[:, -1, 0].tolist()
             == simulate_in_python(forager_model, newborns[0, agent], agent)[0]
         )
-        assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "food that is not eaten remains"
+        assert (gained[..., 0] + food.sum(axis=-1) == N_FOOD_ITEMS).all(), (
+            "food that is not eaten remains"
+        )
         moved = np.abs(
             np.diff(
                 view.position.reshape(
@@ -234,7 +245,7 @@ def test_a_learning_step_follows_the_gradient() -> None:
     layers = Layers(HIDDEN, 4, np.float32(1))
     units = make_units(outputs=4)
     targets = (0.9, 0.2)
-    units.values[:INPUTS] = values
+    units.values[:N_INPUTS] = values
     units.targets[:] = targets
     after = weights.copy()
     compute_outputs(layers, after, units.values)
@@ -248,7 +259,7 @@ def test_a_learning_step_follows_the_gradient() -> None:
         nudge[weight] = 1e-5
         slope = (error(weights + nudge) - error(weights - nudge)) / 2e-5
         assert weights[weight] - after[weight] == pytest.approx(slope, abs=2e-5)
-    second = (weights - after)[(INPUTS + 1) * HIDDEN :].reshape(HIDDEN + 1, 4)
+    second = (weights - after)[(N_INPUTS + 1) * HIDDEN :].reshape(HIDDEN + 1, 4)
     assert (second[:, :2] == 0).all() and (second[:, 2:] != 0).all()
 
 
@@ -259,8 +270,8 @@ def test_the_error_to_a_constant_teacher_decreases_in_each_step_and_finally_geom
     units = make_units(outputs=2)
     errors = []
     for _ in range(3000):
-        units.values[:INPUTS] = [0.3, 0.6, 1, 0]
-        units.teacher[:INPUTS] = units.values[:INPUTS]
+        units.values[:N_INPUTS] = [0.3, 0.6, 1, 0]
+        units.teacher[:N_INPUTS] = units.values[:N_INPUTS]
         compute_outputs(layers, weights, units.values)
         compute_outputs(layers, fixed, units.teacher)
         units.targets[:] = units.teacher[-2:]
@@ -296,7 +307,7 @@ def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_in_a_batch() -> 
     newborns = np.repeat(draw_random_genomes(forager_model, 30), 2, axis=0)
     both = forager_model.simulate(7, [0, 5], 3, newborns)
     single = forager_model.simulate(7, [5], 3, newborns[1:])
-    assert both.energy.max() <= FOOD and both.energy.max() > 1
+    assert both.energy.max() <= N_FOOD_ITEMS and both.energy.max() > 1
     assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
 
 

@@ -13,7 +13,7 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
-from baldwinlab.models.digit_readers.digits import DIGITS, PIXELS, draw_digit_sets, read_bitmaps
+from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets, read_bitmaps
 from baldwinlab.models.digit_readers.model import DigitReaders
 from baldwinlab.models.digit_readers.variation import FourBitWeights
 from baldwinlab.parts import LIFE, unit
@@ -25,17 +25,17 @@ HIDDEN = 6
 
 def forward(weights: Numbers, pixels: Numbers) -> Numbers:
     """Compute the outputs by matrices in float64."""
-    first, second = np.split(weights, [(PIXELS + 1) * HIDDEN])
-    hidden = 1 / (1 + np.exp(-(np.append(pixels, 1) @ first.reshape(PIXELS + 1, HIDDEN))))
+    first, second = np.split(weights, [(N_PIXELS + 1) * HIDDEN])
+    hidden = 1 / (1 + np.exp(-(np.append(pixels, 1) @ first.reshape(N_PIXELS + 1, HIDDEN))))
     outputs: Numbers = 1 / (
-        1 + np.exp(-(np.append(hidden, 1) @ second.reshape(HIDDEN + 1, DIGITS)))
+        1 + np.exp(-(np.append(hidden, 1) @ second.reshape(HIDDEN + 1, N_DIGITS)))
     )
     return outputs
 
 
 def error(weights: Numbers, pixels: Numbers, digit: int) -> float:
     """Compute half of the squared error."""
-    return float(((forward(weights, pixels) - np.eye(DIGITS)[digit]) ** 2).sum() / 2)
+    return float(((forward(weights, pixels) - np.eye(N_DIGITS)[digit]) ** 2).sum() / 2)
 
 
 def make_readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[np.float32]]:
@@ -81,7 +81,7 @@ def test_a_network_is_tested_on_images_outside_of_the_training_set(criterion: An
     results = model.simulate(3, [0], 2, genomes)
     training_set, test_set = draw_digit_sets(3, 0, model.tests_per_digit, model.noise)
     assert (
-        training_set.shape == test_set.shape == (100, PIXELS)
+        training_set.shape == test_set.shape == (100, N_PIXELS)
         and (training_set != test_set).any()
         and results.learned is not None
     )
@@ -96,8 +96,8 @@ def test_a_network_is_tested_on_images_outside_of_the_training_set(criterion: An
                     for pixels in test_set
                 ]
             )
-            right = np.repeat(np.arange(DIGITS), model.tests_per_digit)
-            wrong = (outputs > 0.5) != np.eye(DIGITS)[right]
+            right = np.repeat(np.arange(N_DIGITS), model.tests_per_digit)
+            wrong = (outputs > 0.5) != np.eye(N_DIGITS)[right]
             missed = wrong.any(axis=1) if criterion == "all" else outputs.argmax(axis=1) != right
             assert results.records[name][0, agent] == pytest.approx(missed.mean(), abs=0.011), (
                 "a tie can differ"
@@ -118,8 +118,8 @@ def test_digits_can_be_learned_but_not_without_learning() -> None:
 
 def test_the_ten_digits_differ_and_noise_inverts_the_given_share_of_pixels() -> None:
     digits = read_bitmaps()
-    assert digits.shape == (DIGITS, PIXELS) and set(np.unique(digits)) == {0, 1}
-    distances = np.abs(digits[:, None] - digits[None]).sum(axis=2)[np.triu_indices(DIGITS, 1)]
+    assert digits.shape == (N_DIGITS, N_PIXELS) and set(np.unique(digits)) == {0, 1}
+    distances = np.abs(digits[:, None] - digits[None]).sum(axis=2)[np.triu_indices(N_DIGITS, 1)]
     assert distances.min() >= 3, "a digit with one inverted pixel is nearest to itself"
     inverted_share = np.mean(
         [
@@ -127,7 +127,9 @@ def test_the_ten_digits_differ_and_noise_inverts_the_given_share_of_pixels() -> 
             for run in range(20)
         ]
     )
-    assert inverted_share == pytest.approx(0.05, abs=4 * np.sqrt(0.05 * 0.95 / (20 * 200 * PIXELS)))
+    assert inverted_share == pytest.approx(
+        0.05, abs=4 * np.sqrt(0.05 * 0.95 / (20 * 200 * N_PIXELS))
+    )
 
 
 def test_the_number_of_trials_is_constant_or_uniform_from_0_to_twice_the_mean() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.models.erl.agents import (
-    BITS,
-    INPUTS,
+    N_BITS,
+    N_INPUTS,
     decode_weight,
     reinforce,
     remove_dead_agents,
@@ -23,7 +23,7 @@ from baldwinlab.models.erl.world import (
     AGENTS,
     CORPSE,
     EMPTY,
-    KINDS,
+    N_SENSED_KINDS,
     PLANT,
     PLANTS,
     TREE,
@@ -43,7 +43,7 @@ from tests.models.erl.worlds import (
 
 def test_a_step_of_crbp_has_the_values_computed_by_hand() -> None:
     """With weights of 0, p = 1/2, so a weight changes by rate x (target - 1/2) / 4."""
-    inputs = np.zeros(INPUTS, np.float32)
+    inputs = np.zeros(N_INPUTS, np.float32)
     inputs[3] = 1
     inputs[-1] = 0.5
     for action, is_better, rate, expected in [
@@ -52,7 +52,7 @@ def test_a_step_of_crbp_has_the_values_computed_by_hand() -> None:
         (1, False, 0.03, -0.00375),
         (0, False, 0.03, 0.00375),
     ]:
-        weights = np.zeros(INPUTS, np.float32)
+        weights = np.zeros(N_INPUTS, np.float32)
         reinforce(weights, inputs, action, is_better, np.float32(rate))
         assert weights[3] == pytest.approx(expected, rel=1e-6) and weights[-1] == pytest.approx(
             expected / 2, rel=1e-6
@@ -66,7 +66,7 @@ def test_an_improvement_makes_the_last_action_more_likely() -> None:
     world.evaluation_weights[agent] = 0
     world.action_weights[agent] = 0
     # The evaluation increases with energy.
-    world.evaluation_weights[agent, 4 * KINDS + 1] = 10
+    world.evaluation_weights[agent, 4 * N_SENSED_KINDS + 1] = 10
     step_agent(rules, world, agent, inputs)
     action = world.last_action[agent].copy()
     before = world.action_weights[agent].copy()
@@ -102,10 +102,12 @@ def test_evaluation_networks_do_not_change_and_action_networks_change_only_with_
     learned = 0
     for agent in range(agents):
         newborn_weights = [
-            decode_weight(rules, world.bits[agent], number) for number in range(3 * INPUTS)
+            decode_weight(rules, world.bits[agent], number) for number in range(3 * N_INPUTS)
         ]
-        np.testing.assert_array_equal(world.evaluation_weights[agent], newborn_weights[:INPUTS])
-        learned += not np.array_equal(world.action_weights[agent].ravel(), newborn_weights[INPUTS:])
+        np.testing.assert_array_equal(world.evaluation_weights[agent], newborn_weights[:N_INPUTS])
+        learned += not np.array_equal(
+            world.action_weights[agent].ravel(), newborn_weights[N_INPUTS:]
+        )
     assert learned > 3 if strategy in ("ERL", "L") else learned == 0
 
 
@@ -151,7 +153,7 @@ def test_children_have_bits_of_both_parents_with_two_cuts_and_mutations() -> Non
     # Move the second parent out of reach.
     world.position[second] = 60 * 2 + 2
     reproduce(rules, world, first)
-    assert world.bits[child].mean() == pytest.approx(0.1, abs=4 * np.sqrt(0.09 / BITS))
+    assert world.bits[child].mean() == pytest.approx(0.1, abs=4 * np.sqrt(0.09 / N_BITS))
 
 
 def test_without_heredity_the_bits_of_newborns_are_random() -> None:
@@ -159,7 +161,7 @@ def test_without_heredity_the_bits_of_newborns_are_random() -> None:
     agent = put_agent(rules, world, 210, 1)
     world.energy[agent] = 1
     reproduce(rules, world, agent)
-    assert world.bits[1].mean() == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(BITS))
+    assert world.bits[1].mean() == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(N_BITS))
 
 
 def test_carnivores_have_no_genome() -> None:
@@ -183,10 +185,16 @@ def test_an_agent_senses_the_nearest_of_each_kind_by_direction() -> None:
     world.energy[agent] = 0.25
     sense(rules, world, agent, inputs)
     sensed = {int(number): float(inputs[number]) for number in np.flatnonzero(inputs)}
-    assert sensed == {0 * KINDS + TREE: 0.5, EAST * KINDS + PLANT: 1.0, 24: 1.0, 25: 0.25, 27: 1.0}
+    assert sensed == {
+        0 * N_SENSED_KINDS + TREE: 0.5,
+        EAST * N_SENSED_KINDS + PLANT: 1.0,
+        24: 1.0,
+        25: 0.25,
+        27: 1.0,
+    }
     assert put_agent(rules, world, 20 * 10 + 18) == 1
     sense(rules, world, 1, inputs)
-    assert inputs[EAST * KINDS + WALL] == 1
+    assert inputs[EAST * N_SENSED_KINDS + WALL] == 1
 
 
 def test_an_agent_eats_enters_trees_attacks_and_is_hurt_by_walls() -> None:

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.models.erl.agents import (
-    BITS,
-    INPUTS,
+    N_BITS,
+    N_INPUTS,
     add_agent,
     place_founders,
 )
@@ -54,7 +54,7 @@ def make_empty_world(**fields: Any) -> tuple[Any, ErlWorld, npt.NDArray[np.float
     rules = model.rules()
     world = model.world(1, 0, 0, 0)
     init_world(rules, world)
-    return rules, world, np.zeros(INPUTS, np.float32)
+    return rules, world, np.zeros(N_INPUTS, np.float32)
 
 
 def put_agent(rules: Any, world: ErlWorld, cell: int, bits: int = 0) -> int:
@@ -77,8 +77,8 @@ def simulate_world(strategy: str, steps: int = 80) -> tuple[Any, ErlWorld, npt.N
     model = ErlPopulations(**SMALL, strategy=strategy)
     rules = model.rules()
     world = model.world(2, 0, 0, 0)
-    inputs = np.zeros(INPUTS, np.float32)
-    genomes = model.founders(1, GenerationKey(2, 0, 0)).reshape(-1, BITS)
+    inputs = np.zeros(N_INPUTS, np.float32)
+    genomes = model.founders(1, GenerationKey(2, 0, 0)).reshape(-1, N_BITS)
     init_world(rules, world)
     place_founders(rules, world, genomes)
     for step in range(steps):

@@ -13,8 +13,8 @@ from scipy.stats import chisquare
 from baldwinlab import papers
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
-from baldwinlab.models.light_switch.lifetimes import INPUTS
-from baldwinlab.models.light_switch.model import CHANGED, WORLD, LightSwitch
+from baldwinlab.models.light_switch.lifetimes import N_INPUTS
+from baldwinlab.models.light_switch.model import CHANGED_WORLDS, STANDARD_WORLD, LightSwitch
 from baldwinlab.models.light_switch.variation import OnePointOfBits
 from baldwinlab.models.miniworld.learning.hebbian import strength_change
 from baldwinlab.parts import LIFE, uniforms
@@ -44,7 +44,7 @@ class PlainLifetime:
     ) -> None:
         self.model = model
         self.world = world
-        sources = INPUTS + model.neurons
+        sources = N_INPUTS + model.neurons
         self.neurons = range(model.neurons)
         genes = [bits[first : first + 5] for first in range(0, len(bits) // 5 * 5, 5)]
         self.synapses: list[list[dict[str, Any]]] = []
@@ -56,8 +56,8 @@ class PlainLifetime:
                     if model.sign == "source":
                         sign = (
                             bits[5 * model.neurons + source]
-                            if source < INPUTS
-                            else genes[source - INPUTS][0]
+                            if source < N_INPUTS
+                            else genes[source - N_INPUTS][0]
                         )
                 else:
                     sign, *rest = genes[neuron * sources + source]
@@ -161,7 +161,7 @@ def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     assert (newborns == draw_random_genomes(model)).all(), "genomes do not change"
     begin = uniforms(7, 5, 3, LIFE, (1, 1))[0, 0]
     small = 0.1 * uniforms(7, 5, 3, LIFE, (1 + len(newborns[0]), model.synapses))[1:, :, 0]
-    for name, world in (("score", WORLD), ("changed", CHANGED[model.change])):
+    for name, world in (("score", STANDARD_WORLD), ("changed", CHANGED_WORLDS[model.change])):
         lives = [
             PlainLifetime(model, genome.astype(int).tolist(), at_birth, world)
             for genome, at_birth in zip(newborns[0, :, 0], small, strict=True)

@@ -12,22 +12,28 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import GENE, HEAD, activate, make_minimal_graphs
+from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, activate, make_minimal_graphs
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.neat.cart_pole import (
-    CART,
-    FORCE,
+    CART_MASS,
     GRAVITY,
-    HALVES,
-    MASSES,
-    PARTS,
-    TRACK,
-    UPRIGHT,
+    MAX_ANGLE,
+    MAX_FORCE,
+    MAX_POSITION,
+    POLE_HALF_LENGTHS,
+    POLE_MASSES,
+    STATE_SIZE,
     compute_cosine,
     compute_sine,
     move,
 )
-from baldwinlab.models.neat.double_pole import SCALE, START, NeatPoles, activate_once, order_links
+from baldwinlab.models.neat.double_pole import (
+    INITIAL_STATE,
+    INPUT_SCALES,
+    NeatPoles,
+    activate_once,
+    order_links,
+)
 from baldwinlab.simulation.simulate import simulate_histories
 
 State = npt.NDArray[np.float64]
@@ -39,9 +45,9 @@ def energy(state: State) -> float:
     A pole is a rod of uniform thickness with a hinge at its lower end.
     """
     _, speed, *poles = state
-    total = CART * speed**2 / 2
+    total = CART_MASS * speed**2 / 2
     for (angle, angular_velocity), mass, half in zip(
-        (poles[:2], poles[2:]), MASSES, HALVES, strict=True
+        (poles[:2], poles[2:]), POLE_MASSES, POLE_HALF_LENGTHS, strict=True
     ):
         kinetic = (
             speed**2
@@ -55,7 +61,7 @@ def energy(state: State) -> float:
 def state_after(steps: int, step: float, push: float = 0.0, friction: float = 0.0) -> State:
     """Return the state after a number of steps."""
     state = np.array([0.1, 0.3, 0.2, -0.5, -0.1, 0.8])
-    motion = np.empty((7, PARTS))
+    motion = np.empty((7, STATE_SIZE))
     for _ in range(steps):
         move(state, push, step, friction, motion)
     return state
@@ -67,7 +73,7 @@ def test_energy_is_constant_without_friction_and_force() -> None:
     assert energy(state_after(30, 0.01, friction=1e-3)) < begin * (1 - 1e-4), (
         "friction reduces energy"
     )
-    assert abs(energy(state_after(30, 0.01, push=FORCE)) - begin) > 1, "a force changes energy"
+    assert abs(energy(state_after(30, 0.01, push=MAX_FORCE)) - begin) > 1, "a force changes energy"
 
 
 def test_a_step_is_of_fourth_order() -> None:
@@ -86,8 +92,8 @@ def test_sine_and_cosine_agree_with_the_math_module() -> None:
 
 
 def test_an_upright_pole_stays_and_a_tilted_pole_falls() -> None:
-    state = np.zeros(PARTS)
-    motion = np.empty((7, PARTS))
+    state = np.zeros(STATE_SIZE)
+    motion = np.empty((7, STATE_SIZE))
     for _ in range(100):
         move(state, 0.0, 0.01, 0.0, motion)
     assert (state == 0).all()
@@ -114,18 +120,20 @@ def evolved_genomes() -> npt.NDArray[np.float32]:
 def test_networks_with_ordered_links_have_the_outputs_of_other_implementations() -> None:
     state = np.array([1.0, -0.3, 0.2, 0.5, -0.4, 1.5])
     steepness = np.float32(4.9)
-    sensed = [float(np.float32(value / scale)) for value, scale in zip(state, SCALE, strict=True)]
+    sensed = [
+        float(np.float32(value / scale)) for value, scale in zip(state, INPUT_SCALES, strict=True)
+    ]
     outputs = set()
     for graph in evolved_genomes()[:, 0]:
-        units = np.empty((3, PARTS + 101), np.float32)
+        units = np.empty((3, STATE_SIZE + 101), np.float32)
         plan = np.empty((2, 100, 3), np.float32)
-        links = order_links(graph, PARTS, False, plan[0], plan[1], units[0])
+        links = order_links(graph, STATE_SIZE, False, plan[0], plan[1], units[0])
         units[1] = 0.5
         output = activate_once(
-            plan[1], links, steepness, np.arange(PARTS), state, units[1], units[1]
+            plan[1], links, steepness, np.arange(STATE_SIZE), state, units[1], units[1]
         )
-        units[2, :PARTS] = sensed
-        activate(graph, PARTS, 1, steepness, units[2])
+        units[2, :STATE_SIZE] = sensed
+        activate(graph, STATE_SIZE, 1, steepness, units[2])
         assert output == units[2, -1]
         assert output == pytest.approx(
             oracle.activate(graph.tolist(), 4.9, [*sensed, 1])[0], abs=1e-5
@@ -136,15 +144,17 @@ def test_networks_with_ordered_links_have_the_outputs_of_other_implementations()
 
 def naive_life(graph: Any, max_steps: int) -> int:
     """Return the number of steps that a network balances, in plain Python."""
-    state = np.array(START)
-    motion = np.empty((7, PARTS))
+    state = np.array(INITIAL_STATE)
+    motion = np.empty((7, STATE_SIZE))
     for step in range(max_steps):
         (output,) = oracle.activate(
-            graph, 4.9, [*(value / scale for value, scale in zip(state, SCALE, strict=True)), 1]
+            graph,
+            4.9,
+            [*(value / scale for value, scale in zip(state, INPUT_SCALES, strict=True)), 1],
         )
         for _ in range(2):
-            move(state, FORCE * (2 * output - 1), 0.01, 2e-6, motion)
-        if abs(state[0]) > TRACK or max(abs(state[2]), abs(state[4])) > UPRIGHT:
+            move(state, MAX_FORCE * (2 * output - 1), 0.01, 2e-6, motion)
+        if abs(state[0]) > MAX_POSITION or max(abs(state[2]), abs(state[4])) > MAX_ANGLE:
             return step
     return max_steps
 
@@ -159,9 +169,9 @@ def test_the_duration_of_a_lifetime_agrees_with_plain_python() -> None:
 
 
 def test_a_cart_with_a_constant_force_leaves_the_track() -> None:
-    graph = make_minimal_graphs(PARTS + 1, 1, 10, np.zeros((1, PARTS + 1)))
+    graph = make_minimal_graphs(STATE_SIZE + 1, 1, 10, np.zeros((1, STATE_SIZE + 1)))
     # The weight of the bias.
-    graph[0, HEAD + GENE * PARTS + 3] = 5
+    graph[0, HEAD_SIZE + GENE_SIZE * STATE_SIZE + 3] = 5
     results = NeatPoles(max_links=10).simulate(0, [0], 0, graph[None, :, None])
     assert results.energy.item() < 50 and results.records["solves"].item() == 0
 
@@ -169,7 +179,7 @@ def test_a_cart_with_a_constant_force_leaves_the_track() -> None:
 def test_founders_have_links_from_all_inputs_and_the_bias_to_the_force() -> None:
     founders = NeatPoles().founders(30, GenerationKey(1, 0, 0))
     results = NeatPoles(max_steps=1).simulate(0, [0], 0, founders[None])
-    assert (results.records["enabled"] == PARTS + 1).all() and (
+    assert (results.records["enabled"] == STATE_SIZE + 1).all() and (
         results.records["hidden"] == 0
     ).all()
 

@@ -14,12 +14,28 @@ import baldwinlab as bl
 from baldwinlab.api.checks.evolution import compare_children
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.evolution.neat import oracle
-from baldwinlab.evolution.neat.genome import GENE, HEAD, make_minimal_graphs
+from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, make_minimal_graphs
 from baldwinlab.evolution.neat.operators import Neat
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.models.neat.cart_pole import FORCE, PARTS, TRACK, UPRIGHT, is_balanced, move
-from baldwinlab.models.neat.double_pole import SCALE, START, activate_once, order_links
-from baldwinlab.models.neat.double_pole_no_velocities import ENOUGH, STARTS, UnseenVelocities
+from baldwinlab.models.neat.cart_pole import (
+    MAX_ANGLE,
+    MAX_FORCE,
+    MAX_POSITION,
+    STATE_SIZE,
+    is_balanced,
+    move,
+)
+from baldwinlab.models.neat.double_pole import (
+    INITIAL_STATE,
+    INPUT_SCALES,
+    activate_once,
+    order_links,
+)
+from baldwinlab.models.neat.double_pole_no_velocities import (
+    MIN_BALANCED_STARTS,
+    START_STATES,
+    UnseenVelocities,
+)
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.evolution.neat.grown import genes_of, make_network, population
 
@@ -33,7 +49,7 @@ Graph = npt.NDArray[np.float32]
 def balancing(to_itself: float = -1.2, weights: tuple[float, ...] = WEIGHTS) -> Graph:
     """Return a network of a single output node with a link to itself."""
     graph: Graph = make_minimal_graphs(4, 1, 10, np.array([weights]))[0]
-    graph[HEAD + 4 * GENE : HEAD + 5 * GENE] = 9, 4, 4, to_itself, 1
+    graph[HEAD_SIZE + 4 * GENE_SIZE : HEAD_SIZE + 5 * GENE_SIZE] = 9, 4, 4, to_itself, 1
     return graph
 
 
@@ -96,12 +112,12 @@ def test_recurrent_networks_have_the_outputs_of_plain_python(evolved_genomes: Gr
         units = np.zeros((3, 3 + 100 + 1), np.float32)
         links = order_links(graph, 3, True, plan[0], plan[1], units[2])
         before = dict[float, float]()
-        for state in random.normal(size=(6, PARTS)):
+        for state in random.normal(size=(6, STATE_SIZE)):
             output = activate_once(
                 plan[1], links, steepness, np.array([0, 2, 4]), state, units[0], units[1]
             )
             units[0] = units[1]
-            sensed = [state[part] / SCALE[part] for part in (0, 2, 4)]
+            sensed = [state[part] / INPUT_SCALES[part] for part in (0, 2, 4)]
             before = oracle.step(graph.tolist(), 4.9, [*sensed, 1], before)
             assert output == pytest.approx(before.get(4.0, 0.0), abs=1e-5)
             outputs.add(float(output))
@@ -111,8 +127,8 @@ def test_recurrent_networks_have_the_outputs_of_plain_python(evolved_genomes: Gr
 
 def naive_life(graph: Graph, max_steps: int) -> tuple[int, float]:
     """Return the steps that a network balances, and Gruau's fitness, in plain Python."""
-    state = np.array(START)
-    motion = np.empty((7, PARTS))
+    state = np.array(INITIAL_STATE)
+    motion = np.empty((7, STATE_SIZE))
     before = dict[float, float]()
     unrest: list[float] = []
     while len(unrest) < max_steps:
@@ -120,8 +136,8 @@ def naive_life(graph: Graph, max_steps: int) -> tuple[int, float]:
             graph.tolist(), 4.9, [state[0] / 4.8, state[2] / 0.52, state[4] / 0.52, 1], before
         )
         for _ in range(2):
-            move(state, FORCE * (2 * before.get(4.0, 0.0) - 1), 0.01, 2e-6, motion)
-        if abs(state[0]) > TRACK or max(abs(state[2]), abs(state[4])) > UPRIGHT:
+            move(state, MAX_FORCE * (2 * before.get(4.0, 0.0) - 1), 0.01, 2e-6, motion)
+        if abs(state[0]) > MAX_POSITION or max(abs(state[2]), abs(state[4])) > MAX_ANGLE:
             break
         unrest.append(sum(abs(state[:4])))
     steps = len(unrest)
@@ -178,8 +194,10 @@ def test_generalization_is_tested_only_for_the_best_network_that_balances() -> N
 
 
 def test_start_states_are_a_grid_of_balanced_states() -> None:
-    starts = np.array(STARTS)
-    assert starts.shape == (625, PARTS) and len({tuple(start) for start in STARTS}) == 625
+    starts = np.array(START_STATES)
+    assert (
+        starts.shape == (625, STATE_SIZE) and len({tuple(start) for start in START_STATES}) == 625
+    )
     assert all(is_balanced(start) for start in starts)
     np.testing.assert_allclose(
         starts.max(axis=0),
@@ -228,9 +246,9 @@ def test_a_run_is_bit_identical_in_a_batch() -> None:
 
 def test_measures_describe_the_first_network_that_generalizes() -> None:
     starts = np.zeros((2, 3, 4), int)
-    starts[0, 1, 2] = ENOUGH
+    starts[0, 1, 2] = MIN_BALANCED_STARTS
     starts[0, 2, 0] = 400
-    starts[1] = ENOUGH - 1
+    starts[1] = MIN_BALANCED_STARTS - 1
     dims = ("run", "generation", "agent")
     runs = xr.Dataset(
         dict.fromkeys(("generalises", "hidden", "enabled"), (dims, starts)), {"run": [0, 1]}
@@ -240,9 +258,10 @@ def test_measures_describe_the_first_network_that_generalizes() -> None:
         for name, measure in UnseenVelocities.measures.items()
     }
     assert measured["solved"] == [1, 0]
-    assert (measured["evaluations"][0], measured["generalises"][0]) == (7, ENOUGH) and np.isnan(
-        measured["evaluations"][1]
-    )
+    assert (measured["evaluations"][0], measured["generalises"][0]) == (
+        7,
+        MIN_BALANCED_STARTS,
+    ) and np.isnan(measured["evaluations"][1])
 
 
 def test_the_control_has_the_numbers_of_the_paper() -> None:
@@ -273,6 +292,6 @@ def test_the_number_of_networks_is_within_a_factor_of_two_of_the_published_one()
     for history in simulate_histories(
         assign(bl.load(POLES), ["evolution.generations=40"]), 0, range(10)
     ):
-        solves = (history.recorded_values("generalises") >= ENOUGH).ravel()
+        solves = (history.recorded_values("generalises") >= MIN_BALANCED_STARTS).ravel()
         tried.append(int(solves.argmax()) + 1 if solves.any() else np.inf)
     assert 33184 / 2 < np.median(tried) < 33184 * 2

@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
-from baldwinlab.evolution.neat.genome import HEAD, SPECIES, STALE
+from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
 from baldwinlab.evolution.neat.operators import Neat, Species
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.toml import from_toml, to_toml
@@ -122,9 +122,10 @@ def test_no_champion_of_a_species_above_five_members_is_lost() -> None:
             members = np.flatnonzero(genomes[generation, :, SPECIES] == species)
             best = members[energy[generation, members] == energy[generation, members].max()]
             survives = [
-                (genomes[generation + 1, :, HEAD:] == genomes[generation, champion, HEAD:]).all(
-                    axis=1
-                )
+                (
+                    genomes[generation + 1, :, HEAD_SIZE:]
+                    == genomes[generation, champion, HEAD_SIZE:]
+                ).all(axis=1)
                 for champion in best
             ]
             survived += bool(np.any(survives))

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.models.t_mazes.model import TMazes
-from baldwinlab.models.t_mazes.trips import BIAS, INPUTS, REWARD, RULE, TURNING
+from baldwinlab.models.t_mazes.trips import BIAS, N_INPUTS, N_RULE_GENES, REWARD, TURNING
 
 KINDS: dict[str, dict[str, Any]] = {
     "modulated": {"standard_neurons": 2, "modulatory_neurons": 2},
@@ -32,7 +32,7 @@ def draw_plastic_genomes(
     """
     drawn = np.random.default_rng(4).uniform(-size, size, (1, agents, 1, model.weights())) ** 3
     # A view, so that changes are in `drawn`.
-    synapses = drawn[..., :-RULE].reshape(agents, model.neurons, -1)
+    synapses = drawn[..., :-N_RULE_GENES].reshape(agents, model.neurons, -1)
     synapses[..., BIAS] *= 0.01
     synapses[:, -1, TURNING] = np.random.default_rng(5).choice([-1, 1], agents)
     drawn[..., -1] *= 0.1
@@ -48,28 +48,28 @@ class PlainLifetime:
         self.model = model
         self.maze = maze
         genes = np.clip(genome.astype(float), -1, 1)
-        self.weights = 10 * genes[:-RULE].reshape(model.neurons, INPUTS + model.neurons)
-        self.a, self.b, self.c, self.d, rate = genes[-RULE:]
+        self.weights = 10 * genes[:-N_RULE_GENES].reshape(model.neurons, N_INPUTS + model.neurons)
+        self.a, self.b, self.c, self.d, rate = genes[-N_RULE_GENES:]
         self.rate = 100 * rate
-        self.values = [0.0] * (INPUTS + model.neurons)
+        self.values = [0.0] * (N_INPUTS + model.neurons)
         self.actions: list[str] = []
         # The actions until the agent is home, and the reward, of each trip.
         self.trips: list[tuple[list[str], float]] = []
 
     def rest(self) -> None:
-        self.values[INPUTS:] = [0.0] * self.model.neurons
+        self.values[N_INPUTS:] = [0.0] * self.model.neurons
 
     def act(self, position: str, reward: float = 0.0) -> str:
         """Update the network at a position and return the action."""
         names = ("turning", "end", "home", "reward", "bias")
-        self.values[:INPUTS] = [float(name in (position, "bias")) for name in names]
+        self.values[:N_INPUTS] = [float(name in (position, "bias")) for name in names]
         self.values[REWARD] = reward
         if self.model.memory == "step":
             self.rest()
-        modulatory = range(INPUTS, INPUTS + self.model.modulatory_neurons)
+        modulatory = range(N_INPUTS, N_INPUTS + self.model.modulatory_neurons)
         sources = [k for k in range(len(self.values)) if k not in modulatory]
         for neuron, row in enumerate(self.weights):
-            self.values[INPUTS + neuron] = math.tanh(
+            self.values[N_INPUTS + neuron] = math.tanh(
                 sum(row[k] * self.values[k] for k in sources) / 2
             )
         for neuron, row in enumerate(self.weights if self.model.plasticity else ()):
@@ -78,7 +78,7 @@ class PlainLifetime:
                 if modulatory
                 else 1.0
             )
-            y = self.values[INPUTS + neuron]
+            y = self.values[N_INPUTS + neuron]
             for k in sources:
                 x = self.values[k]
                 row[k] += gate * self.rate * (self.a * x * y + self.b * x + self.c * y + self.d)

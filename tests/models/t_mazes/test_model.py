@@ -13,7 +13,7 @@ import baldwinlab as bl
 from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import assign
 from baldwinlab.models.t_mazes.model import TMazes
-from baldwinlab.models.t_mazes.trips import END, INPUTS, REWARD, RULE, TURNING
+from baldwinlab.models.t_mazes.trips import END, N_INPUTS, N_RULE_GENES, REWARD, TURNING
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.models.t_mazes.plain import KINDS, PlainLifetime, draw_plastic_genomes
 
@@ -28,7 +28,7 @@ def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     assert results.energy[0] == pytest.approx([life.total_reward() for life in lives])
     assert len(set(results.energy[0].round(6))) > 2
     assert results.learned is not None
-    weights = results.learned[0, :, :-RULE].reshape(len(lives), model.neurons, -1) * 10
+    weights = results.learned[0, :, :-N_RULE_GENES].reshape(len(lives), model.neurons, -1) * 10
     differences = np.abs(weights - [life.weights for life in lives]).max(axis=(1, 2))
     assert np.quantile(differences, 0.9) < 1e-3, (
         "rounding errors grow in some agents, whose weights saturate"
@@ -42,13 +42,13 @@ def hand_built_controller() -> tuple[TMazes, npt.NDArray[np.float32]]:
     opposite of its output's activation, unless its input is 1.
     """
     model = TMazes(standard_neurons=0, modulatory_neurons=1)
-    weights = np.zeros((model.neurons, INPUTS + model.neurons), np.float32)
+    weights = np.zeros((model.neurons, N_INPUTS + model.neurons), np.float32)
     modulatory, output = weights
     modulatory[END] = 1
     modulatory[REWARD] = -1
     output[TURNING] = 1
     # Links from the modulatory neuron and from the output itself.
-    output[INPUTS] = output[INPUTS + 1] = 1
+    output[N_INPUTS] = output[N_INPUTS + 1] = 1
     return model, np.concatenate([weights.ravel(), np.array([1, 0, -1, 0, 1], np.float32)])
 
 

@@ -10,7 +10,7 @@ import pytest
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.models.grid_frames import HIGH, LOW, WALL
 from baldwinlab.models.t_mazes.model import MAX_SHOWN_TRIPS, TMazes
-from baldwinlab.models.t_mazes.trips import BIAS, END, INPUTS, RULE, TURNING
+from baldwinlab.models.t_mazes.trips import BIAS, END, N_INPUTS, N_RULE_GENES, TURNING
 from baldwinlab.parts import GridView, PathView
 from tests.models.t_mazes.plain import KINDS, PlainLifetime, draw_plastic_genomes
 
@@ -109,18 +109,20 @@ def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: A
         plasticity=False,
         trips=20,
     )
-    weights = np.zeros((model.neurons, INPUTS + model.neurons), np.float32)
+    weights = np.zeros((model.neurons, N_INPUTS + model.neurons), np.float32)
     after_end, turns_back, output = weights
     after_end[END] = 10
     after_end[BIAS] = -0.5
-    after_end[INPUTS] = 4
+    after_end[N_INPUTS] = 4
     turns_back[TURNING] = 6
     turns_back[BIAS] = -8.6
-    turns_back[INPUTS] = 6
+    turns_back[N_INPUTS] = 6
     output[TURNING] = 3
     output[BIAS] = -3
-    output[INPUTS + 1] = -3
-    newborns = np.concatenate([weights.ravel() / 10, np.zeros(RULE)]).astype(np.float32)[None, None]
+    output[N_INPUTS + 1] = -3
+    newborns = np.concatenate([weights.ravel() / 10, np.zeros(N_RULE_GENES)]).astype(np.float32)[
+        None, None
+    ]
     first, moves, after = model.maze(7, 5, 3)
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
     view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, 0)

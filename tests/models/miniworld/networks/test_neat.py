@@ -14,7 +14,7 @@ from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
-    HEAD,
+    HEAD_SIZE,
     activate,
     count_entries,
     count_links,
@@ -57,7 +57,7 @@ def test_founders_have_links_from_each_input_and_the_bias_to_each_action() -> No
     experiment = make_experiment()
     genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
     assert {(count_links(graph), count_nodes(graph)) for graph in genome[:, 0]} == {(12, 7)}
-    weights = genome[:, 0, HEAD + 3 : count_entries(12) : 5]
+    weights = genome[:, 0, HEAD_SIZE + 3 : count_entries(12) : 5]
     assert abs(weights.mean()) < 0.3 and 0.8 < weights.std() < 1.2, (
         "weights have the distribution N(0, 1)"
     )
