@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import tomlkit
@@ -34,6 +35,7 @@ def run(
     executor: str = "threads",
     set: Mapping[str, Any] | None = None,
     founders: str | Sequence[str] = (),
+    schedule: Mapping[int, Mapping[str, Any]] = MappingProxyType({}),
     force: bool = False,
 ) -> Study:
     """Run one or several experiments as one study.
@@ -64,6 +66,8 @@ def run(
         Genomes of the first generation: "STUDY:CONDITION@GENERATION", with "[RUN]" at the end for
         the population of one run, or a genome file (.nc, .npy). "=SHARE" at the end is the share of
         the first generation that gets them. By default the genomes are random.
+    schedule
+        Settings that change during a run, by generation: {50: {"learning.rule": "none"}}.
     force
         Run even if less memory or disk is free than the estimate.
 
@@ -102,6 +106,7 @@ def run(
         seed=seed,
         out=out,
         founders=references,
+        schedule=[{"generation": number, **values} for number, values in sorted(schedule.items())],
     )
 
 

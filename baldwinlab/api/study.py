@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import xarray as xr
 
 from baldwinlab import papers
+from baldwinlab.api.extend import extend
 from baldwinlab.api.load import load_installed
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
@@ -47,6 +48,50 @@ class Study(StudyExports):
             """Raise AttributeError, with the new name of a renamed method."""
             hint = f"; it was renamed to {RENAMED[name]}" if name in RENAMED else ""
             raise AttributeError(f"'Study' object has no attribute {name!r}{hint}")
+
+    def extend(
+        self,
+        generations: int | None = None,
+        *,
+        runs: int | None = None,
+        workers: int | None = None,
+        backend: str = "auto",
+        executor: str = "threads",
+        force: bool = False,
+    ) -> None:
+        """Run the study further, with more generations, more runs, or both.
+
+        The stored generations keep their bits. The result is bit-identical to that of one long run.
+
+        Parameters
+        ----------
+        generations
+            Number of generations of all conditions; the stored number, unless given.
+        runs
+            Number of runs of each condition; the largest stored number, unless given.
+        workers
+            Number of threads, at least 1; by default one per core. With the executor "slurm", the
+            number of jobs.
+        backend
+            "cpu", "cuda", or "auto" for the fastest that is available.
+        executor
+            "threads", "dask:tcp://HOST:PORT", or "slurm".
+        force
+            Run even if less memory or disk is free than the estimate.
+
+        Raises
+        ------
+        StudyError
+            The study has more generations, or it is a sweep or a multiverse.
+        ArgumentError
+            A number is out of range.
+        RefusedError
+            Less memory or disk is free than the estimate.
+        InterruptedStudyError
+            A worker or a disk failed. The same call continues.
+        """
+        options = RunOptions(workers, backend, executor, force)
+        self._store = extend(self._store, options, generations=generations, runs=runs)
 
     def assay(
         self,

@@ -164,3 +164,26 @@ def test_a_setting_without_effect_in_every_condition_is_refused(
         bl.run("evo/A", set=idle, out=tmp_path / "study")
     assert len(str(refused.value).splitlines()) == 2
     bl.run(["evo/A", "evo+self-taught/A"], runs=1, set={**SHORT, **idle}, out=tmp_path / "study")
+
+
+def test_a_study_is_extended_to_the_bits_of_a_longer_one(tmp_path: Path) -> None:
+    study = bl.run(shorten_preset("evo/A"), runs=1, seed=5, out=tmp_path / "extended")
+    study.extend(5, runs=2)
+    longer = shorten_preset("evo/A").replace(evolution={"generations": 5})
+    make_small_study(tmp_path / "longer", [longer], runs=2)
+    assert read_records(study.directory) == read_records(tmp_path / "longer")
+    assert study.data().sizes["generation"] == 5
+
+
+def test_a_schedule_changes_settings_by_generation(tmp_path: Path) -> None:
+    study = bl.run(
+        shorten_preset("evo+self-taught/A"),
+        runs=1,
+        seed=5,
+        out=tmp_path / "study",
+        schedule={2: {"learning.rule": "none"}, 1: {"motor.noise": 0.5}},
+    )
+    experiment = study.experiment("evo+self-taught/A")
+    assert [change.generation for change in experiment.schedule] == [1, 2]
+    assert (experiment.at(1).learns, experiment.at(2).learns) == (True, False)
+    assert experiment.at(2).motor.noise == 0.5

@@ -438,3 +438,37 @@ print(matplotlib.rcParams["lines.linewidth"], os.getcwd())
     )
     assert result.stdout.splitlines()[-1] == f"1.5 {tmp_path}"
     assert result.stderr == ""
+
+
+def test_a_stored_study_is_extended_by_its_directory(command: Command, tmp_path: Path) -> None:
+    settings = ("--set", "lifetime.steps=100", "--generations")
+    assert command("run", "evo/A", *settings, "2", "--runs", "1", "--out", "study").code == 0
+    assert command("run", "study", "--generations", "4", "--runs", "2").code == 0
+    assert command("run", "evo/A", *settings, "4", "--runs", "2", "--out", "longer").code == 0
+    assert read_records(tmp_path / "study") == read_records(tmp_path / "longer")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("run", "study", "--generations", "1"), "generations = 1 must be at least 2"),
+        (("run", "study", "--seed", "3"), "study is a stored study, which determines"),
+        (("run", "study", "--set", "lifetime.steps=3"), "study is a stored study"),
+        (("run", "study", "--checkpoint", "never"), "must be a number of generations"),
+        (("run", "evo/A", "--founders", "study:evo/A@7"), "must be a whole number from 0 to 1"),
+        (("run", "evo/A", "--founders", "study"), "must be STUDY:CONDITION@GENERATION"),
+        (("run", "evo/A", "--at", "learning.rule=none"), "must follow a generation"),
+        (("run", "evo/A", "--at", "3", "population.size=4"), "cannot change during a run"),
+    ],
+)
+def test_continuation_that_is_impossible_is_refused_in_one_sentence(
+    command: Command, tmp_path: Path, arguments: tuple[str, ...], sentence: str
+) -> None:
+    settings = ("--set", "lifetime.steps=100", "--generations", "2")
+    assert command("run", "evo/A", *settings, "--runs", "1", "--out", "study").code == 0
+    before = read_records(tmp_path / "study")
+    result = command(*arguments)
+    assert result.code != 0
+    assert sentence in result.err
+    assert read_records(tmp_path / "study") == before
+    assert not (tmp_path / "results").exists()

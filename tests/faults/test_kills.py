@@ -50,6 +50,9 @@ class Stage(NamedTuple):
 
 STAGES = [
     Stage("run", RUN, 165),
+    # Each generation stores a checkpoint.
+    Stage("checkpoint", (*RUN, "--checkpoint", "1"), 40),
+    Stage("extend", ("run", "study", "--generations", "9"), 40, RUN),
     Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 35),
     Stage("assay", ("assay", "study", "--assays", "innate"), 15, RUN),
     Stage("report", ("report", "study"), 20, RUN),
