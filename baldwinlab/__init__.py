@@ -75,9 +75,9 @@ __all__ = [
     "vector_env",
 ]
 
-# The module of each public name. It is imported at first use, because Numba, xarray and SciPy take
-# a second to load.
-_HOME = {
+# The module of each public name. The package imports a module at its first use, because Numba,
+# xarray and SciPy take a second to load.
+_MODULES = {
     "ArgumentError": "core.errors",
     "BaldwinLabError": "core.errors",
     "DamagedRecordError": "studies.records",
@@ -109,25 +109,25 @@ _HOME = {
     "vector_env": "api.integrations.gymnasium",
 }
 
-# Old names that still work in this release.
-_RENAMED = {"experiment_of": "read_experiment", "open": "open_study", "problem": "make_problem"}
+# The new name of each old name that still works in this release.
+_NEW_NAMES = {"experiment_of": "read_experiment", "open": "open_study", "problem": "make_problem"}
 
 
-# A type checker would accept any name.
+# With a module function `__getattr__`, a type checker would accept any name. So it is hidden.
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> Any:
-        if name in _RENAMED:
-            new_name = _RENAMED[name]
+        if name in _NEW_NAMES:
+            new_name = _NEW_NAMES[name]
             warnings.warn(
                 f"baldwinlab.{name} was renamed to baldwinlab.{new_name}; use the new name",
                 FutureWarning,
                 stacklevel=2,
             )
             name = new_name
-        if name not in _HOME:
+        if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+        return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
 
 
 def __dir__() -> list[str]:
@@ -136,7 +136,8 @@ def __dir__() -> list[str]:
 
 
 def _register_notebook_display() -> None:
-    """Let IPython show a trace, which is a dataset of xarray, as a player."""
+    """Show a trace, which is a dataset of xarray, as a player in a notebook of IPython."""
+    # Outside IPython, the module is not loaded, and there is no shell.
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if shell is not None:
         formatter = shell.display_formatter.formatters["text/html"]

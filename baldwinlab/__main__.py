@@ -1,7 +1,7 @@
 """Run the command line as `baldwinlab` or `python -m baldwinlab`.
 
-SIGTERM, which a queue sends, has the effect of Ctrl-C: the stored runs remain, and a message says
-so.
+SIGTERM, which a job queue sends, has the effect of Ctrl-C: the command stops, the stored runs
+remain, and a message states their number.
 """
 
 from __future__ import annotations
@@ -10,23 +10,25 @@ import signal
 import sys
 from types import FrameType
 
-RETRY_INTERVAL = 0.02  # seconds until an interruption is tried again while a module loads
-_is_waiting = False  # whether an interruption waits for the end of an import
+RETRY_SECONDS = 0.02
+"""Time until an interruption is raised again, if it came during an import."""
+_is_waiting = False
+"""Whether an interruption waits for the end of an import."""
 
 
 def main() -> None:
-    """Run the command line. An interruption while it still loads prints one line."""
+    """Run the command line. An interruption during the imports prints one line."""
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _interrupt)
-    # A parent process may have chosen to ignore Ctrl-C.
+    # Leave SIGINT ignored if a parent process chose so.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
     try:
         # Imported late, so that the import can be interrupted.
-        from baldwinlab.cli import main as run
+        from baldwinlab.cli import main as run_command
 
-        run()
+        run_command()
     except KeyboardInterrupt:
         sys.stderr.write("baldwinlab: Interrupted.\n")
         sys.exit(130)
@@ -35,27 +37,28 @@ def main() -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt; during an import, raise it a moment later.
 
-    An import may swallow the exception or turn it into another one. A second interruption does not
-    wait.
+    An import may swallow the exception or turn it into another one. A second interruption is raised
+    at once.
     """
     global _is_waiting
     # Windows has no timers.
     if hasattr(signal, "setitimer"):
         is_alarm = number == signal.SIGALRM
         if is_alarm and not _is_waiting:
-            # The second interruption came before this alarm.
+            # A second interruption was raised already, so this alarm has nothing to do.
             return
-        _is_waiting = _is_importing(frame) and (is_alarm or not _is_waiting)
+        is_second = _is_waiting and not is_alarm
+        _is_waiting = _is_importing(frame) and not is_second
         if _is_waiting:
-            # The timer repeats, because an alarm that comes with another signal may be lost.
-            signal.setitimer(signal.ITIMER_REAL, RETRY_INTERVAL, RETRY_INTERVAL)
+            # The timer repeats, because an alarm may be lost if another signal arrives with it.
+            signal.setitimer(signal.ITIMER_REAL, RETRY_SECONDS, RETRY_SECONDS)
             return
         signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """Return whether a frame is inside of an import."""
+    """Return whether an import is in progress in a frame or in one of its callers."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True

@@ -10,7 +10,7 @@ from typing import Any
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.claims import describe_claims_too_few, evaluate_samples
-from baldwinlab.api.tables import claims_table
+from baldwinlab.api.tables import make_claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.experiment import Experiment
@@ -90,7 +90,7 @@ def evaluate_claims(
     conditions = sorted(named & set(study.experiments)) or list(study.experiments)
     samples = Samples(open_conditions(study, conditions), last, source)
     results = evaluate_samples(samples)
-    console.console.print(claims_table(results, title, study.changed_model))
+    console.console.print(make_claims_table(results, title, study.changed_model))
     console.info_if_any(describe_claims_too_few(results))
     return results
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.planned_reproduction import are_foragers
 from baldwinlab.api.publish.gallery import (
     PAGE,
@@ -59,7 +59,7 @@ def compare_papers(
         The folder holds no study of a paper, or `out` is a file of another program.
     """
     require_positive("last", last)
-    load_installed()
+    load_installed_parts()
     page = Path(folder) / PAGE if out is None else Path(out)
     if out is not None:
         require_writable("--out", page, REPORT.encode(), force=force)
@@ -105,7 +105,7 @@ def reproduce_all(
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and the same call continues.
     """
-    load_installed()
+    load_installed_parts()
     names = list(papers.built_in())
     for number, name in enumerate(names, 1):
         console.info(f"{name}, paper {number} of {len(names)}")

@@ -21,7 +21,7 @@ ORIGIN = "the dataset's experiment"
 
 
 @cache
-def load_installed() -> None:
+def load_installed_parts() -> None:
     """Register the parts of the entry point group `baldwinlab.parts`, once.
 
     Raises
@@ -61,7 +61,7 @@ def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
     PartError
         A part of an installed package cannot be loaded.
     """
-    load_installed()
+    load_installed_parts()
     return presets.load(experiment, variant)
 
 
@@ -85,7 +85,7 @@ def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experi
     RefusedError
         The dataset has no experiment, or `condition` does not select one of several.
     """
-    load_installed()
+    load_installed_parts()
     if "experiment" in dataset.attrs:
         return from_toml(dataset.attrs["experiment"], where=ORIGIN, lenient=True)
     if "experiment" not in dataset:

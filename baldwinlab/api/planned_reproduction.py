@@ -1,4 +1,4 @@
-"""The plan of a reproduction: verdicts that need more runs, and the required memory and disk."""
+"""Estimates before a reproduction: verdicts that need more runs, memory and disk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from baldwinlab.studies.assays.memory import PlannedStudy
 
 
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
-    """Return whether all experiments are of the model whose lives have a settable length.
+    """Return whether all experiments use the model "miniworld".
 
     Parameters
     ----------
@@ -27,15 +27,15 @@ def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
     Returns
     -------
     bool
-        True if all are of the model "miniworld".
+        True if the agents of all experiments are foragers, whose number of steps is a setting.
     """
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
-def describe_missing_runs(
+def describe_too_few_runs(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int
 ) -> Iterator[str]:
-    """Yield the verdicts that need more runs.
+    """Yield a sentence for each group of verdicts that needs more runs than `runs`.
 
     Parameters
     ----------
@@ -49,15 +49,15 @@ def describe_missing_runs(
     Yields
     ------
     str
-        A sentence on the claims, and one on the Baldwin effect.
+        A sentence on the claims, and a sentence on the Baldwin effect.
     """
     names = [experiment.name for experiment in experiments]
-    if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
-        yield f"Claims: {claims}"
+    if claims_note := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
+        yield f"Claims: {claims_note}"
     plan = _plan_assays(experiments, paper)
     assays = plan.select_applicable(paper.metadata.assays)
-    if effect := describe_too_few(planned_designs(plan.experiments, assays, runs)):
-        yield f"Baldwin effect: {effect}"
+    if assays_note := describe_too_few(planned_designs(plan.experiments, assays, runs)):
+        yield f"Baldwin effect: {assays_note}"
 
 
 def _plan_assays(experiments: Sequence[Experiment], paper: papers.Paper) -> PlannedStudy:
@@ -90,6 +90,6 @@ def estimate_later_need(
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)
     need = plan.need(runs, workers or available_cores(), paper.metadata.assays)
-    tables = memory.estimate_tables([(experiment, runs) for experiment in experiments])
-    shown = by_name.get(paper.metadata.emergence, experiments[0])
-    return need.add_later(tables).add_later(replay_memory(shown))
+    tables_need = memory.estimate_tables([(experiment, runs) for experiment in experiments])
+    replayed_experiment = by_name.get(paper.metadata.emergence, experiments[0])
+    return need.add_later(tables_need).add_later(replay_memory(replayed_experiment))

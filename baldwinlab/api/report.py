@@ -11,7 +11,12 @@ from baldwinlab.api.publish import lab_results, results_cache
 from baldwinlab.api.publish.multiverse import publish_multiverse
 from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory
 from baldwinlab.api.publish.study import Published, publish
-from baldwinlab.api.tables import VERDICT_STYLE, claims_table, show_contrasts, variants_table
+from baldwinlab.api.tables import (
+    VERDICT_STYLE,
+    make_claims_table,
+    make_variants_table,
+    show_contrasts,
+)
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.file_writing import require_writable_path
@@ -41,20 +46,20 @@ def report(
     study
         The directory of a study, a sweep or a multiverse.
     out
-        HTML file; report.html in the directory of the study, unless given.
+        HTML file. By default report.html in the directory of the study.
     last
         Number of final generations that are averaged in each run, at least 1.
     force
         Write even if less memory is free than the estimate, and overwrite an HTML file that is not
         a report.
     add_results
-        Called after the page is written. Then the page is written again, with the files that the
-        function has added to the study.
+        Called after the page is written. The page is then written again, with the results
+        that the function has added to the study.
     baseline
-        Condition with which all others are compared; see `statistics.contrasts.references` for the
-        default.
+        Condition with which all other conditions are compared; see
+        `statistics.contrasts.references` for the default.
     paper
-        Paper whose claims are evaluated; the paper that made the study, unless given.
+        Paper whose claims are evaluated. By default the paper that defines the study.
 
     Returns
     -------
@@ -66,7 +71,7 @@ def report(
     ArgumentError
         `last` is less than 1.
     StudyError
-        No run is stored, or none of `baseline`, or the study has no such condition.
+        No run is stored, `baseline` has no stored run, or the study has no such condition.
     RefusedError
         `out` is a file of a study or of another program; too little memory is free; or the study is
         of a kind that has no baseline or no claims.
@@ -76,7 +81,7 @@ def report(
     page = study.directory / "report.html" if out is None else out
     if out is not None and is_local(out):
         require_writable("--out", out, REPORT.encode(), force=force)
-    # The checks of these two paths are valid for all files of their folders.
+    # The other files of the report are in the folders of these two files.
     for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)
     plan = plan_report(study, page, last, baseline, paper)
@@ -112,7 +117,7 @@ def _report_multiverse(plan: ReportPlan) -> None:
     """Write and print the results of a multiverse."""
     multiverse = publish_multiverse(plan, console.progress, console.info)
     results_cache.cache_results(plan.study)
-    console.console.print(variants_table(multiverse))
+    console.console.print(make_variants_table(multiverse))
     sentences = compose_sentences(multiverse.singles)
     for sentence in (*sentences, *describe_combinations(multiverse)):
         console.info(f"- {sentence}")
@@ -120,11 +125,16 @@ def _report_multiverse(plan: ReportPlan) -> None:
 
 
 def _show_results(study: StudyStore, published: Published, page: Path) -> None:
-    """Print the comparisons of the conditions and the claims; for a study of a paper the claims."""
+    """Print the comparisons of the conditions and the claims.
+
+    A study of a paper whose claims have verdicts is printed without comparisons.
+    """
     has_verdicts = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
     if not (study.paper and has_verdicts):
         show_contrasts(published.contrasts)
     if has_verdicts:
-        console.console.print(claims_table(published.claims, changed_model=study.changed_model))
+        console.console.print(
+            make_claims_table(published.claims, changed_model=study.changed_model)
+        )
         console.info_if_any(describe_claims_too_few(published.claims))
     console.info(f"report: {page}")

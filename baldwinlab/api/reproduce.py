@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab import papers
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.planned_reproduction import (
     are_foragers,
-    describe_missing_runs,
+    describe_too_few_runs,
     estimate_later_need,
 )
 from baldwinlab.api.report import report
@@ -29,29 +29,30 @@ from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.studies.assays.results import find_missing_assays
 
-MAX_NAME: Final = 120
-"""Maximal number of characters of the name of a folder."""
-SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
+MAX_FOLDER_NAME: Final = 120
+"""Maximum number of characters of the name of a folder."""
+SHORT_SETTING_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
+"""Names of settings in the name of a folder, by the path of the setting."""
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A paper to reproduce, and the differences from its own settings.
+    """A paper to reproduce, with changes of its settings.
 
     Attributes
     ----------
     paper
         The paper.
     assignments
-        Settings that change its model, such as "lifetime.steps=100".
+        Settings that change the model of the paper, such as "lifetime.steps=100".
     variant
-        Name of a variant of its model.
+        Name of a variant of the model.
     runs
-        Number of runs of each condition; that of the paper if None.
+        Number of runs of each condition. If None: the number in the paper.
     seed
         Seed of the study.
     out
-        Directory of the study; a folder of results/ if None.
+        Directory of the study. If None: results/ followed by `folder_name`.
     last
         Number of final generations that are averaged in each run.
     """
@@ -76,15 +77,18 @@ class Reproduction:
 
     @property
     def folder_name(self) -> str:
-        """Return the default name of the directory, with every difference from the paper."""
+        """Return the default name of the directory: the paper, then each changed setting."""
         words = ["paper" if self.paper.name == papers.DEFAULT else self.paper.name]
-        words += [self.variant] * (self.variant != STANDARD)
+        if self.variant != STANDARD:
+            words.append(self.variant)
         for assignment in self.assignments:
             path, _, value = assignment.partition("=")
-            word = f"{SHORT_NAMES[path]}{value}" if path in SHORT_NAMES else assignment
+            has_short_name = path in SHORT_SETTING_NAMES
+            word = f"{SHORT_SETTING_NAMES[path]}{value}" if has_short_name else assignment
             words.append(re.sub(r"[^\w.=+-]+", "_", word))
-        words += [f"seed{self.seed}"] * bool(self.seed)
-        return "-".join(words)[:MAX_NAME]
+        if self.seed:
+            words.append(f"seed{self.seed}")
+        return "-".join(words)[:MAX_FOLDER_NAME]
 
 
 def reproduce(
@@ -105,8 +109,9 @@ def reproduce(
 ) -> Study:
     """Run every condition of a paper and its assays, and write the report.
 
-    The report is written after the runs, and again after the assays. The same call again does only
-    what is missing.
+    The report is written after the runs, and again after the assays. A repeated call simulates only
+    the missing runs and assays. Nothing is written if PaperError, ExperimentError, ArgumentError or
+    StudyError is raised.
 
     Parameters
     ----------
@@ -122,8 +127,8 @@ def reproduce(
     variant
         Name of a variant of the model: an interpretation of the paper.
     out
-        Directory of the study, or a URL that fsspec can open. By default results/PAPER, with every
-        difference from the paper in its name; results/paper for the first paper, le-2019.
+        Directory of the study, or a URL that fsspec can open. By default results/PAPER, followed by
+        each changed setting. The default paper, le-2019, has the directory results/paper.
     last
         Number of final generations that are averaged in each run, at least 1.
     workers
@@ -153,18 +158,18 @@ def reproduce(
     ArgumentError
         A number is out of range.
     StudyError
-        The directory holds another study. These four are raised before anything is written.
+        The directory holds another study.
     RefusedError
         The paper has no foragers and `steps` is given; the backend cannot be used on this machine;
         or too little memory or disk is free for runs, assays and report.
     InterruptedStudyError
-        A worker or a disk failed. The stored runs remain, and the same call continues.
+        A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
-    load_installed()
-    chosen = papers.load(paper)
-    lengths = format_length_assignments(chosen, generations, steps)
+    load_installed_parts()
+    paper_data = papers.load(paper)
+    lengths = format_length_assignments(paper_data, generations, steps)
     request = Reproduction(
-        chosen,
+        paper_data,
         assignments=(*lengths, *format_assignments(set or {})),
         variant=variant,
         runs=runs,
@@ -172,27 +177,27 @@ def reproduce(
         out=out,
         last=last,
     )
-    return reproduce_changed(request, RunOptions(workers, backend, executor, force))
+    return run_reproduction(request, RunOptions(workers, backend, executor, force))
 
 
 def format_length_assignments(
     paper: papers.Paper, generations: int | None, steps: int | None
 ) -> list[str]:
-    """Return the assignments of these lengths.
+    """Return the number of generations and of steps as assignments.
 
     Parameters
     ----------
     paper
         The paper.
     generations
-        Number of generations of a run; None for that of the paper.
+        Number of generations of a run. None keeps the number in the paper.
     steps
-        Number of steps of a forager's life; None for that of the paper.
+        Number of steps of a forager's life. None keeps the number in the paper.
 
     Returns
     -------
     list of str
-        Assignments, such as "lifetime.steps=100".
+        Assignments, such as "lifetime.steps=100", without those of None.
 
     Raises
     ------
@@ -208,8 +213,10 @@ def format_length_assignments(
     return [f"{path}={value}" for path, value in values.items() if value is not None]
 
 
-def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
-    """Reproduce a paper, whose model may be changed. `reproduce` and its command call this.
+def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
+    """Reproduce a paper with the changes of `request`.
+
+    The function `reproduce` and the command `reproduce` call this function.
 
     Parameters
     ----------
@@ -242,16 +249,18 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
     require_effect(experiments, originals)
     require_positive("last", request.last)
     runs = request.runs_of_condition
+    # An assignment of the value that the paper has is not a change.
+    changes = request.assignments if experiments != originals else ()
     study_request = StudyRequest(
         experiments,
         request.directory,
         runs=runs,
         seed=request.seed,
         paper=paper,
-        changes=request.assignments if experiments != originals else (),
+        changes=changes,
         later_need=estimate_later_need(experiments, paper, runs, options.workers),
     )
-    for sentence in describe_missing_runs(experiments, paper, runs):
+    for sentence in describe_too_few_runs(experiments, paper, runs):
         console.info(sentence)
     study = run_missing(study_request, options)
 
@@ -261,11 +270,7 @@ def reproduce_changed(request: Reproduction, options: RunOptions) -> Study:
         run_missing_assays(study, paper.metadata.assays, options)
 
     has_missing_assays = any(find_missing_assays(study, paper.metadata.assays).values())
-    report(
-        study,
-        last=request.last,
-        force=options.force,
-        add_results=run_assays if has_missing_assays else None,
-        paper=paper,
-    )
+    # The report is written once before the assays and once after them.
+    add_results = run_assays if has_missing_assays else None
+    report(study, last=request.last, force=options.force, add_results=add_results, paper=paper)
     return Study(study)

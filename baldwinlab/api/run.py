@@ -1,4 +1,4 @@
-"""Run experiments as one study: `bl.run`, and the function that its command calls."""
+"""Run experiments as one study: `bl.run`, and the function of the command `baldwinlab run`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import tomlkit
 
 from baldwinlab.api.freezer import add_founders
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
@@ -40,7 +40,8 @@ def run(
 ) -> Study:
     """Run one or several experiments as one study.
 
-    The same call again runs only the runs that are missing.
+    A repeated call simulates only the missing runs. Nothing is written if ExperimentError,
+    ArgumentError or StudyError is raised.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def run(
     founders
         Genomes of the first generation: "STUDY:CONDITION@GENERATION", with "[RUN]" at the end for
         the population of one run, or a genome file (.nc, .npy). "=SHARE" at the end is the share of
-        the first generation that gets them. By default the genomes are random.
+        the first generation that gets these genomes. By default the genomes are random.
     schedule
         Settings that change during a run, by generation: {50: {"learning.rule": "none"}}.
     force
@@ -83,18 +84,18 @@ def run(
     ArgumentError
         A number of runs, a seed or a number of workers is out of range.
     StudyError
-        The directory holds another study. These three are raised before anything is written.
+        The directory holds another study.
     RefusedError
         The backend cannot be used on this machine, or too little memory or disk is free.
     InterruptedStudyError
-        A worker or a disk failed. The stored runs remain, and the same call continues.
+        A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
     if isinstance(experiments, str | Path | BaseExperiment):
         experiments = [experiments]
     sources = list(experiments)
     if not sources:
         raise RefusedError("a study needs at least one experiment")
-    load_installed()
+    load_installed_parts()
     loaded = [_load(source) for source in sources]
     options = RunOptions(workers, backend, executor, force)
     references = [founders] if isinstance(founders, str) else founders
@@ -126,9 +127,10 @@ def run_loaded(
     founders: Sequence[str] = (),
     schedule: Sequence[Mapping[str, Any]] = (),
 ) -> Study:
-    """Run experiments, changed by assignments, as one study. `run` and its command call this.
+    """Run experiments, changed by assignments, as one study.
 
-    Before the runs it prints whether they are too few for a comparison of the conditions.
+    The function `run` and the command `run` call this function. If the runs are too few to compare
+    the conditions, it prints a warning before the runs.
 
     Parameters
     ----------
@@ -143,11 +145,12 @@ def run_loaded(
     seed
         Seed of all random numbers.
     out
-        Directory of the study; a folder of results/ if None.
+        Directory of the study. If None: results/NAME, where NAME joins the names of the experiments
+        by "-".
     baseline
         Condition with which all others will be compared; "" for the default.
     founders
-        Populations of stored studies and genome files for the first generation; see
+        Populations of stored studies, and genome files, for the first generation; see
         `baldwinlab.api.freezer.add_founders`.
     schedule
         Settings that change at a generation; see `baldwinlab.experiment.schedule`.
@@ -171,13 +174,13 @@ def run_loaded(
     InterruptedStudyError
         A worker or a disk failed.
     """
-    experiments = [assign(item.experiment, assignments) for item in loaded]
+    experiments = [assign(source.experiment, assignments) for source in loaded]
     if schedule:
         experiments = [
             experiment.replace(schedule=[*experiment.schedule, *schedule])
             for experiment in experiments
         ]
-    require_effect(experiments, [item.origin for item in loaded])
+    require_effect(experiments, [source.origin for source in loaded])
     names = [experiment.name for experiment in experiments]
     if baseline and baseline not in names:
         raise RefusedError(
@@ -192,7 +195,7 @@ def run_loaded(
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
-    """Return a sentence if so few runs cannot give a verdict, else ""."""
+    """Return a sentence if `runs` runs are too few for a verdict, else ""."""
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.analysis.statistics.contrasts import planned_designs
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
@@ -203,24 +206,24 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
 
 
 def format_assignments(tables: Mapping[str, Any]) -> list[str]:
-    """Return the assignments of nested tables.
+    """Return the settings in nested tables as assignments.
 
     Parameters
     ----------
     tables
-        Settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are the same.
+        Settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are equal.
 
     Returns
     -------
     list of str
         Assignments, such as "lifetime.steps=5".
     """
-    return list(_assignments(tables))
+    return list(_iterate_assignments(tables))
 
 
-def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:
+def _iterate_assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:
     for key, value in tables.items():
         if isinstance(value, Mapping):
-            yield from _assignments(value, f"{path}{key}.")
+            yield from _iterate_assignments(value, f"{path}{key}.")
         else:
             yield f"{path}{key}={tomlkit.item(value).as_string()}"

@@ -18,7 +18,7 @@ from baldwinlab.studies.store import StudyStore
 
 
 def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOptions) -> None:
-    """Run the assays of a study that are not stored, on the CPU.
+    """Run the missing assays of a study on the CPU.
 
     Parameters
     ----------
@@ -53,18 +53,18 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
         for name in assays:
             require_writable_path(assay_path(study.directory, name, condition))
     runs = {condition: len(study.runs(condition)) for condition in missing}
-    need = estimate_assays(study, missing, runs, executor.workers)
-    need = exclude_remote_memory(need, executor)
+    total_need = estimate_assays(study, missing, runs, executor.workers)
+    need = exclude_remote_memory(total_need, executor)
     require(f"{count} assays", need, study.directory, force=options.force)
-    steps = count_assay_steps(study, missing)
-    console.info(f"{study.directory}: {count} assays to do ({steps:,} agent-steps)")
+    agent_steps = count_assay_steps(study, missing)
+    console.info(f"{study.directory}: {count} assays to do ({agent_steps:,} agent-steps)")
 
-    def count_stored_assays() -> str:
+    def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""
-        done = count - sum(map(len, find_missing_assays(study, names).values()))
-        return f"{done} of {count} assays are stored in {study.directory}"
+        n_missing = sum(map(len, find_missing_assays(study, names).values()))
+        return f"{count - n_missing} of {count} assays are stored in {study.directory}"
 
-    with report_progress_on_error(study.directory, count_stored_assays):
+    with report_progress_on_error(study.directory, describe_stored_assays):
         run_assays(
             study, missing, executor.workers, console.progress, console.info, executor=executor
         )

@@ -53,7 +53,7 @@ class RunOptions:
 
 
 def exclude_remote_memory(need: Need, executor: Executor) -> Need:
-    """Return the need of this machine, without the memory of remote workers.
+    """Return the need on this machine: without memory if the workers are remote.
 
     Parameters
     ----------
@@ -65,6 +65,7 @@ def exclude_remote_memory(need: Need, executor: Executor) -> Need:
     Returns
     -------
     Need
-        The need of this machine.
+        The need on this machine. Its disk space is that of all workers.
     """
-    return need if executor.name == THREADS.name else need._replace(memory=0)
+    is_local = executor.name == THREADS.name
+    return need if is_local else need._replace(memory=0)

@@ -30,14 +30,14 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """A study that is to be complete: its conditions, and the number of runs of each.
+    """The conditions of a study to create or to complete, with the number of runs of each.
 
     Attributes
     ----------
     experiments
         One experiment per condition.
     directory
-        Where the study is stored.
+        Directory of the study.
     runs
         Number of runs of each condition, at least 1.
     seed
@@ -49,11 +49,11 @@ class StudyRequest:
     kind
         Kind of the study.
     factors
-        Factors of each condition by its name, by default those of the presets.
+        Factors of each condition, by name. By default the factors of the paper, or of the presets.
     extra_files
         Contents of further files of the directory, by file name.
     later_need
-        Memory and disk that the caller needs after the runs; the resource check includes them.
+        Memory and disk that the caller needs after the runs. The resource check includes them.
     """
 
     experiments: Sequence[Experiment]
@@ -74,17 +74,19 @@ class StudyRequest:
 
 
 @dataclass(frozen=True)
-class _Machinery:
-    """The executor and the backend of a request, the number of tasks at a time, and checkpoints."""
+class _ExecutionPlan:
+    """The executor, the backend, the number of parallel tasks, and the checkpoint interval."""
 
     executor: Executor
     backend: Backend
-    tasks: int
+    parallel_tasks: int
     checkpoint_interval: Interval
 
 
 def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     """Create or open a study and run its missing runs.
+
+    Nothing is written if ArgumentError, RefusedError or StudyError is raised.
 
     Parameters
     ----------
@@ -105,13 +107,14 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     RefusedError
         Less memory or disk is free than the estimate, unless `options.force`.
     StudyError
-        The directory holds something else. These three are raised before anything is written.
+        The directory holds another study or other files.
     InterruptedStudyError
-        A worker or a disk failed. The message states the number of stored runs. The message of
-        KeyboardInterrupt does the same.
+        A worker or a disk failed. The message states the number of stored runs.
+    KeyboardInterrupt
+        The user pressed Ctrl-C. The message states the number of stored runs.
     """
-    machinery = _check_request(request, options)
-    _require_resources(request, machinery, options.force)
+    execution = _check_request(request, options)
+    _require_resources(request, execution, options.force)
     study = _open_or_create(request)
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
@@ -119,58 +122,60 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
         return study
     _announce_runs(study, missing, request)
     with report_progress_on_error(
-        request.directory, lambda: _count_stored_runs(study, request.runs)
+        request.directory, lambda: _describe_stored_runs(study, request.runs)
     ):
         run_study(
             study,
             missing,
-            machinery.tasks,
+            execution.parallel_tasks,
             console.progress,
             console.info,
-            backend=machinery.backend,
-            executor=machinery.executor,
-            checkpoint_interval=machinery.checkpoint_interval,
+            backend=execution.backend,
+            executor=execution.executor,
+            checkpoint_interval=execution.checkpoint_interval,
         )
     return study
 
 
-def _check_request(request: StudyRequest, options: RunOptions) -> _Machinery:
-    """Return the executor and the backend. Raise ArgumentError for a number out of range."""
+def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan:
+    """Return the plan of execution. Raise ArgumentError for a number out of range."""
     require_positive("runs", request.runs)
     if request.runs > RUN_LIMIT:
         raise ArgumentError("runs", request.runs, f"must be at most {RUN_LIMIT}")
     executor = options.make_executor()
     check_seed(request.seed)
     backend = _choose_backend(options.backend, executor, request)
-    tasks = executor.workers
+    parallel_tasks = executor.workers
     if backend.name == "cuda":
-        # While the GPU simulates one task, the CPU breeds the next generation of another.
-        tasks = max(tasks, len(request.experiments), 2)
+        # While the GPU simulates one task, the CPU creates the next generation of another task.
+        parallel_tasks = max(parallel_tasks, len(request.experiments), 2)
     for experiment in request.experiments:
         require_founders(experiment, request.runs)
-    return _Machinery(executor, backend, tasks, Interval.parse(options.checkpoint))
+    return _ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
 
 
 def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Backend:
-    """Return the backend. "auto" is the CPU where a GPU of this machine would not be used.
+    """Return the backend. "auto" is the CPU for remote workers, and for models of other kinds.
 
-    Remote workers may lack a GPU, and models other than MiniWorld run on the CPU only.
+    Remote workers may lack a GPU, and only the model MiniWorld runs on a GPU.
     """
     is_miniworld = all(isinstance(experiment, Experiment) for experiment in request.experiments)
-    if name == "auto" and not (is_miniworld and executor.name == THREADS.name):
+    is_local = executor.name == THREADS.name
+    can_use_gpu = is_miniworld and is_local
+    if name == "auto" and not can_use_gpu:
         name = "cpu"
     agents = max(experiment.population.size for experiment in request.experiments)
     return choose_backend(name, request.total_runs, agents)
 
 
-def _require_resources(request: StudyRequest, machinery: _Machinery, force: bool) -> None:
+def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: bool) -> None:
     """Raise RefusedError if the missing runs, or the work after them, need more than is free."""
     missing = [
         (experiment, _count_missing_files(request, experiment.name))
         for experiment in request.experiments
     ]
-    need = memory.estimate_runs(missing, machinery.tasks, machinery.backend.worlds)
-    need = exclude_remote_memory(need, machinery.executor).add_later(request.later_need)
+    need = memory.estimate_runs(missing, execution.parallel_tasks, execution.backend.worlds)
+    need = exclude_remote_memory(need, execution.executor).add_later(request.later_need)
     require(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:
         memory.require_storable(
@@ -187,7 +192,7 @@ def _count_missing_files(request: StudyRequest, condition: str) -> int:
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:
-    """Return the study in the directory, which is created if it does not exist."""
+    """Return the study in the directory. Create the study if it does not exist."""
     factors = request.factors
     if factors is None:
         factors = request.paper.factors() if request.paper else presets.factors()
@@ -212,17 +217,18 @@ def _announce_runs(
 ) -> None:
     """Check that records can be written, and print the numbers of stored and missing runs."""
     study.require_writable(study.path(name, runs[0]) for name, runs in missing.items() if runs)
-    to_do = sum(map(len, missing.values()))
-    steps = sum(
+    missing_runs = sum(map(len, missing.values()))
+    agent_steps = sum(
         count_agent_steps(study.experiments[name]) * len(runs) for name, runs in missing.items()
     )
     console.info(
-        f"{request.directory}: {request.total_runs - to_do:,} of {request.total_runs:,} runs "
-        f"stored, {to_do:,} to do ({steps:,} agent-steps)"
+        f"{request.directory}: {request.total_runs - missing_runs:,} of {request.total_runs:,} "
+        f"runs stored, {missing_runs:,} to do ({agent_steps:,} agent-steps)"
     )
 
 
-def _count_stored_runs(study: StudyStore, runs: int) -> str:
+def _describe_stored_runs(study: StudyStore, runs: int) -> str:
+    """Return the number of stored runs as text."""
     stored = sum(
         len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments
     )

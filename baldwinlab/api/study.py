@@ -1,4 +1,4 @@
-"""A study in Python: run or open it, then read, compare, replay and export it.
+"""The class `Study` and the function `open_study`: read, compare, replay and export a study.
 
 >>> import baldwinlab as bl
 >>> study = bl.run(["evo/A", "evo+self-taught/A"], runs=30, out="mine")  # doctest: +SKIP
@@ -15,7 +15,7 @@ import xarray as xr
 
 from baldwinlab import papers
 from baldwinlab.api.extend import extend
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.study_exports import StudyExports
@@ -29,9 +29,10 @@ from baldwinlab.studies.store import StudyStore
 if TYPE_CHECKING:
     import pandas as pd
 
-MAX_LISTED: Final = 10
-"""Number of conditions in the text of a study. A sweep may have thousands."""
-RENAMED: Final = {"crate": "to_ro_crate"}
+MAX_LISTED_CONDITIONS: Final = 10
+"""Maximum number of conditions in the text of a study. A sweep may have thousands."""
+RENAMED_METHODS: Final = {"crate": "to_ro_crate"}
+"""The new name of a method by its old name."""
 
 
 class Study(StudyExports):
@@ -41,12 +42,12 @@ class Study(StudyExports):
     condition raises StudyError for a name that is not in `conditions`.
     """
 
-    # A type checker would accept any attribute.
+    # With the method `__getattr__`, a type checker would accept any attribute. So it is hidden.
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
             """Raise AttributeError, with the new name of a renamed method."""
-            hint = f"; it was renamed to {RENAMED[name]}" if name in RENAMED else ""
+            hint = f"; it was renamed to {RENAMED_METHODS[name]}" if name in RENAMED_METHODS else ""
             raise AttributeError(f"'Study' object has no attribute {name!r}{hint}")
 
     def extend(
@@ -61,14 +62,14 @@ class Study(StudyExports):
     ) -> None:
         """Run the study further, with more generations, more runs, or both.
 
-        The stored generations keep their bits. The result is bit-identical to that of one long run.
+        The stored generations do not change. The result is bit-identical to the result of one long run.
 
         Parameters
         ----------
         generations
-            Number of generations of all conditions; the stored number, unless given.
+            Number of generations of all conditions. By default the stored number.
         runs
-            Number of runs of each condition; the largest stored number, unless given.
+            Number of runs of each condition. By default the largest stored number.
         workers
             Number of threads, at least 1; by default one per core. With the executor "slurm", the
             number of jobs.
@@ -88,7 +89,7 @@ class Study(StudyExports):
         RefusedError
             Less memory or disk is free than the estimate.
         InterruptedStudyError
-            A worker or a disk failed. The same call continues.
+            A worker or a disk failed. A repeated call continues.
         """
         options = RunOptions(workers, backend, executor, force)
         self._store = extend(self._store, options, generations=generations, runs=runs)
@@ -102,14 +103,14 @@ class Study(StudyExports):
         executor: str = "threads",
         force: bool = False,
     ) -> xr.Dataset:
-        """Return the results of an assay. Run the assay first where it is not stored.
+        """Return the results of an assay. Run the assay first for conditions without results.
 
         Parameters
         ----------
         name
             "innate", "neutral", "within-life", "modules", "reaction" or "descent".
         condition
-            Name of a condition; all conditions, unless given.
+            Name of a condition. By default all conditions.
         workers
             Number of threads, at least 1; by default one per core. With the executor "slurm", the
             number of jobs.
@@ -131,21 +132,21 @@ class Study(StudyExports):
         RefusedError
             Too little memory or disk is free.
         InterruptedStudyError
-            A worker or a disk failed. The same call continues.
+            A worker or a disk failed. A repeated call continues.
         """
         if any(find_missing_assays(self._store, [name]).values()):
             options = RunOptions(workers, executor=executor, force=force)
             run_missing_assays(self._store, [name], options)
         if condition is not None:
             return open_assay(self.directory, name, condition)
-        measured = [
+        conditions = [
             candidate for candidate in self.conditions if is_stored(name, self._store, candidate)
         ]
-        if not measured:
+        if not conditions:
             reasons = not_applicable_reasons(self._store, [name])
-            why = "; ".join(reasons) or f"{name} does not apply to any condition"
-            raise StudyError(f"{self.directory}: {why}")
-        return self._join_assays(name, measured)
+            reason = "; ".join(reasons) or f"{name} does not apply to any condition"
+            raise StudyError(f"{self.directory}: {reason}")
+        return self._join_assays(name, conditions)
 
     def _join_assays(self, name: str, conditions: Sequence[str]) -> xr.Dataset:
         """Return the stored results of an assay along the dimension `condition`."""
@@ -169,19 +170,19 @@ class Study(StudyExports):
         Parameters
         ----------
         baseline
-            Condition with which all others are compared. By default a condition is compared with
-            the first condition on its map. A condition that is the only one on its map, or that has
-            no map, is compared with the first condition of the study.
+            Condition with which all other conditions are compared. By default a condition is
+            compared with the first condition on its map. The only condition of a map, and a
+            condition without a map, are compared with the first condition of the study.
         last
             Number of final generations that are averaged in each run, at least 1.
 
         Returns
         -------
         pandas.DataFrame
-            One row per condition and measure: "mean", the fitness of the average agent, and "best",
-            that of the best agent.
+            One row per condition and measure. The measure "mean" is the fitness of the average
+            agent, and "best" is the fitness of the best agent.
 
-            - `condition_a`, `condition_b`: the condition, and the one it is compared with.
+            - `condition_a`, `condition_b`: the condition, and its baseline.
             - `n_a`, `n_b`: the numbers of runs.
             - `median_a`, `median_b`: medians over runs, in the unit of fitness (energy, for
               foragers).
@@ -192,16 +193,16 @@ class Study(StudyExports):
             - `a12`: probability that a run of `condition_a` exceeds one of `condition_b`, 0 to 1
               [4]_.
             - `smallest_p_holm`: smallest corrected p-value that the numbers of runs allow [5]_.
-            - `verdict`: "higher" or "lower" if `p_holm` is below 0.05; "too few runs" if no data
-              could give a verdict; else "undecided".
+            - `verdict`: "higher" or "lower" if `p_holm` is below 0.05; "too few runs" if
+              `smallest_p_holm` is not below 0.05; else "undecided".
 
-            `attrs["pairing"]` states which conditions are compared, and `attrs["too_few"]` the
-            required number of runs.
+            `attrs["pairing"]` states which conditions are compared. `attrs["too_few"]` states the
+            required number of runs, or is "" if the runs suffice.
 
         Raises
         ------
         StudyError
-            No run is stored, or none of `baseline`, or the study has no such condition.
+            No run is stored, `baseline` has no stored run, or the study has no such condition.
         ArgumentError
             `last` is less than 1.
 
@@ -247,14 +248,14 @@ class Study(StudyExports):
         Parameters
         ----------
         out
-            HTML file; report.html in the directory of the study, unless given.
+            HTML file. By default report.html in the directory of the study.
         last
             Number of final generations that are averaged in each run, at least 1.
         baseline
-            Condition with which all others are compared; see `compare`.
+            Condition with which all other conditions are compared; see `compare`.
         paper
-            Name or folder of the paper whose claims are evaluated; the paper that made the study,
-            unless given.
+            Name or folder of the paper whose claims are evaluated. By default the paper that
+            defines the study.
         force
             Write even if less memory is free than the estimate, and overwrite an HTML file that is
             not a report.
@@ -267,7 +268,7 @@ class Study(StudyExports):
         Raises
         ------
         StudyError
-            No run is stored, or none of `baseline`, or the study has no such condition.
+            No run is stored, `baseline` has no stored run, or the study has no such condition.
         PaperError
             There is no such paper.
         ArgumentError
@@ -291,12 +292,12 @@ class Study(StudyExports):
     def __repr__(self) -> str:
         """Return the directory, the seed, the conditions with their runs, and the stored assays."""
         lines = [
-            f"  {condition}: {_count_runs(len(self.runs(condition)))}"
-            for condition in self.conditions[:MAX_LISTED]
+            f"  {condition}: {_format_run_count(len(self.runs(condition)))}"
+            for condition in self.conditions[:MAX_LISTED_CONDITIONS]
         ]
-        more = len(self.conditions) - MAX_LISTED
-        if more > 0:
-            lines.append(f"  and {more:,} more conditions")
+        n_unlisted = len(self.conditions) - MAX_LISTED_CONDITIONS
+        if n_unlisted > 0:
+            lines.append(f"  and {n_unlisted:,} more conditions")
         assays = [name for name in ASSAYS if (self.directory / "assays" / name).exists()]
         return "\n".join(
             [
@@ -309,17 +310,17 @@ class Study(StudyExports):
     def _repr_html_(self) -> str:
         """Return the text of the study and the curves of its first conditions, for notebooks."""
         # Imported late: loading the figures takes a while.
-        from baldwinlab.api.study_html import html
+        from baldwinlab.api.study_html import render_study
 
-        return html(repr(self), self._store, self.conditions[:MAX_LISTED])
+        return render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
 
 
-def _count_runs(number: int) -> str:
+def _format_run_count(number: int) -> str:
     return "1 run" if number == 1 else f"{number:,} runs"
 
 
 def open_study(directory: str | Path) -> Study:
-    """Open a study.
+    """Open a stored study.
 
     Parameters
     ----------
@@ -336,5 +337,5 @@ def open_study(directory: str | Path) -> Study:
     StudyError
         There is no study, or its files are damaged.
     """
-    load_installed()
+    load_installed_parts()
     return Study(StudyStore(parse_location(directory)))

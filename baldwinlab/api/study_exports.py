@@ -25,7 +25,9 @@ class StudyExports(StudyRuns):
     """The stored runs of a study and their exports."""
 
     def to_zarr(self, path: str | Path, *, force: bool = False) -> None:
-        """Write the dataset of `data` as a Zarr store of version 3, one run at a time.
+        """Write the dataset of the method `data` as a Zarr store of version 3.
+
+        One run is in memory at a time.
 
         Parameters
         ----------
@@ -108,9 +110,9 @@ class StudyExports(StudyRuns):
         path
             The file to write.
         condition
-            Name of a condition; all, unless given.
+            Name of a condition. By default all conditions.
         run
-            Number of a run, from 0; all, unless given. It needs `condition`.
+            Number of a run, from 0. By default all runs. It needs `condition`.
         force
             Overwrite a file that this method did not write.
 
@@ -126,14 +128,16 @@ class StudyExports(StudyRuns):
     def to_ro_crate(
         self, *, authors: Sequence[str] = (), license: str = "", force: bool = False
     ) -> Path:
-        """Write ro-crate-metadata.json into the study: its content, origin, authors and license.
+        """Write ro-crate-metadata.json into the directory of the study.
+
+        The file describes the content, the origin, the authors and the license of the study.
 
         Parameters
         ----------
         authors
             Names, each optionally followed by the address of an ORCID.
         license
-            An address, or an SPDX name such as "CC-BY-4.0"; none, unless given.
+            An address, or an SPDX name such as "CC-BY-4.0". By default no license.
         force
             Overwrite a file that this method did not write.
 
@@ -147,8 +151,8 @@ class StudyExports(StudyRuns):
         StudyError
             No run is stored, or a record is damaged.
         RefusedError
-            An author or the license is not valid, a library is missing, or the file was written by
-            another program.
+            An author or the license is not valid, a library is missing, or another program wrote
+            the file.
         """
         return write_crate(self._store, authors, license, force=force)
 
@@ -158,7 +162,7 @@ class StudyExports(StudyRuns):
         Returns
         -------
         pandas.DataFrame
-            `attrs` has the `units` and the `long_name` of the columns.
+            The table. Its `attrs` hold the `units` and the `long_name` of the columns.
 
         Raises
         ------
@@ -206,7 +210,7 @@ class StudyExports(StudyRuns):
             `last` is less than 1.
         """
         # Imported late: SciPy's statistics take a while to load.
-        from baldwinlab.api.export.arviz import outcomes
+        from baldwinlab.api.export.arviz import collect_outcomes
 
         self._store.require_runs()
-        return outcomes(self.data(), last)
+        return collect_outcomes(self.data(), last)

@@ -17,8 +17,8 @@ CAPTION: Final = (
 )
 
 
-def html(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
-    """Return the HTML of a study.
+def render_study(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return the HTML of a study for a notebook.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def html(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
     study
         The directory of the study.
     conditions
-        The conditions whose curves are drawn. Those without runs are left out.
+        The conditions whose curves are drawn. Conditions without runs are left out.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def html(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
 
 
 def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
-    """Return an image on a white background; "" without conditions."""
+    """Return the curves as an image element of HTML, or "" if there are no conditions."""
     if not conditions:
         return ""
     # Imported late: loading the figures takes a while.

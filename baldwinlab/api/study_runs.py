@@ -90,13 +90,13 @@ class StudyRuns:
         Parameters
         ----------
         conditions
-            Names of conditions; all, unless given.
+            Names of conditions. By default all conditions.
 
         Returns
         -------
         xarray.Dataset
-            The dataset of `open_runs`; for a whole sweep, that of `open_sweep`. Write
-            `data["map"]` for the map of a condition: `data.map` is a method of xarray.
+            The dataset of `open_runs`. For all conditions of a sweep, the dataset of `open_sweep`.
+            Write `data["map"]` for the maps of the conditions: `data.map` is a method of xarray.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class StudyRuns:
         generation: int,
         force: bool = False,
     ) -> xr.Dataset:
-        """Simulate one lifetime of a stored run again, and record every step.
+        """Simulate one generation of a stored run again, and record every step of its agents.
 
         Parameters
         ----------
@@ -163,14 +163,14 @@ class StudyRuns:
     ) -> xr.DataArray:
         """Return the genomes of one generation of a stored run.
 
-        A generation whose genomes are not stored is bred again.
+        Genomes that are not stored are computed again from the last stored generation before them.
 
         Parameters
         ----------
         run, generation
             Numbers, from 0.
         agent
-            Number of an agent, or several numbers, from 0; all agents, unless given.
+            Number of an agent, or several numbers, from 0. By default all agents.
         condition
             Name of a condition. A study with one condition does not need it.
 
@@ -210,7 +210,7 @@ class StudyRuns:
         condition
             Name of a condition. A study with one condition does not need it.
         module
-            "action", or "reinforcement" if the agents have that network.
+            "action", or "reinforcement" if the agents have a reinforcement network.
 
         Returns
         -------

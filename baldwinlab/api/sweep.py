@@ -8,7 +8,7 @@ from typing import Any
 
 import tomlkit
 
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
@@ -33,7 +33,8 @@ def sweep(
 ) -> Study:
     """Run an experiment with many values of its settings: a grid, a list or a random sample.
 
-    The same call again runs only the runs that are missing.
+    A repeated call simulates only the missing runs. Nothing is written if ExperimentError,
+    ArgumentError or StudyError is raised.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def sweep(
         docs/reference/sweeps.md lists the keys.
     out
         Directory of the study, or a URL that fsspec can open. By default results/NAME, where NAME
-        is that of the file. A dict needs it.
+        is the name of the file. Required if `plan` is a dict.
     workers
         Number of threads, at least 1; by default one per core. With the executor "slurm", the
         number of jobs.
@@ -66,17 +67,18 @@ def sweep(
     ArgumentError
         A number is out of range.
     StudyError
-        The directory holds another study. These three are raised before anything is written.
+        The directory holds another study.
     RefusedError
         `plan` is a dict and `out` is missing, or too little memory or disk is free.
     InterruptedStudyError
-        A worker or a disk failed. The stored runs remain, and the same call continues.
+        A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
     require_positive("workers", workers)
-    load_installed()
+    load_installed_parts()
     if isinstance(plan, Mapping):
         if out is None:
             raise RefusedError("out is missing: a sweep from a dict needs the study's directory")
+        # Errors in the plan name this path.
         path = Path("sweep")
         content = tomlkit.dumps(plan).encode()
         design = validate(plan, str(path))

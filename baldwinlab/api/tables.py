@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isnan
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -18,13 +19,14 @@ from baldwinlab.core import console
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW: "yellow", "higher": "green", "lower": "red"}
-MAX_SHOWN = 20
-"""Number of printed comparisons. The report has all."""
-MEASURES = {"mean": "average agent", "best": "best agent"}
+MAX_COMPARISONS = 20
+"""Maximum number of printed comparisons. The report shows all."""
+AGENT_NAMES = {"mean": "average agent", "best": "best agent"}
+"""The agent whose fitness is compared, by measure."""
 
 
-def contrasts_table(contrasts: Contrasts) -> Table:
-    """Return the comparisons of the conditions with their verdicts, at most `MAX_SHOWN`.
+def make_contrasts_table(contrasts: Contrasts) -> Table:
+    """Return the comparisons of the conditions with their verdicts, at most `MAX_COMPARISONS`.
 
     Parameters
     ----------
@@ -36,13 +38,13 @@ def contrasts_table(contrasts: Contrasts) -> Table:
     rich.table.Table
         The table.
     """
-    hidden = len(contrasts.rows) - MAX_SHOWN
-    more = (
-        f" {hidden} more comparisons are in statistics.csv and in the report." if hidden > 0 else ""
-    )
+    n_hidden = len(contrasts.rows) - MAX_COMPARISONS
+    hidden_note = ""
+    if n_hidden > 0:
+        hidden_note = f" {n_hidden} more comparisons are in statistics.csv and in the report."
     table = Table(
         title="Comparison of the conditions",
-        caption=f"{contrasts.pairing}{more}",
+        caption=f"{contrasts.pairing}{hidden_note}",
         title_style="bold",
         caption_justify="left",
         box=SIMPLE_HEAD,
@@ -52,12 +54,12 @@ def contrasts_table(contrasts: Contrasts) -> Table:
     table.add_column(
         "condition, measured effect [95 % interval], p, corrected p, effect size, runs"
     )
-    for contrast in contrasts.rows[:MAX_SHOWN]:
-        compared = (
-            f"{contrast.condition} against {contrast.reference}, {MEASURES[contrast.measure]}"
+    for contrast in contrasts.rows[:MAX_COMPARISONS]:
+        comparison = (
+            f"{contrast.condition} against {contrast.reference}, {AGENT_NAMES[contrast.measure]}"
         )
         verdict = Text(contrast.verdict, style=LABEL_STYLE[contrast.verdict])
-        table.add_row(verdict, Text.assemble(compared, (f"\n{_numbers(contrast)}", "dim")))
+        table.add_row(verdict, Text.assemble(comparison, (f"\n{_format_numbers(contrast)}", "dim")))
     return table
 
 
@@ -70,31 +72,37 @@ def show_contrasts(contrasts: Contrasts) -> None:
         The comparisons.
     """
     if contrasts.rows:
-        console.console.print(contrasts_table(contrasts))
+        console.console.print(make_contrasts_table(contrasts))
         console.info_if_any(contrasts.too_few)
 
 
-def _numbers(contrast: Contrast) -> str:
-    """For example: `+198 [171, 224], p 9.3e-10, corrected 1.9e-09, A12 1.00, runs 30 and 30`."""
+def _format_numbers(contrast: Contrast) -> str:
+    """Return effect, interval, p-values, A12 and numbers of runs as text.
+
+    For example: `+198 [171, 224], p 9.3e-10, corrected 1.9e-09, A12 1.00, runs 30 and 30`.
+    """
     numbers = contrast.numbers
-    interval = f" [{numbers.low:.4g}, {numbers.high:.4g}]" if numbers.low == numbers.low else ""
-    tested = f"p {numbers.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {numbers.a12:.2f}"
-    return f"{numbers.effect:+.4g}{interval}, {tested}, runs {numbers.n_a} and {numbers.n_b}"
+    # Without an interval, `low` is NaN.
+    interval = "" if isnan(numbers.low) else f" [{numbers.low:.4g}, {numbers.high:.4g}]"
+    test = f"p {numbers.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {numbers.a12:.2f}"
+    return f"{numbers.effect:+.4g}{interval}, {test}, runs {numbers.n_a} and {numbers.n_b}"
 
 
-def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model: str = "") -> Table:
-    """Return every claim with its verdict, its measured effect and the paper's figure.
+def make_claims_table(
+    results: Sequence[ClaimResult], title: str = "", changed_model: str = ""
+) -> Table:
+    """Return every claim with its verdict, its measured effect and the number in the paper.
 
-    For a claim of several comparisons, the effect is that of the comparison that decided.
+    A claim of several comparisons has the effect of the comparison that decided the verdict.
 
     Parameters
     ----------
     results
         The evaluated claims.
     title
-        Title of the table.
+        Title of the table. "" for the default title.
     changed_model
-        Sentence about the changes of the paper's model, if it is changed.
+        Sentence about the changes of the paper's model. "" if the model is not changed.
 
     Returns
     -------
@@ -102,7 +110,8 @@ def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model:
         The table.
     """
     of_paper = any(result.claim.of_paper for result in results)
-    title = title or f"What {'the paper claims' if of_paper else 'was asked'}, and what we measured"
+    if not title:
+        title = "Claims of the paper and our results" if of_paper else "Claims and our results"
     if changed_model:
         title = f"{title}, in a changed model"
     table = Table(
@@ -115,38 +124,42 @@ def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model:
     )
     table.add_column("")
     table.add_column("verdict", width=13)
-    last_column = "; the paper's figure" if of_paper else ""
+    paper_heading = "; the paper's figure" if of_paper else ""
     table.add_column(
-        f"claim, measured effect [95 % interval], corrected p, effect size{last_column}"
+        f"claim, measured effect [95 % interval], corrected p, effect size{paper_heading}"
     )
     for result in results:
         record = result.record()
         verdict = Text(result.label, style=LABEL_STYLE.get(result.label, ""))
         table.add_row(
-            record["id"], verdict, Text.assemble(record["claim"], ("\n" + _measured(record), "dim"))
+            record["id"],
+            verdict,
+            Text.assemble(record["claim"], ("\n" + _format_result(record), "dim")),
         )
     return table
 
 
-def _measured(record: dict[str, Any]) -> str:
-    """For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`."""
-    parts = [
-        f"{record['effect']:.4g}"
-        if record["effect"] is not None
-        else record["why_not"] or "not measured"
-    ]
+def _format_result(record: dict[str, Any]) -> str:
+    """Return effect, interval, p-value and A12 of a claim, and the number in the paper, as text.
+
+    For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`.
+    """
+    if record["effect"] is None:
+        effect = record["why_not"] or "not measured"
+    else:
+        effect = f"{record['effect']:.4g}"
     if record["interval"]:
-        parts[0] += " [{:.4g}, {:.4g}]".format(*record["interval"])
+        effect += " [{:.4g}, {:.4g}]".format(*record["interval"])
+    numbers = [effect]
     if record["p_holm"] is not None:
-        parts.append(f"p {record['p_holm']:.2g}")
+        numbers.append(f"p {record['p_holm']:.2g}")
     if record["a12"] is not None:
-        parts.append(f"A12 {record['a12']:.2f}")
-    return "; ".join(
-        [", ".join(parts), *([f"paper: {record['paper']}"] if record["paper"] else [])]
-    )
+        numbers.append(f"A12 {record['a12']:.2f}")
+    text = ", ".join(numbers)
+    return f"{text}; paper: {record['paper']}" if record["paper"] else text
 
 
-def variants_table(multiverse: Multiverse) -> Table:
+def make_variants_table(multiverse: Multiverse) -> Table:
     """Return the verdict of each claim under each variant that changes at most one choice.
 
     Parameters
@@ -157,7 +170,7 @@ def variants_table(multiverse: Multiverse) -> Table:
     Returns
     -------
     rich.table.Table
-        The table. Its last column is the distance of a variant from the figures of the paper.
+        The table. Its last column is the distance of a variant from the numbers in the paper.
     """
     table = Table(
         title="Every variant of the paper",

@@ -173,9 +173,9 @@ Force = Annotated[bool, FLAG, Parameter(help=RESOURCE_FORCE)]
 def load_parts(files: Sequence[Path] | None) -> None:
     """Register the parts of installed packages and of `files`, before any experiment is read."""
     # Imported late: help needs no experiments.
-    from baldwinlab.api.load import load_installed
+    from baldwinlab.api.load import load_installed_parts
 
-    load_installed()
+    load_installed_parts()
     if files:
         # Imported late: loading the engine takes a while.
         from baldwinlab.parts import load_file

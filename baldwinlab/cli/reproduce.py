@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.gallery import ALL, reproduce_all
-from baldwinlab.api.reproduce import Reproduction, format_length_assignments, reproduce_changed
+from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import (
     LOCATION,
@@ -95,7 +95,7 @@ def reproduce(
         return
     chosen = load(paper)
     lengths = format_length_assignments(chosen, generations, steps)
-    reproduce_changed(
+    run_reproduction(
         Reproduction(
             chosen,
             assignments=(*lengths, *(assignments or [])),

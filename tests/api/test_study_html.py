@@ -45,7 +45,7 @@ def test_a_study_shows_its_content_and_a_curve_per_condition(study: Study) -> No
 
 def test_only_its_first_conditions_are_drawn(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     full_length = len(study._repr_html_())
-    monkeypatch.setattr("baldwinlab.api.study.MAX_LISTED", 1)
+    monkeypatch.setattr("baldwinlab.api.study.MAX_LISTED_CONDITIONS", 1)
     page = study._repr_html_()
     assert "and 1 more conditions" in page
     assert len(page) < full_length

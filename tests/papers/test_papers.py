@@ -442,7 +442,7 @@ def test_the_report_of_custom_questions_starts_with_their_answers(
     )
     result = command("reproduce", "./tiny")
     assert result.code == 0, result.err
-    assert "What was asked, and what we measured" in result.out
+    assert "Claims and our results" in result.out
     assert "the paper" not in result.out
     out = tmp_path / "results/tiny"
     record = json.loads((out / "learners.json").read_text())

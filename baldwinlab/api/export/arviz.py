@@ -1,4 +1,4 @@
-"""Return the outcomes of runs as observations for ArviZ, for a Bayesian comparison."""
+"""Return the collect_outcomes of runs as observations for ArviZ, for a Bayesian comparison."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.errors import require_positive
 
 
-def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
-    """Return the outcome of each run, which claims are evaluated on, as observed data.
+def collect_outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
+    """Return the outcome of each run as observed data. Claims are evaluated on these outcomes.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
     """
     require_positive("last", last)
     unit = data["energy"].attrs.get("units", "")
-    attributes_of = {
+    attributes_by_outcome = {
         "best": {"units": unit, "long_name": "fitness of the best agent"},
         "mean": {"units": unit, "long_name": "fitness of the average agent"},
         "share": {"units": "1", "long_name": "share of agents that ate, or gained anything"},
@@ -42,13 +42,13 @@ def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
         {
             name: fitness.final(data, name, last)
             .drop_attrs(deep=False)
-            .assign_attrs(attributes_of[name])
-            for name in attributes_of
+            .assign_attrs(attributes_by_outcome[name])
+            for name in attributes_by_outcome
         }
     )
-    attributes = {
+    origin = {
         "creation_library": "baldwinlab",
         "creation_library_version": __version__,
         "last_generations": last,
     }
-    return xr.DataTree.from_dict({"observed_data": observed.assign_attrs(data.attrs | attributes)})
+    return xr.DataTree.from_dict({"observed_data": observed.assign_attrs(data.attrs | origin)})
