@@ -215,7 +215,7 @@ def test_a_custom_part_without_a_linker_is_rejected_before_compilation(
 )
 def test_a_plan_names_the_array_of_teachers(rule: str, array: str) -> None:
     plan = ModuleLayout(load("evo/A").replace(learning={"rule": rule})).plan()
-    assert plan["learns from"] == array
+    assert plan["teacher_array"] == array
     assert not array or array.removeprefix("state.") in plan["tuples"]["state"]["leaves"]
 
 

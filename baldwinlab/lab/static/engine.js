@@ -60,7 +60,7 @@ export class Engine {
 
   /** Call an entry point with the addresses of its tuples. */
   call(name) {
-    this.functions[name](...this.plan.takes[name].map((tuple) => this.tuples[tuple]));
+    this.functions[name](...this.plan.arguments[name].map((tuple) => this.tuples[tuple]));
   }
 
   /** Return the array of a name such as "state.weights". `prepare` invalidates it. */
@@ -80,8 +80,8 @@ export class Engine {
   /** Write the number of a name such as "population.generation". */
   set(name, value) {
     const [tuple, leaf] = splitName(name);
-    const { at, type } = this.plan.tuples[tuple].leaves[leaf];
-    NUMBERS[type](new DataView(this.memory.buffer), this.tuples[tuple] + at, value);
+    const { offset, type } = this.plan.tuples[tuple].leaves[leaf];
+    NUMBERS[type](new DataView(this.memory.buffer), this.tuples[tuple] + offset, value);
   }
 
   /** Allocate a tuple and its arrays. */
@@ -90,7 +90,7 @@ export class Engine {
     this.tuples[tuple] = this.allocate(bytes);
     for (const [leaf, spec] of Object.entries(leaves)) {
       if ("value" in spec) this.set(`${tuple}.${leaf}`, this.resolveValue(spec.value));
-      else this.allocateArray(`${tuple}.${leaf}`, this.tuples[tuple] + spec.at, spec);
+      else this.allocateArray(`${tuple}.${leaf}`, this.tuples[tuple] + spec.offset, spec);
     }
   }
 
@@ -123,13 +123,13 @@ export class Engine {
   }
 
   /** Return the initial values of an array that the layout lists. */
-  resolveContent({ values, table, columns, then }) {
+  resolveContent({ values, table, columns, added_rows: addedRows }) {
     if (values) return values.flatMap((value) => this.resolveValue(value));
     if (!table) return null;
     const rows = lookUp(this.experiment, table).map((row) =>
       columns.map((column) => (typeof column === "string" ? lookUp(row, column) : column)),
     );
-    return [...rows, ...then].flat();
+    return [...rows, ...addedRows].flat();
   }
 
   resolveSizes(names) {
@@ -145,11 +145,11 @@ export class Engine {
     if (value === null || typeof value !== "object")
       return typeof value === "string" ? Number(value) : value;
     if ("measured" in value) return this.measured[value.measured];
-    if ("given" in value) return this.parameters[value.given];
-    const current = lookUp(this.experiment, value.path) ?? value.absent;
-    if ("is" in value) return current === value.is;
-    if ("among" in value) return value.among.indexOf(current);
-    if ("above" in value) return current > value.above;
+    if ("argument" in value) return this.parameters[value.argument];
+    const current = lookUp(this.experiment, value.path) ?? value.default;
+    if ("equals" in value) return current === value.equals;
+    if ("choices" in value) return value.choices.indexOf(current);
+    if ("lower_limit" in value) return current > value.lower_limit;
     return current;
   }
 

@@ -50,7 +50,7 @@ export function recordLifetime(run, { generation, first, last, appearance }) {
     "item_y",
     "touched",
   ]);
-  const teachers = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
+  const teachers = engine.plan.teacher_array ? engine.array(engine.plan.teacher_array) : null;
   // A rule can store any integer type.
   if (teachers) arrays.teacher = new Uint32Array(steps * agents);
   const lanes = state.heading.length;
@@ -170,7 +170,7 @@ export function inspectAgent(run, { generation, first, last, appearance, agent }
   if (linked.length) arrays.links = linked;
   if (hasTable)
     arrays.responses = tabulateResponses(engine, weights, inputs, appearance.actions.length);
-  if (engine.plan.taught) {
+  if (engine.plan.has_reinforcement) {
     const targets = teacher ? teacherUnits : evaluateAll(module(1));
     Object.assign(arrays, { teacher: module(1), teacher_activations: flattenRows(targets) });
     if (!appearance.answers.length)
@@ -185,8 +185,8 @@ function hasLearning(engine) {
 
 /** Return the activations of a module without memory for some inputs. */
 function evaluateModule(engine, weights, inputs) {
-  const units = engine.array("population.asked_units");
-  engine.array("population.asked_weights").set(weights);
+  const units = engine.array("population.evaluated_units");
+  engine.array("population.evaluated_weights").set(weights);
   units.set(inputs);
   engine.call("evaluate_module");
   return units.slice();
@@ -194,11 +194,11 @@ function evaluateModule(engine, weights, inputs) {
 
 /** Return the links of a network without layers [link, (from unit, to unit, weight)]. */
 function findLinks(engine, weights) {
-  engine.array("population.asked_weights").set(weights);
+  engine.array("population.evaluated_weights").set(weights);
   engine.call("find_links");
   return engine
-    .array("population.asked_links")
-    .slice(0, 3 * Number(engine.array("population.asked_count")[0]));
+    .array("population.links")
+    .slice(0, 3 * Number(engine.array("population.link_count")[0]));
 }
 
 /** Return the action of the largest output for each combination of inputs [sample, code]. */

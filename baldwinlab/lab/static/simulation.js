@@ -55,8 +55,8 @@ export class Run {
     this.requireValid();
     const agents = this.experiment.population.size;
     const result = {
-      food_eaten: engine.array("population.eaten_of_kind").slice(0, agents),
-      energy: engine.array("population.energy").slice(),
+      food_eaten: engine.array("population.eaten_by_kind").slice(0, agents),
+      energy: engine.array("population.fitness").slice(),
       parents,
       genome,
     };

@@ -1,17 +1,18 @@
 """Entry points of the WebAssembly module, which simulate a run from its founders to its end.
 
 Each entry point takes addresses of named tuples, which a page lays out with `ModuleLayout.plan`.
-The page calls `measure` for the sizes of arrays, allocates them, then initializes the world and the
-founders. For each generation it calls `begin`, simulates steps, computes the fitness, and breeds.
-The page can also evaluate a module, and list its links.
-The kernels are those that Python calls, in the order of `simulation/simulate.py`.
-Tests compare the results bit by bit.
+The page calls `measure` for the lengths of arrays, and allocates them.
+It then calls `init_world` and `init_founders`.
+For each generation it calls `begin`, `simulate`, `compute_fitness` and `breed`.
+It calls `evaluate_module` and `find_links` to show a network.
+The entry points call the kernels that Python calls, in the order of `simulation/simulate.py`.
+Tests compare the results of both bit by bit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,18 @@ from baldwinlab.evolution.inheritance import permute_teachers, remap_parents
 from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.evolution.selection import find_invalid_fitness, has_invalid_parent, select_parents
 from baldwinlab.evolution.sorting import sort_by
+from baldwinlab.models.miniworld.backends.browser_arguments import (
+    COUNT_COLUMN,
+    ENERGY_COLUMN,
+    FRESH_TEACHERS,
+    INHERITED_TEACHERS,
+    INVALID_FITNESS,
+    INVALID_PARENT,
+    KIND_COLUMN,
+    NAN_FITNESS,
+    BrowserPopulation,
+    BrowserSettings,
+)
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.grid import compute_alert_radius, compute_grid_shape, count_images
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS
@@ -33,142 +46,21 @@ from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simul
 from baldwinlab.parts.fitness import evaluate
 from baldwinlab.parts.inheritance import assign_teachers, inherit
 from baldwinlab.parts.networks import forward, links
-from baldwinlab.parts.variation import init_founders as make_founders
+from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
-MEASURED: Final = (
-    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends",
-    "units", "weights", "answers", "lanes",
-    "genome length", "fixed weights", "draws", "alert radius", "learning steps",
-)  # fmt: skip
-"""Numbers that `measure` computes, in this order."""
-# Columns of `BrowserSettings.regions`.
-REGION: Final = (
-    "left",
-    "right",
-    "upper",
-    "lower",
-    "count",
-    "energy",
-    "kind",
-)
-# Sources of teachers, by the number in `BrowserPopulation.teacher`.
-TEACHERS: Final = ("inherited", "shuffled", "fresh")
-# Faults of a generation, in `BrowserPopulation.fault`.
-NAN_FITNESS: Final = 1
-INVALID_FITNESS: Final = 2
-INVALID_PARENT: Final = 3
-
-
-class BrowserSettings(NamedTuple):
-    """The settings from which sizes and derived numbers follow."""
-
-    # float64 [region, REGION].
-    regions: Any
-    # int64 [layer], units.
-    sizes: Any
-    # float64 [MEASURED]: derived numbers.
-    measured: Any
-    agents: int
-    modules: int
-    inputs: int
-    actions: int
-    biases: bool
-    evolved_rate: bool
-    width: float
-    height: float
-    visual_radius: float
-    reach: float
-    square_contact: bool
-    stride: float
-    steps: int
-    # -1: never.
-    learning_stops: int
-
-
-class BrowserPopulation(NamedTuple):
-    """A run: its generation, its arrays, and the parts of evolution."""
-
-    seed: int
-    run: int
-    generation: int
-    first_step: int
-    last_step: int
-    # Number of the scheme in `schemes`.
-    selection: int
-    # Number of survivors.
-    elite: int
-    # Whether genomes are drawn again in each generation.
-    resamples_genomes: bool
-    wants_learned: bool
-    learns: bool
-    # Index in TEACHERS.
-    teacher: int
-    cost_per_step: float
-    cost_per_change: float
-    # int64 [2]: fault, and number of the agent.
-    fault: Any
-    # int64 [module]: purpose of the random numbers of its weights.
-    purposes: Any
-    # float64 [scheme]: minimum fitness.
-    least: Any
-    # float64 [region].
-    energies: Any
-    # int64 [region]: number of the kind of its items.
-    kinds: Any
-    # float32 [agent, module, weight].
-    genome: Any
-    inherited: Any
-    children: Any
-    # float32 [agent, weight]: action module at death.
-    learned: Any
-    # int32 [agent, region].
-    eaten: Any
-    # int32 [kind, agent].
-    eaten_of_kind: Any
-    # float64 [agent].
-    gained: Any
-    cost: Any
-    # Fitness of each agent.
-    energy: Any
-    # int32 [child, 2].
-    parents: Any
-    # int32 [agent, 2]: the two ancestors among the first agents of the lifetime.
-    origin: Any
-    # float64 [child, 2, 4].
-    uniforms: Any
-    # float64 [module and weight, 4], scratch.
-    draws: Any
-    # float64 [agent], scratch.
-    shares: Any
-    # int64 [agent], scratch.
-    order: Any
-    # float32 [weight, 1]: weights of a module to evaluate.
-    asked_weights: Any
-    # float32 [unit, 1]: inputs, and computed outputs.
-    asked_units: Any
-    # float32 [link, (source unit, target unit, weight)], without layers.
-    asked_links: Any
-    # int64 [1]: number of links.
-    asked_count: Any
-    schemes: Any
-    variation: Any
-    inheritance: Any
-    # Fitness part.
-    worth: Any
-
-
+# The entry points compile these kernels into their own code.
 for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, breed_children):
     compiled(_kernel)
 
 
 def measure(setting: BrowserSettings) -> None:
-    """Set `setting.measured`: the lengths of arrays, and derived numbers."""
+    """Set `setting.measured`: the lengths of arrays, and other derived numbers."""
     regions = setting.regions.shape[0]
     items = 0
     cells = 0
     for region in range(regions):
-        columns, rows = _grid(setting, region)
-        items += int(setting.regions[region, 4])
+        columns, rows = _grid_shape(setting, region)
+        items += int(setting.regions[region, COUNT_COLUMN])
         cells += columns * rows
     units = setting.sizes[0]
     weights = 0
@@ -204,10 +96,10 @@ def measure(setting: BrowserSettings) -> None:
 
 
 @compiled
-def _grid(setting: BrowserSettings, region: int) -> tuple[Any, Any]:
+def _grid_shape(setting: BrowserSettings, region: int) -> tuple[Any, Any]:
     """Return the numbers of columns and rows of the grid of a region."""
     left, right, upper, lower = _edges(setting, region)
-    count = int(setting.regions[region, 4])
+    count = int(setting.regions[region, COUNT_COLUMN])
     return compute_grid_shape(
         right - left, lower - upper, count, setting.visual_radius, setting.agents
     )
@@ -230,12 +122,12 @@ def init_world(
     margin = max(setting.visual_radius, alert) + setting.stride
     items = 0
     cells = 0
-    population.energies[0] = 0.0
-    population.kinds[0] = 0
+    population.region_energies[0] = 0.0
+    population.region_kinds[0] = 0
     for region in range(setting.regions.shape[0]):
         left, right, upper, lower = _edges(setting, region)
-        columns, rows = _grid(setting, region)
-        kind = int(setting.regions[region, 6])
+        columns, rows = _grid_shape(setting, region)
+        kind = int(setting.regions[region, KIND_COLUMN])
         model.regions[region, 0] = np.float32(left)
         model.regions[region, 1] = np.float32(right - left)
         model.regions[region, 2] = np.float32(upper)
@@ -250,11 +142,11 @@ def init_world(
             right - left, lower - upper, margin, setting.width, setting.height
         )
         model.region_kind[region] = kind
-        population.kinds[region] = kind
-        population.energies[region] = setting.regions[region, 5]
+        population.region_kinds[region] = kind
+        population.region_energies[region] = setting.regions[region, ENERGY_COLUMN]
         model.region_items[region] = items
         model.region_cells[region] = cells
-        items += int(setting.regions[region, 4])
+        items += int(setting.regions[region, COUNT_COLUMN])
         cells += columns * rows
     last = setting.regions.shape[0]
     model.region_items[last] = items
@@ -268,16 +160,17 @@ def init_founders(population: BrowserPopulation) -> None:
 
 @compiled
 def _draw_founders(population: BrowserPopulation, generation: int) -> None:
+    """Draw `population.genome` with the random numbers of a generation."""
     key = GenerationKey(population.seed, population.run, generation)
     for module in range(population.purposes.size):
         draw_normal(key, population.purposes[module], population.genome, module)
-    make_founders(population.variation, population.genome)
+    init_founder_genomes(population.variation, population.genome)
 
 
 def begin(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Initialize a generation."""
     state.generation[0] = population.generation
-    _copy(population.genome, state.genome[0])
+    _copy_genomes(population.genome, state.genome[0])
     init_generation(dereference(model), dereference(state))
 
 
@@ -297,61 +190,63 @@ def simulate_steps_sequential(model: Any, state: Any, population: BrowserPopulat
 
 def evaluate_module(state: Any, population: BrowserPopulation) -> None:
     """Compute the outputs of a module for given inputs."""
-    forward(dereference(state).network, population.asked_weights, population.asked_units, 0)
+    forward(dereference(state).network, population.evaluated_weights, population.evaluated_units, 0)
 
 
 def find_links(state: Any, population: BrowserPopulation) -> None:
     """List the links between the units of a module that is not layered."""
     network = dereference(state).network
-    units = population.asked_units.shape[0]
-    population.asked_count[0] = links(
-        network, population.asked_weights, units, 0, population.asked_links
+    units = population.evaluated_units.shape[0]
+    population.link_count[0] = links(
+        network, population.evaluated_weights, units, 0, population.links
     )
 
 
 def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> None:
     """Compute the fitness and the results of the simulated lifetimes."""
     eaten = population.eaten
-    eaten_of_kind = population.eaten_of_kind
+    eaten_by_kind = population.eaten_by_kind
     cost = population.cost
-    eaten_of_kind[:] = 0
+    eaten_by_kind[:] = 0
     # Births during life have changed genomes.
-    _copy(state.genome[0], population.genome)
+    _copy_genomes(state.genome[0], population.genome)
     for agent in range(model.agents):
         population.origin[agent, 0] = state.origin[0, agent, 0]
         population.origin[agent, 1] = state.origin[0, agent, 1]
-        population.energy[agent] = np.nan
+        population.fitness[agent] = np.nan
         cost[agent] = 0.0
         for region in range(eaten.shape[1]):
             eaten[agent, region] = state.eaten_in_life[region, agent]
-            eaten_of_kind[population.kinds[region], agent] += eaten[agent, region]
+            eaten_by_kind[population.region_kinds[region], agent] += eaten[agent, region]
         for weight in range(state.weights.shape[0]):
             population.learned[agent, weight] = state.weights[weight, agent]
         if population.learns:
             cost[agent] += population.cost_per_step * model.learning_steps
-    sum_region_energy(population.energies, eaten, population.gained)
+    sum_region_energy(population.region_energies, eaten, population.gained_energy)
     if population.learns:
         add_change_cost(population.cost_per_change, population.genome, population.learned, cost)
-    evaluate(population.worth, population.gained, cost, population.energy)
+    evaluate(population.fitness_part, population.gained_energy, cost, population.fitness)
     population.fault[0] = 0
     for agent in range(model.agents):
-        if np.isnan(population.energy[agent]):
+        if np.isnan(population.fitness[agent]):
             population.fault[0] = NAN_FITNESS
             population.fault[1] = agent
 
 
 def breed(population: BrowserPopulation) -> None:
-    """Replace the genomes by those of the children."""
+    """Draw the parents, create the children, and replace the genomes of the parents by theirs."""
     if population.resamples_genomes:
         population.parents[:] = -1
         _draw_founders(population, population.generation + 1)
         return
-    invalid = find_invalid_fitness(population.energy, population.least[population.selection])
-    if invalid >= 0:
+    invalid_agent = find_invalid_fitness(
+        population.fitness, population.minimum_fitness[population.selection]
+    )
+    if invalid_agent >= 0:
         population.fault[0] = INVALID_FITNESS
-        population.fault[1] = invalid
+        population.fault[1] = invalid_agent
         return
-    _copy(population.genome, population.inherited)
+    _copy_genomes(population.genome, population.inherited)
     if population.learns and population.wants_learned:
         for agent in range(population.genome.shape[0]):
             innate = population.genome[agent, 0]
@@ -361,33 +256,35 @@ def breed(population: BrowserPopulation) -> None:
                 assign_teachers(
                     population.inheritance, innate, learned, population.inherited[agent, 1]
                 )
-    _choose_parents(population)
+    _draw_parents_of_children(population)
     if population.fault[0] == 0:
         key = GenerationKey(population.seed, population.run, population.generation + 1)
         breed_children(
             population.variation,
             key,
             population.inherited,
-            population.energy,
+            population.fitness,
             population.parents,
             population.draws,
             population.children,
         )
         remap_parents(population.origin, population.parents)
-        _copy(population.children, population.genome)
+        _copy_genomes(population.children, population.genome)
         _apply_teacher_control(population, key)
 
 
 @compiled
-def _copy(genome: Any, into: Any) -> None:
+def _copy_genomes(genome: Any, target: Any) -> None:
+    """Copy genomes [agent, module, weight] to `target`."""
     for agent in range(genome.shape[0]):
         for module in range(genome.shape[1]):
             for weight in range(genome.shape[2]):
-                into[agent, module, weight] = genome[agent, module, weight]
+                target[agent, module, weight] = genome[agent, module, weight]
 
 
 @compiled
-def _choose_parents(population: BrowserPopulation) -> None:
+def _draw_parents_of_children(population: BrowserPopulation) -> None:
+    """Set `population.parents` with the selection scheme of the experiment."""
     agents = population.genome.shape[0]
     seed = population.seed
     run = population.run
@@ -408,9 +305,10 @@ def _has_teachers(population: BrowserPopulation) -> bool:
 
 @compiled
 def _apply_teacher_control(population: BrowserPopulation, key: GenerationKey) -> None:
-    if population.teacher == 0 or not _has_teachers(population):
+    """Draw or shuffle the reinforcement modules of the children, for the control of teachers."""
+    if population.teacher == INHERITED_TEACHERS or not _has_teachers(population):
         return
-    if population.teacher == 2:
+    if population.teacher == FRESH_TEACHERS:
         draw_normal(key, population.purposes[1], population.genome, 1)
         return
     for child in range(population.genome.shape[0]):
@@ -421,7 +319,7 @@ def _apply_teacher_control(population: BrowserPopulation, key: GenerationKey) ->
 
 
 def draw_parents_by_scheme(schemes: Any, number: int, population: Any) -> None:
-    """Draw the parents with one of several selection schemes."""
+    """Draw the parents with the scheme `schemes[number]`."""
     _draw_parents(schemes[number], population)
 
 
@@ -431,7 +329,7 @@ def _draw_parents(scheme: Any, population: Any) -> None:
         scheme,
         population.elite,
         population.inherited,
-        population.energy,
+        population.fitness,
         population.uniforms,
         population.shares,
         population.order,
@@ -440,6 +338,7 @@ def _draw_parents(scheme: Any, population: Any) -> None:
 
 
 def _choose_draw_parents_by_scheme(schemes: Any, *arguments: Any) -> Callable[..., Any]:
+    """Return `draw_parents_by_scheme` for the types of `schemes`, whose parts differ in type."""
     if len(schemes) == 1:
         return lambda schemes, number, population: _draw_parents(schemes[0], population)
 
