@@ -144,7 +144,7 @@ def _register_notebook_display() -> None:
         formatter.for_type_by_name(
             "xarray.core.dataset",
             "Dataset",
-            lambda dataset: import_module("baldwinlab.lab.notebook_player").html(dataset),
+            lambda dataset: import_module("baldwinlab.lab.notebook_player").format_html(dataset),
         )
 
 

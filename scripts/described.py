@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from baldwinlab.core.variables import Variable
-from baldwinlab.lab.schema import schema_of
+from baldwinlab.lab.schema import make_schema
 
 TYPES: Final = {
     "integer": "whole number",
@@ -57,7 +57,7 @@ def fields_of(model: Any, path: str = "") -> list[tuple[str, Any]]:
 
     N is the number of a table in a list.
     """
-    schema = schema_of(model)
+    schema = make_schema(model)
     return list(_fields(schema, schema.get("$defs", {}), path))
 
 

@@ -24,7 +24,7 @@ from baldwinlab._version import __version__
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
 from baldwinlab.core.extras import missing_extra
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.export import live_page
+from baldwinlab.lab.export import render_live_page
 from baldwinlab.papers.presets import load
 from scripts import reference
 from scripts.llms import llms_text
@@ -239,7 +239,7 @@ def add_laboratories(source: Path, files: Path, laboratories: list[dict[str, Any
         stem = page.relative_to(source).with_suffix("").as_posix().lower()
         name = f"laboratories/{re.sub('[^a-z0-9]+', '-', stem)}.html"
         (files / name).parent.mkdir(parents=True, exist_ok=True)
-        (files / name).write_bytes(live_page(presets))
+        (files / name).write_bytes(render_live_page(presets))
         folder = files / Path(laboratory["page"]).parent
         address = os.path.relpath(files / name, folder).replace(os.sep, "/")
         introduction, heading, rest = page.read_text("utf-8").partition("\n## ")

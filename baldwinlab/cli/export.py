@@ -231,7 +231,7 @@ def _require_page_output(options: ExportOptions) -> None:
 def _write_page(options: ExportOptions) -> None:
     # Imported late: loading the engine takes a while.
     from baldwinlab.engine.wasm import find_linker
-    from baldwinlab.lab.export import live_page
+    from baldwinlab.lab.export import render_live_page
     from baldwinlab.models.miniworld.backends.wasm_modules import is_module_available
 
     assert options.out is not None
@@ -240,7 +240,7 @@ def _write_page(options: ExportOptions) -> None:
     if not all(map(is_module_available, foragers)):
         find_linker()
         console.info("Compiling for browsers, which takes about a minute.")
-    page = live_page(experiments, study_seed if options.seed is None else options.seed)
+    page = render_live_page(experiments, study_seed if options.seed is None else options.seed)
     write_atomically(options.out, page)
     names = ", ".join(experiment.name for experiment in experiments)
     console.info(f"{options.out}: {names}; {len(page):,} bytes")

@@ -29,10 +29,10 @@ class Access:
         return ticket
 
     def is_token(self, text: str) -> bool:
-        """Return whether a text is the token, in constant time."""
+        """Return whether a text is the token. The comparison takes constant time."""
         return secrets.compare_digest(text.encode(), self.token.encode())
 
-    def admits(self, text: str) -> bool:
+    def accept(self, text: str) -> bool:
         """Return whether a text is the token or an unused ticket, and mark the ticket as used."""
         if text not in self._tickets:
             return self.is_token(text)
@@ -40,7 +40,7 @@ class Access:
         return True
 
 
-def cookie_name(port: int | None) -> str:
+def make_cookie_name(port: int | None) -> str:
     """Return the name of the token's cookie, which contains the port.
 
     Browsers send a cookie to every port of a host.

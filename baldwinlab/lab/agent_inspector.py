@@ -14,14 +14,14 @@ from baldwinlab.evolution import Parents, find_teachers, make_generation
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.life_query import (
-    MAX_BYTES,
+    MAX_RESPONSE_BYTES,
     Life,
-    ParentGeneration,
     Span,
+    StartData,
     queue_container,
     require_agent,
 )
-from baldwinlab.lab.query import number
+from baldwinlab.lab.query import read_number
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lookup import (
@@ -37,24 +37,28 @@ from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 # With more inputs, the table of all input combinations is left out.
 MAX_TABLE_INPUTS = 4
 # Samples of the weights over a lifetime, including birth and death.
-WEIGHT_SAMPLES = 201
+MAX_WEIGHT_SAMPLES = 201
 
 Floats = npt.NDArray[np.float32]
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def agent_life(request: Request) -> Response:
-        agent = number(request.query_params, "agent")
+        agent = read_number(request.query_params, "agent")
         return await queue_container(
-            lab, request, _bytes_per_step, lambda life, span: inspect_agent(life, span, agent)
+            lab,
+            request,
+            _estimate_bytes_per_step,
+            lambda life, span: inspect_agent(life, span, agent),
         )
 
     return [Route("/api/agent", agent_life)]
 
 
-def _bytes_per_step(experiment: Experiment) -> int:
+def _estimate_bytes_per_step(experiment: Experiment) -> int:
+    # Action, eaten items and error need at most 13 bytes. Activations of two modules are float32.
     return 13 + 2 * 4 * sum(experiment.layer_sizes)
 
 
@@ -97,18 +101,18 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     seed, run, generation = life.key
     experiment = life.experiment.at(generation)
     require_agent(experiment, agent)
-    parents = life.load_parents()
-    batch = make_batch(experiment, seed, [run], generation, parents.genome[None])
+    start = life.load_start_data()
+    batch = make_batch(experiment, seed, [run], generation, start.genome[None])
     arrays = _record_agent(experiment, batch, span, agent)
-    has_few_inputs = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
-    if has_few_inputs and experiment.part("network.kind").is_memoryless:
-        arrays["responses"] = _response_table(experiment, batch, arrays["weights"])
-    genome = parents.genome[agent, :, : experiment.weight_count]
+    has_small_table = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
+    if has_small_table and experiment.part("network.kind").is_memoryless:
+        arrays["responses"] = _make_response_table(experiment, batch, arrays["weights"])
+    genome = start.genome[agent, :, : experiment.weight_count]
     _add_module_activations(experiment, batch, genome, arrays)
-    network_links = _links(batch, arrays["weights"][0])
+    network_links = _list_links(batch, arrays["weights"][0])
     if network_links.size:
         arrays["links"] = network_links
-    energy = collect_outcomes(experiment, batch, parents.genome[None]).energy[0]
+    energy = collect_outcomes(experiment, batch, start.genome[None]).energy[0]
     header = {
         "kind": "agent",
         "agent": agent,
@@ -116,7 +120,7 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
         "appearance": describe_appearance(experiment).to_dict(),
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
-        **_relatives(life, parents, energy, agent),
+        **_find_relatives(life, start, energy, agent),
         "food": int(batch.eaten_in_life()[0, agent].sum()),
         "rank": 1 + int((energy > energy[agent]).sum()),
     }
@@ -131,7 +135,7 @@ def _record_agent(
     Weights are recorded before a step, and all other variables after it.
     """
     steps = experiment.lifetime.steps
-    count = min(WEIGHT_SAMPLES, max(2, MAX_BYTES // (4 * experiment.weight_count)))
+    count = min(MAX_WEIGHT_SAMPLES, max(2, MAX_RESPONSE_BYTES // (4 * experiment.weight_count)))
     samples = np.unique(np.linspace(0, steps, count).astype(np.uint32))
     after = range(span.first + 1, span.last + 1)
     series = {
@@ -155,7 +159,7 @@ def _add_module_activations(
     """Add the activations of the modules that do not learn; `genome` is [module, weight].
 
     If the engine looks up the outputs of a module in a table, it does not compute hidden units.
-    Only in this case, the module is evaluated again.
+    In this case, the module is evaluated again.
     """
     inputs = arrays["activations"][:, : len(experiment.inputs)]
     lookup = choose_lookup(experiment)
@@ -166,6 +170,7 @@ def _add_module_activations(
     if "reinforcement" not in experiment.modules:
         return
     arrays["teacher"] = genome[1]
+    # If a rule declares `answers`, the outputs of the reinforcement module are not actions.
     has_same_outputs = not experiment.part("learning.rule").answers
     if has_same_outputs:
         outputs = slice(-len(experiment.actions), None)
@@ -173,17 +178,19 @@ def _add_module_activations(
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))
 
 
-def _response_table(
+def _make_response_table(
     experiment: Experiment, batch: CpuBatch, weights: Floats
 ) -> npt.NDArray[np.uint8]:
     """Return the action of the largest output for each combination of inputs [sample, code]."""
     n_inputs = len(experiment.inputs)
     n_actions = len(experiment.actions)
-    codes = (np.arange(2**n_inputs)[:, None] >> np.arange(n_inputs) & 1).astype(np.float32)
+    codes = np.arange(2**n_inputs)
+    # Bit k of a code is input k.
+    inputs = (codes[:, None] >> np.arange(n_inputs) & 1).astype(np.float32)
     # Without learning, all samples have the same weights.
     unique, index = np.unique(weights, axis=0, return_inverse=True)
     outputs = np.stack(
-        [_evaluate_module(batch, sample, codes)[:, -n_actions:] for sample in unique]
+        [_evaluate_module(batch, sample, inputs)[:, -n_actions:] for sample in unique]
     )
     return np.asarray(outputs.argmax(axis=2)[index.ravel()], np.uint8)
 
@@ -199,7 +206,7 @@ def _evaluate_module(batch: CpuBatch, weights: Floats, inputs: Floats) -> Floats
     return np.ascontiguousarray(activations.T[index.ravel()])
 
 
-def _links(batch: CpuBatch, weights: Floats) -> Floats:
+def _list_links(batch: CpuBatch, weights: Floats) -> Floats:
     """Return the links [link, (from unit, to unit, weight)] of a network without layers."""
     buffer = np.empty((len(weights), 3), np.float32)
     units = len(batch.state.activations)
@@ -207,8 +214,8 @@ def _links(batch: CpuBatch, weights: Floats) -> Floats:
     return buffer[:count]
 
 
-def _relatives(
-    life: Life, past: ParentGeneration, energy: npt.NDArray[np.float64], agent: int
+def _find_relatives(
+    life: Life, start: StartData, energy: npt.NDArray[np.float64], agent: int
 ) -> dict[str, Any]:
     """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
 
@@ -223,18 +230,20 @@ def _relatives(
     if experiment.births_in_life:
         return {"parents": parents, "teachers": teachers, "children": children}
     if key.generation > 0:
-        assert past.energy is not None
-        parent_energy = past.energy.values[key.generation - 1]
-        pairs = make_generation(experiment, key, past.genome, parent_energy)[1]
-        parents = _couple(pairs, agent)
-        teachers = _couple(find_teachers(experiment, key, pairs), agent)
+        assert start.energy is not None
+        parent_energy = start.energy.values[key.generation - 1]
+        pairs = make_generation(experiment, key, start.genome, parent_energy)[1]
+        parents = _read_pair(pairs, agent)
+        teachers = _read_pair(find_teachers(experiment, key, pairs), agent)
     if key.generation + 1 < experiment.evolution.generations:
         next_key = key._replace(generation=key.generation + 1)
-        pairs = make_generation(experiment, next_key, past.genome, energy)[1]
+        pairs = make_generation(experiment, next_key, start.genome, energy)[1]
         children = np.flatnonzero((pairs == agent).any(axis=1)).tolist()
     return {"parents": parents, "teachers": teachers, "children": children}
 
 
-def _couple(pairs: Parents | None, agent: int) -> list[int] | None:
+def _read_pair(pairs: Parents | None, agent: int) -> list[int] | None:
     """Return the two indices of an agent, or None if there are none."""
-    return None if pairs is None or pairs[agent].min() < 0 else pairs[agent].tolist()
+    # A negative index means that an agent has no parent.
+    has_pair = pairs is not None and pairs[agent].min() >= 0
+    return pairs[agent].tolist() if has_pair else None

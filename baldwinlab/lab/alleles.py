@@ -15,13 +15,13 @@ from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, binary_frames, model_displays, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
-from baldwinlab.lab.life_query import MAX_BYTES
-from baldwinlab.lab.query import Query, number, text
+from baldwinlab.lab.life_query import MAX_RESPONSE_BYTES
+from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.simulation.reevaluation import stored_genomes
 from baldwinlab.simulation.replay import recompute_genomes
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def alleles(request: Request) -> Response:
@@ -42,9 +42,9 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     Raise StudyError and ValueError as `find_life`, and MissingError if the model declares no
     alleles.
     """
-    study = study_access.find_study(lab, text(query, "study"))
-    name = text(query, "condition")
-    run = number(query, "run")
+    study = study_access.find_study(lab, read_text(query, "study"))
+    name = read_text(query, "condition")
+    run = read_number(query, "run")
     experiment = study_access.find_condition(study, name)
     study.require_parts(name)
     _require_alleles(experiment, experiment.evolution.generations)
@@ -52,8 +52,8 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
 
     def make() -> bytes:
         genomes = stored_genomes(experiment, study.record(name, run))
-        frequencies = allele_frequencies(experiment, genomes)
-        return binary_frames.pack(_header(experiment, 0), {"share": frequencies})
+        frequencies = compute_allele_frequencies(experiment, genomes)
+        return binary_frames.pack(_make_header(experiment, 0), {"share": frequencies})
 
     return lab.cache.get(("alleles", experiment, study.seed, run), make)
 
@@ -61,42 +61,42 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
 def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
     """Return the container with the allele frequencies of one generation of a live run.
 
-    Raise errors as `LiveRun.history` and `pack_stored_frequencies`.
+    Raise errors as `LiveRun.find_history` and `pack_stored_frequencies`.
     """
-    live = lab.live.run(query["live"])
-    run = number(query, "run")
-    generation = number(query, "generation")
+    live = lab.live.find_run(query["live"])
+    run = read_number(query, "run")
+    generation = read_number(query, "generation")
     experiment = live.experiment
-    history = live.history(run, generation)
+    history = live.find_history(run, generation)
     _require_alleles(experiment, 1)
     stored_generation, genome = history.saved_genomes_until(generation)
     if stored_generation != generation:
         genome = recompute_genomes(
             experiment,
             GenerationKey(live.seed, run, generation),
-            live.energy(run, generation),
+            live.read_energy(run, generation),
             (stored_generation, genome),
         )
-    frequencies = allele_frequencies(experiment, [genome])
-    return binary_frames.pack(_header(experiment, generation), {"share": frequencies})
+    frequencies = compute_allele_frequencies(experiment, [genome])
+    return binary_frames.pack(_make_header(experiment, generation), {"share": frequencies})
 
 
-def allele_frequencies(
+def compute_allele_frequencies(
     experiment: BaseExperiment, genomes: Iterable[Genome]
 ) -> npt.NDArray[np.float32]:
     """Return the share of agents that are born with each allele [generation, locus, allele].
 
     The loci of several modules follow each other. A value that is not an allele is not counted.
     """
-    values = np.array(list(model_displays.alleles_of(experiment).values()), np.float32)
+    values = np.array(list(model_displays.read_alleles(experiment).values()), np.float32)
     by_locus = (genome.reshape(len(genome), -1, 1) for genome in genomes)
     return np.stack([(genome == values).mean(axis=0, dtype=np.float32) for genome in by_locus])
 
 
-def _header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]:
+def _make_header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]:
     return {
         "kind": "alleles",
-        "alleles": list(model_displays.alleles_of(experiment)),
+        "alleles": list(model_displays.read_alleles(experiment)),
         "description": model_displays.describe_model(experiment),
         "first": first_generation,
     }
@@ -107,11 +107,11 @@ def _require_alleles(experiment: BaseExperiment, generations: int) -> None:
 
     Raise MissingError if the model declares no alleles, and ValueError for too many values.
     """
-    alleles = model_displays.alleles_of(experiment)
+    alleles = model_displays.read_alleles(experiment)
     if not alleles:
         raise MissingError(f"{experiment.name}: the model {experiment.model} declares no alleles")
     loci = len(experiment.modules) * experiment.genome_length
-    if generations * loci * len(alleles) * np.dtype(np.float32).itemsize > MAX_BYTES:
+    if generations * loci * len(alleles) * np.dtype(np.float32).itemsize > MAX_RESPONSE_BYTES:
         raise ValueError(
             f"{experiment.name} has {generations:,} generations of {loci:,} loci, too many for one"
             " response"

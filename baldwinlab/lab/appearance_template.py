@@ -1,4 +1,4 @@
-"""The appearance of a world on an exported page, which follows changed settings."""
+"""The template of the appearance of a world on an exported page, which can change settings."""
 
 from __future__ import annotations
 

@@ -66,18 +66,19 @@ def pack(
         chunks += [raw, padding]
         offset += len(raw) + len(padding)
     text = json.dumps({**header, "arrays": entries}, allow_nan=False).encode()
+    # The data begins at a multiple of the alignment.
     text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNMENT)
     return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *chunks])
 
 
 def _column_differences(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return [row, column] as unsigned [column, row], each value minus the one before, modulo."""
+    """Return an array [row, column] as unsigned differences between rows [column, row], modulo."""
     bits = array.view(f"<u{array.itemsize}").T
     return np.diff(bits, axis=1, prepend=bits.dtype.type(0))
 
 
 def narrow(counts: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
-    """Return counts with 16 bits if all values fit."""
+    """Return counts as uint16 if all values fit, else unchanged."""
     return counts.astype(np.uint16) if counts.max(initial=0) < 2**16 else counts
 
 

@@ -13,13 +13,13 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import BUILT_IN, key_of
-from baldwinlab.lab.schema import node_at, schema_of
+from baldwinlab.lab.schema import find_field, make_schema
 from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
 from baldwinlab.parts.networks import Network
 from baldwinlab.parts.part import numeric_fields
 
 # Checks between two fields, as in the classes of experiments: one number is less than another.
-RULES: Final = (
+FIELD_RULES: Final = (
     {
         "path": "world.start.x",
         "than": "world.width",
@@ -43,8 +43,8 @@ RULES: Final = (
     ),
     *(
         {
-            "path": f"world.food.*.{axis}.{0}",
-            "than": f"world.food.*.{axis}.{1}",
+            "path": f"world.food.*.{axis}.0",
+            "than": f"world.food.*.{axis}.1",
             "message": "the first edge must be less than the second edge,",
         }
         for axis in "xy"
@@ -64,7 +64,7 @@ RULES: Final = (
 def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
     """Return the parts that the page lets a user choose, by the path of the field.
 
-    These parts are in the page's compiled modules.
+    The compiled modules of the page contain these parts.
     """
     selection = experiment.evolution.selection
     selections = list(BUILT_IN["selection"])
@@ -80,19 +80,19 @@ def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
 
 def make_form_schema(experiment: Experiment) -> Any:
     """Return the JSON schema of the form, with constants for fields that the page cannot change."""
-    schema = schema_of(type(experiment))
+    schema = make_schema(type(experiment))
     choosable = list_choosable_parts(experiment)
     part_fields = choosing_fields(type(experiment))
     fixed = ["model", "record.genome_every"]
     fixed += [path for path, _, _ in part_fields if path not in choosable]
     if any(added_choices(experiment)):
-        fixed += ["name", "lifetime.update", *_compiled_fields(experiment)]
+        fixed += ["name", "lifetime.update", *_list_compiled_fields(experiment)]
     for path, names in choosable.items():
-        fields, name = node_at(schema, path)
+        fields, name = find_field(schema, path)
         fields[name] |= {"enum": names}
     tree = experiment.to_dict()
     for path in dict.fromkeys(fixed):
-        fields, name = node_at(schema, path)
+        fields, name = find_field(schema, path)
         value: Any = tree
         for step in path.split("."):
             value = value[step]
@@ -100,7 +100,7 @@ def make_form_schema(experiment: Experiment) -> Any:
     return schema
 
 
-def _compiled_fields(experiment: Experiment) -> Iterator[str]:
+def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
     """Yield the fields whose values are constants in the module of a third-party part."""
     network = type(experiment.part("network.kind"))
     # Only the part itself can check the size of a network that is a graph.
@@ -113,28 +113,28 @@ def _compiled_fields(experiment: Experiment) -> Iterator[str]:
                 table = f"{path.rpartition('.')[0]}.{key_of(type(part).name)}"
                 fields = type(part).model_fields
                 yield from (f"{table}.{name}" for name in fields if name not in numeric)
-    constants = _layout_constants(experiment)
-    for path, value in _numbers(experiment.to_dict()):
-        changed = _with_other_value(experiment, path, value)
-        if changed is not None and _layout_constants(changed) != constants:
+    constants = _format_layout(experiment)
+    for path, value in _list_numbers(experiment.to_dict()):
+        changed = _change_value(experiment, path, value)
+        if changed is not None and _format_layout(changed) != constants:
             yield path
 
 
-def _layout_constants(experiment: Experiment) -> str:
+def _format_layout(experiment: Experiment) -> str:
     """Return the memory layout, which contains constants and references to fields."""
     return repr(ModuleLayout(experiment).plan())
 
 
-def _numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
+def _list_numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
     """Yield the path and the value of each number of an experiment."""
     for name, value in tree.items():
         if isinstance(value, dict):
-            yield from _numbers(value, f"{prefix}{name}.")
+            yield from _list_numbers(value, f"{prefix}{name}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield f"{prefix}{name}", value
 
 
-def _with_other_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
+def _change_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
     """Return the experiment with another valid number at a path, or None if there is none."""
     for number in (value / 2, value * 2, value + 1, value - 1):
         change: Any = int(number) if isinstance(value, int) else number

@@ -6,14 +6,17 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
 
-LIMIT = 128 * 2**20  # bytes
+MAX_CACHE_BYTES = 128 * 2**20
 
 
 class Cache:
-    """Bytes by key, at most `limit` bytes in total. Drops the least recently used entries first."""
+    """Bytes by key, at most `max_bytes` in total.
 
-    def __init__(self, limit: int = LIMIT) -> None:
-        self._limit = limit
+    A full cache drops its least recently used entries.
+    """
+
+    def __init__(self, max_bytes: int = MAX_CACHE_BYTES) -> None:
+        self._max_bytes = max_bytes
         self._lock = Lock()
         self._entries: OrderedDict[Hashable, bytes] = OrderedDict()
         self.size = 0  # bytes of all entries
@@ -21,7 +24,7 @@ class Cache:
     def get(self, key: Hashable, make: Callable[[], bytes]) -> bytes:
         """Return the entry of a key, or the result of `make`.
 
-        A new result is stored unless it alone is larger than the limit.
+        A new result is stored unless it is larger than `max_bytes`.
         """
         with self._lock:
             if key in self._entries:
@@ -29,10 +32,11 @@ class Cache:
                 return self._entries[key]
         content = make()
         with self._lock:
-            # Another thread may have stored it in the meantime.
-            if key not in self._entries and len(content) <= self._limit:
+            # Another thread may have stored an entry of this key during `make`.
+            if key not in self._entries and len(content) <= self._max_bytes:
                 self._entries[key] = content
                 self.size += len(content)
-            while self.size > self._limit:
-                self.size -= len(self._entries.popitem(last=False)[1])
+            while self.size > self._max_bytes:
+                _, oldest = self._entries.popitem(last=False)
+                self.size -= len(oldest)
         return content

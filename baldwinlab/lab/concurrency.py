@@ -1,4 +1,4 @@
-"""Limit the number of large responses in memory."""
+"""A response that waits for a free slot, which limits the large responses in memory."""
 
 from __future__ import annotations
 
@@ -30,5 +30,6 @@ class QueuedResponse(Response):
                 return
             response = await run_in_threadpool(self._make)
             await response(scope, receive, send)
+            # The memory can be released only after the last reference is deleted.
             del response
             release_memory()

@@ -19,26 +19,28 @@ from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, life_query, single_page, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
-from baldwinlab.lab.export import live_page
+from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.life_query import Life
-from baldwinlab.lab.query import Query, number, text
-from baldwinlab.lab.recording import bytes_per_step, record_life
+from baldwinlab.lab.query import Query, read_number, read_text
+from baldwinlab.lab.recording import estimate_bytes_per_step, record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 
 # The module that a replay page starts with.
-PLAYER = "replay_page.js"
+REPLAY_MODULE = "replay_page.js"
 STYLES = ("style.css", "world.css", "world_figure.css", "replay_page.css")
 MOVIE_TYPES = {"mp4": "video/mp4", "gif": "image/gif"}
-# Agents x steps. The trace is in memory, with about 100 bytes each.
-MAX_MOVIE_SIZE = 2_000_000
-_REPORT = re.compile(r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))")
+# Agents x steps of a movie. Each agent-step of the trace needs about 100 bytes of memory.
+MAX_MOVIE_AGENT_STEPS = 2_000_000
+_REPORT_PATH = re.compile(
+    r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))"
+)
 
-# Any user can write a report, so it runs no scripts, loads nothing, and has an origin of its own.
+# Any user can write a report. The policy forbids scripts and requests, and isolates the origin.
 REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def share(request: Request) -> Response:
@@ -51,7 +53,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return QueuedResponse(lab, lambda: _respond_movie(lab, request.query_params))
 
     def movie_progress(request: Request) -> JSONResponse:
-        ticket = text(request.query_params, "ticket")
+        ticket = read_text(request.query_params, "ticket")
         return JSONResponse({"share": lab.movie_progress.get(ticket, 0.0)})
 
     def report(request: Request) -> FileResponse:
@@ -72,24 +74,24 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def _respond_replay(lab: Lab, query: Query) -> Response:
-    sources = _sources(query)
-    page = replay_page(lab, sources, number(query, "step", 0))
+    sources = _read_sources(query)
+    page = render_replay_page(lab, sources, read_number(query, "step", 0))
     lifetimes = [life_query.find_life(lab, source) for source in sources]
-    return _attachment(page, "text/html", f"{_file_name(lifetimes)}.html")
+    return _make_attachment(page, "text/html", f"{_make_file_name(lifetimes)}.html")
 
 
 def _respond_laboratory(lab: Lab, query: Query) -> Response:
     """Return a page that simulates the conditions of the lifetimes, with their seed."""
-    lifetimes = [life_query.find_life(lab, source) for source in _sources(query)]
+    lifetimes = [life_query.find_life(lab, source) for source in _read_sources(query)]
     experiments = list({life.experiment.name: life.experiment for life in lifetimes}.values())
-    page = live_page(experiments, lifetimes[0].key.seed)
-    return _attachment(page, "text/html", f"{_file_name(lifetimes[:1])}-live.html")
+    page = render_live_page(experiments, lifetimes[0].key.seed)
+    return _make_attachment(page, "text/html", f"{_make_file_name(lifetimes[:1])}-live.html")
 
 
 def _respond_movie(lab: Lab, query: Query) -> Response:
-    """Return a movie. With a `ticket`, the page can request the progress in the meantime."""
-    lifetimes = [life_query.find_life(lab, source) for source in _sources(query)]
-    movie_format = text(query, "format")
+    """Return a movie. While it is made, the page can request the progress with its `ticket`."""
+    lifetimes = [life_query.find_life(lab, source) for source in _read_sources(query)]
+    movie_format = read_text(query, "format")
     ticket = query.get("ticket", "")
     try:
         movie = make_movie(
@@ -97,19 +99,21 @@ def _respond_movie(lab: Lab, query: Query) -> Response:
         )
     finally:
         lab.movie_progress.pop(ticket, None)
-    return _attachment(movie, MOVIE_TYPES[movie_format], f"{_file_name(lifetimes)}.{movie_format}")
+    return _make_attachment(
+        movie, MOVIE_TYPES[movie_format], f"{_make_file_name(lifetimes)}.{movie_format}"
+    )
 
 
-def _sources(query: Query) -> list[dict[str, str]]:
+def _read_sources(query: Query) -> list[dict[str, str]]:
     """Return the queries of the recordings `a` and, if given, `b`.
 
     Raise ValueError without `a`.
     """
     names = ["a", "b"] if "b" in query else ["a"]
-    return [dict(parse_qsl(text(query, name))) for name in names]
+    return [dict(parse_qsl(read_text(query, name))) for name in names]
 
 
-def replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
+def render_replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
     """Return a page that replays one or two lifetimes without a server.
 
     A lifetime that is too large for one response is replayed from its beginning.
@@ -129,17 +133,17 @@ def replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
         As for a request of the recordings.
 
     """
-    panels = [_panel(life_query.find_life(lab, source), source) for source in sources]
+    panels = [_make_panel(life_query.find_life(lab, source), source) for source in sources]
     title = " and ".join(panel["title"] for panel in panels)
     replay = {"version": __version__, "step": step, "panels": panels}
-    return single_page.render_page("replay.html", PLAYER, STYLES, title=title, replay=replay)
+    return single_page.render_page("replay.html", REPLAY_MODULE, STYLES, title=title, replay=replay)
 
 
-def _panel(life: Life, source: dict[str, str]) -> dict[str, Any]:
+def _make_panel(life: Life, source: dict[str, str]) -> dict[str, Any]:
     """Return the compressed recording of a lifetime, and the commands that reproduce it."""
     experiment = life.experiment
     steps = experiment.lifetime.steps
-    span = life_query.read_span(source, steps, bytes_per_step(experiment))
+    span = life_query.read_span(source, steps, estimate_bytes_per_step(experiment))
     seed, run, generation = life.key
     is_preset = _is_preset(life)
     name = experiment.name if is_preset else "experiment.toml"
@@ -189,21 +193,21 @@ def make_movie(
     for experiment in (life.experiment for life in lifetimes):
         agents = experiment.population.size
         steps = experiment.lifetime.steps
-        if agents * steps > MAX_MOVIE_SIZE:
+        if agents * steps > MAX_MOVIE_AGENT_STEPS:
             raise ValueError(
                 f"a movie of {agents} agents and {steps} steps is too large for the page; use"
                 " `baldwinlab replay`"
             )
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"life.{movie_format}"
-        write_scenes([_scene(life) for life in lifetimes], path, report_progress)
+        write_scenes([_make_scene(life) for life in lifetimes], path, report_progress)
         return path.read_bytes()
 
 
-def _scene(life: Life) -> Scene:
+def _make_scene(life: Life) -> Scene:
     experiment = life.experiment
     seed, run, generation = life.key
-    energy = life.load_parents().energy
+    energy = life.load_start_data().energy
     trace = replay(experiment, seed=seed, run=run, generation=generation, energy=energy)
     return Scene(trace, experiment.world.width, experiment.world.height)
 
@@ -213,7 +217,7 @@ def find_report(lab: Lab, name: str) -> Path:
 
     Raise MissingError if it does not exist, and StudyError if it is outside the served folder.
     """
-    match = _REPORT.fullmatch(name)
+    match = _REPORT_PATH.fullmatch(name)
     if match is None:
         raise MissingError(f"there is no {name} here")
     study = match["study"] or "."
@@ -224,7 +228,7 @@ def find_report(lab: Lab, name: str) -> Path:
     return path
 
 
-def _file_name(lifetimes: Sequence[Life]) -> str:
+def _make_file_name(lifetimes: Sequence[Life]) -> str:
     names = [
         f"{life.experiment.name}-run{life.key.run}-generation{life.key.generation}"
         for life in lifetimes
@@ -232,6 +236,6 @@ def _file_name(lifetimes: Sequence[Life]) -> str:
     return re.sub(r"[^\w+.-]", "-", "-and-".join(names))
 
 
-def _attachment(content: bytes, media_type: str, name: str) -> Response:
+def _make_attachment(content: bytes, media_type: str, name: str) -> Response:
     disposition = f"attachment; filename*=UTF-8''{quote(name)}"
     return Response(content, media_type=media_type, headers={"Content-Disposition": disposition})

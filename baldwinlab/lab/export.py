@@ -1,4 +1,4 @@
-"""Export a page in one HTML file that simulates evolution in the browser. Needs no extra."""
+"""Pages in one HTML file that simulate evolution in the browser. They need no extra."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import single_page
 from baldwinlab.lab.appearance_template import make_appearance_template
-from baldwinlab.lab.browser_form import RULES, list_choosable_parts, make_form_schema
+from baldwinlab.lab.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
 from baldwinlab.models.miniworld.description import list_topics
@@ -37,12 +37,12 @@ STYLES: Final = (
     "guide.css",
 )
 MAX_RUNS: Final = 50
-MAX_PAGE_SIZE: Final = 2_000_000  # bytes
+MAX_PAGE_BYTES: Final = 2_000_000
 # The package contains a compiled module for each combination of these settings.
 MODULE_SETTINGS: Final = ("learning.rule", "lifetime.update")
 
 
-def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
+def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
     """Return a page that simulates experiments in the browser.
 
     Parameters
@@ -76,18 +76,18 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
         FIRST_MODULE,
         STYLES,
         title=supported[0].name,
-        worker=_worker_code(),
-        laboratory=laboratory(supported) | {"seed": seed},
+        worker=_join_worker_code(),
+        laboratory=collect_page_data(supported) | {"seed": seed},
     )
-    if len(page) > MAX_PAGE_SIZE:
+    if len(page) > MAX_PAGE_BYTES:
         raise RefusedError(
-            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_SIZE:,}; export"
+            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_BYTES:,}; export"
             " fewer conditions"
         )
     return page
 
 
-def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
+def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:
     """Return the data of the page: presets, schemas, compiled modules and rules.
 
     See `Laboratory` in browser_lab.js.
@@ -97,28 +97,31 @@ def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
 
     programs: dict[str, dict[str, Any]] = {}
     for experiment in experiments:
-        for name, module_experiment in _modules_for(experiment):
-            programs.setdefault(name, _program(name, module_experiment))
+        for name, module_experiment in _list_modules(experiment):
+            programs.setdefault(name, _make_program(name, module_experiment))
     schemas = [make_form_schema(experiment) for experiment in experiments]
-    unique = [schema for number, schema in enumerate(schemas) if schema not in schemas[:number]]
+    unique_schemas = [
+        schema for number, schema in enumerate(schemas) if schema not in schemas[:number]
+    ]
+    # The page multiplies standard errors by these factors, which give 95 % intervals over runs.
     quantiles = [float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MAX_RUNS + 1)]
     return {
         "version": __version__,
         "presets": [
-            _preset(experiment) | {"schema": unique.index(schema)}
+            _make_preset(experiment) | {"schema": unique_schemas.index(schema)}
             for experiment, schema in zip(experiments, schemas, strict=True)
         ],
-        "schemas": unique,
+        "schemas": unique_schemas,
         "programs": list(programs.values()),
-        "rules": RULES,
+        "rules": FIELD_RULES,
         "quantiles": [0.0, *quantiles],
     }
 
 
-def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
+def _list_modules(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
     """Yield the compiled modules for an experiment and for all changes that the page allows.
 
-    With built-in parts only, these are all modules of the package.
+    An experiment with built-in parts only gets all modules of the package.
     """
     if any(added_choices(experiment)):
         yield experiment.name, experiment
@@ -126,8 +129,8 @@ def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
         yield from built_in_experiments().items()
 
 
-def _program(name: str, experiment: Experiment) -> dict[str, Any]:
-    """Return a compiled module with its memory layout, and the settings that it is for."""
+def _make_program(name: str, experiment: Experiment) -> dict[str, Any]:
+    """Return a program: a compiled module, its memory layout, and the settings that select it."""
     paths = list(MODULE_SETTINGS)
     if any(added_choices(experiment)):
         choosable = list_choosable_parts(experiment)
@@ -145,7 +148,7 @@ def _program(name: str, experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _preset(experiment: Experiment) -> dict[str, Any]:
+def _make_preset(experiment: Experiment) -> dict[str, Any]:
     description = ""
     with suppress(ExperimentError, StopIteration):
         kind = next(kind for kind in presets.KINDS if experiment.name in presets.names(kind))
@@ -160,8 +163,8 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _worker_code() -> str:
-    """Return the code of a worker. It cannot import modules, so they are joined."""
+def _join_worker_code() -> str:
+    """Return the code of a worker. A worker cannot import modules, so their code is joined."""
     code = "".join((single_page.STATIC / name).read_text("utf-8") for name in WORKER_MODULES)
     lines = [line for line in code.splitlines() if not line.startswith("import ")]
     return "\n".join(line.removeprefix("export ") for line in lines)

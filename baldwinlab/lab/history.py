@@ -14,35 +14,37 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.lab import Lab, life_query, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
-from baldwinlab.lab.query import Query, number, text
+from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.descent import Parents, list_ancestors, trace_fitter_parents
 
 Counts = npt.NDArray[np.int32]
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def run(request: Request) -> Response:
-        return QueuedResponse(lab, lambda: JSONResponse(run_curve(lab, request.query_params)))
+        return QueuedResponse(
+            lab, lambda: JSONResponse(load_fitness_curve(lab, request.query_params))
+        )
 
     async def descent(request: Request) -> Response:
         query = request.query_params
         life = await run_in_threadpool(life_query.find_life, lab, query)
-        agent = number(query, "agent")
+        agent = read_number(query, "agent")
         life_query.require_agent(life.experiment, agent)
 
         def respond() -> Response:
             parents, eaten = _load_history(lab, query, life)
-            return JSONResponse(ancestor_line(life.key.generation, agent, parents, eaten))
+            return JSONResponse(trace_ancestor_line(life.key.generation, agent, parents, eaten))
 
         return QueuedResponse(lab, respond)
 
     return [Route("/api/run", run), Route("/api/ancestors", descent)]
 
 
-def run_curve(lab: Lab, query: Query) -> dict[str, Any]:
+def load_fitness_curve(lab: Lab, query: Query) -> dict[str, Any]:
     """Return the best and the mean fitness in each generation of a stored run.
 
     `measure` is the name of the fitness measure. Raise StudyError and ValueError as `find_life`.
@@ -50,9 +52,9 @@ def run_curve(lab: Lab, query: Query) -> dict[str, Any]:
     # This import takes time.
     from baldwinlab.analysis.statistics.fitness import gain
 
-    study = study_access.find_study(lab, text(query, "study"))
-    name = text(query, "condition")
-    run = number(query, "run")
+    study = study_access.find_study(lab, read_text(query, "study"))
+    name = read_text(query, "condition")
+    run = read_number(query, "run")
     study_access.find_condition(study, name)
     study_access.require_run(lab, study, name, run)
     record = study.read(name, run, genomes=False)
@@ -64,8 +66,10 @@ def run_curve(lab: Lab, query: Query) -> dict[str, Any]:
     }
 
 
-def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) -> dict[str, Any]:
-    """Return the line of an agent's fitter parents, back to the first known generation.
+def trace_ancestor_line(
+    generation: int, agent: int, parents: Parents, eaten: Counts
+) -> dict[str, Any]:
+    """Return the line of an agent's fitter parents, back to the first recorded generation.
 
     Parameters
     ----------
@@ -80,8 +84,10 @@ def ancestor_line(generation: int, agent: int, parents: Parents, eaten: Counts) 
     -------
     dict
         - first: the first generation of the line.
-        - agents, eaten: the line, with the agent itself at the end, and the items that each ate.
-        - partners, eaten_by_partners: the other parents along the line, one fewer, and their items.
+        - agents, eaten: the line, with the agent itself at the end, and the number of items that
+          each agent ate.
+        - partners, eaten_by_partners: the less fit parents along the line, and the number of items
+          that each parent ate. These lists are one shorter than `agents`.
         - ancestors: the number of ancestors in each generation, through both parents.
         - mean: the mean number of items eaten in each generation.
 
@@ -114,7 +120,7 @@ def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
         record = study.read(experiment.name, run, genomes=False)
         return record.parents.values, record.food_eaten.values
     if "live" in query:
-        history = lab.live.run(query["live"]).history(run, generation)
+        history = lab.live.find_run(query["live"]).find_history(run, generation)
     else:
         shortened = experiment.replace(
             evolution={"generations": generation + 1}, record={"genome_every": generation + 1}

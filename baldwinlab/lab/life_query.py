@@ -1,4 +1,4 @@
-"""Find the lifetime that a request names, and the data that is needed to simulate it again."""
+"""The lifetime that a request names, and the data that is needed to simulate it again."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.presets import load_preset
-from baldwinlab.lab.query import Query, number, text
+from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.simulation.reevaluation import stored_genome
 from baldwinlab.simulation.replay import recompute_genomes, simulate_energy_before
 from baldwinlab.simulation.simulate import check_seed
 
-MAX_STEPS = 20_000  # in one response
-MAX_BYTES = 32 * 2**20  # in one response, approximately
+MAX_RESPONSE_STEPS = 20_000
+# The size of a response is estimated, so a response can be slightly larger.
+MAX_RESPONSE_BYTES = 32 * 2**20
 
 
-class ParentGeneration(NamedTuple):
+class StartData(NamedTuple):
     """The data that a lifetime starts with.
 
     Parameters
@@ -32,7 +33,8 @@ class ParentGeneration(NamedTuple):
     genome
         The genomes at birth [agent, module, weight].
     energy
-        The fitness of at least all earlier generations [generation, agent]. None if there is none.
+        The fitness in all earlier generations, and perhaps in later ones [generation, agent]. None
+        if there is no earlier generation.
 
     """
 
@@ -49,14 +51,14 @@ class Life(NamedTuple):
         The experiment of the condition.
     key
         Seed, run and generation.
-    load_parents
+    load_start_data
         Reads or computes the data that the lifetime starts with.
 
     """
 
     experiment: Experiment
     key: GenerationKey
-    load_parents: Callable[[], ParentGeneration]
+    load_start_data: Callable[[], StartData]
 
 
 class Span(NamedTuple):
@@ -89,18 +91,18 @@ async def queue_container(
 
 
 def read_span(query: Query, steps: int, bytes_per_step: int) -> Span:
-    """Return the requested steps of a lifetime, by default all, limited to one response.
+    """Return the requested steps of a lifetime (default: all), limited to one response.
 
     Raise ValueError if the lifetime does not have these steps.
     """
-    first = number(query, "first", 0)
-    last = number(query, "last", steps)
+    first = read_number(query, "first", 0)
+    last = read_number(query, "last", steps)
     if not first < last <= steps:
         raise ValueError(
             f"first = {first} and last = {last} must be in order and at most {steps}, the number"
             " of steps of a lifetime"
         )
-    max_steps = max(1, min(MAX_STEPS, MAX_BYTES // bytes_per_step))
+    max_steps = max(1, min(MAX_RESPONSE_STEPS, MAX_RESPONSE_BYTES // bytes_per_step))
     return Span(first, min(last, first + max_steps))
 
 
@@ -113,7 +115,7 @@ def find_life(lab: Lab, query: Query) -> Life:
     Raise MissingError if it does not exist or if its model has no world, and ValueError if a
     parameter is missing.
     """
-    life = _named_life(lab, query)
+    life = _find_any_life(lab, query)
     if not isinstance(life.experiment, Experiment):
         raise MissingError(
             f"{life.experiment.name} has no world to show: its model is {life.experiment.model}"
@@ -137,44 +139,46 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
         )
 
 
-def _named_life(lab: Lab, query: Query) -> Life:
-    generation = number(query, "generation")
+def _find_any_life(lab: Lab, query: Query) -> Life:
+    generation = read_number(query, "generation")
     if "study" in query:
-        return _stored_life(lab, query, generation)
+        return _find_stored_life(lab, query, generation)
     if "live" in query:
-        run = number(query, "run")
-        experiment, seed, _, energy = lab.live.recording_source(query["live"], run, generation)
-        return _recomputed_life(experiment, GenerationKey(seed, run, generation), lambda: energy)
-    key = GenerationKey(number(query, "seed", 0), number(query, "run", 0), generation)
+        run = read_number(query, "run")
+        experiment, seed, _, energy = lab.live.find_recording_source(query["live"], run, generation)
+        return _make_recomputed_life(
+            experiment, GenerationKey(seed, run, generation), lambda: energy
+        )
+    key = GenerationKey(read_number(query, "seed", 0), read_number(query, "run", 0), generation)
     check_seed(key.seed, key.run)
-    experiment = load_preset(text(query, "preset"))
-    return _recomputed_life(experiment, key, lambda: simulate_energy_before(experiment, key))
+    experiment = load_preset(read_text(query, "preset"))
+    return _make_recomputed_life(experiment, key, lambda: simulate_energy_before(experiment, key))
 
 
-def _stored_life(lab: Lab, query: Query, generation: int) -> Life:
+def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
     study = study_access.find_study(lab, query["study"])
-    name = text(query, "condition")
-    run = number(query, "run")
+    name = read_text(query, "condition")
+    run = read_number(query, "run")
     experiment = study_access.find_condition(study, name)
     study.require_parts(name)
     require_generation(experiment, generation)
 
-    def load_parents() -> ParentGeneration:
+    def load_start_data() -> StartData:
         record = study.record(name, run)
-        return ParentGeneration(stored_genome(experiment, record, generation), record.energy)
+        return StartData(stored_genome(experiment, record, generation), record.energy)
 
     study_access.require_run(lab, study, name, run)
-    return Life(experiment, GenerationKey(study.seed, run, generation), load_parents)
+    return Life(experiment, GenerationKey(study.seed, run, generation), load_start_data)
 
 
-def _recomputed_life(
+def _make_recomputed_life(
     experiment: Experiment, key: GenerationKey, load_energy: Callable[[], xr.DataArray | None]
 ) -> Life:
     """Return a lifetime whose genomes are computed from the fitness of earlier generations."""
     require_generation(experiment, key.generation)
 
-    def load_parents() -> ParentGeneration:
+    def load_start_data() -> StartData:
         energy = load_energy()
-        return ParentGeneration(recompute_genomes(experiment, key, energy), energy)
+        return StartData(recompute_genomes(experiment, key, energy), energy)
 
-    return Life(experiment, key, load_parents)
+    return Life(experiment, key, load_start_data)

@@ -14,33 +14,37 @@ from baldwinlab.studies.run import count_agent_steps
 
 MAX_RUNS: Final = 50
 MAX_GENERATIONS: Final = 10_000
-MAX_MEMORY: Final = 500_000_000  # bytes of one live run
-MAX_GENERATION_WORK: Final = 20_000_000_000  # weights x agent-steps, some seconds
-MAX_ITEMS: Final = 500_000  # food items
-# Agent-steps x (weights + visible items) between two checks for commands, less than a second.
+MAX_RUN_BYTES: Final = 500_000_000  # memory of one live run
+# Weights x agent-steps of one generation, which takes some seconds.
+MAX_GENERATION_WORK: Final = 20_000_000_000
+MAX_FOOD_ITEMS: Final = 500_000
+# Agent-steps x (weights + visible items) between two checks for commands. It takes less than a
+# second.
 MAX_UNINTERRUPTED_WORK: Final = 30_000_000
 BYTES_PER_AGENT: Final = 32  # fitness, parents and eaten items of one agent
-MAX_SWEEP_RUNS: Final = 1_000  # runs of all points
-MAX_SWEEP_WORK: Final = 1_000_000_000_000  # weights x agent-steps of all runs, up to an hour
-MAX_SWEEP_DISK: Final = 1_000_000_000  # bytes
-# Genomes of this number of generations are in memory during simulation and reproduction.
-GENOMES_IN_USE: Final = 5
+# Runs of all points.
+MAX_SWEEP_RUNS: Final = 1_000
+# Weights x agent-steps of all runs, which take up to an hour.
+MAX_SWEEP_WORK: Final = 1_000_000_000_000
+MAX_SWEEP_DISK_BYTES: Final = 1_000_000_000
+# The number of generations whose genomes are in memory during simulation and reproduction.
+GENERATIONS_IN_USE: Final = 5
 
 
-def memory_of(experiment: BaseExperiment, runs: int) -> int:
-    """Return the maximum memory of a live run, in bytes."""
-    genome = 4 * len(experiment.modules) * experiment.genome_length
+def estimate_memory(experiment: BaseExperiment, runs: int) -> int:
+    """Return an upper estimate of the memory of a live run, in bytes."""
+    genome_bytes = 4 * len(experiment.modules) * experiment.genome_length
     agents = runs * experiment.population.size
-    history = experiment.evolution.generations * (genome + BYTES_PER_AGENT)
-    return agents * (history + GENOMES_IN_USE * genome)
+    history_bytes = experiment.evolution.generations * (genome_bytes + BYTES_PER_AGENT)
+    return agents * (history_bytes + GENERATIONS_IN_USE * genome_bytes)
 
 
-def steps_at_once(experiment: Experiment, runs: int) -> int:
+def count_uninterrupted_steps(experiment: Experiment, runs: int) -> int:
     """Return the number of steps between two checks for commands."""
-    return max(1, MAX_UNINTERRUPTED_WORK // _work_of_step(experiment, runs))
+    return max(1, MAX_UNINTERRUPTED_WORK // _estimate_step_work(experiment, runs))
 
 
-def _work_of_step(experiment: Experiment, runs: int) -> int:
+def _estimate_step_work(experiment: Experiment, runs: int) -> int:
     work_of_agent = experiment.weight_count + estimate_scanned_items(experiment)
     return runs * experiment.population.size * work_of_agent
 
@@ -55,14 +59,19 @@ def check_size(experiment: BaseExperiment, runs: int) -> None:
     step_work = 0
     if isinstance(experiment, Experiment):
         items = runs * sum(region.count for region in experiment.world.food)
-        step_work = _work_of_step(experiment, runs)
-    memory = memory_of(experiment, runs)
+        step_work = _estimate_step_work(experiment, runs)
+    memory = estimate_memory(experiment, runs)
+    memory_unit = "bytes of memory (runs x generations x agents x (weights x 4 + 32))"
     quantities = (
         (experiment.evolution.generations, MAX_GENERATIONS, "generations"),
-        (items, MAX_ITEMS, "food items in all runs"),
+        (items, MAX_FOOD_ITEMS, "food items in all runs"),
         (work, MAX_GENERATION_WORK, "runs x agents x steps x weights in a generation"),
         (step_work, MAX_UNINTERRUPTED_WORK, "runs x agents x (weights + visible items) in a step"),
-        (memory, MAX_MEMORY, "bytes of memory (runs x generations x agents x (weights x 4 + 32))"),
+        (
+            memory,
+            MAX_RUN_BYTES,
+            memory_unit,
+        ),
     )
     for value, limit, unit in quantities:
         if value > limit:
@@ -94,7 +103,7 @@ def check_sweep(points: Sequence[Experiment], runs: int, disk: int) -> None:
         check_size(point, runs)
     work = sum(runs * count_agent_steps(point) * point.weight_count for point in points)
     _check_sweep_limit(work, MAX_SWEEP_WORK, "runs x generations x agents x steps x weights")
-    _check_sweep_limit(disk, MAX_SWEEP_DISK, "bytes of disk space")
+    _check_sweep_limit(disk, MAX_SWEEP_DISK_BYTES, "bytes of disk space")
 
 
 def _check_sweep_limit(value: int, limit: int, unit: str) -> None:

@@ -25,11 +25,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from baldwinlab.core.files import parse_json
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.limits import check_size, memory_of
+from baldwinlab.lab.limits import check_size, estimate_memory
 from baldwinlab.lab.live_run import LiveRun, read_seconds
 from baldwinlab.lab.memory import release_memory
-from baldwinlab.lab.model_displays import alleles_of
-from baldwinlab.lab.query import body, whole_number
+from baldwinlab.lab.model_displays import read_alleles
+from baldwinlab.lab.query import read_body, read_body_number
 from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
@@ -37,12 +37,12 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 
 MAX_ACTIVE_RUNS: Final = 4  # running or paused live runs
-MAX_MEMORY: Final = 1_000_000_000  # bytes of all live runs, including finished ones
+MAX_TOTAL_BYTES: Final = 1_000_000_000  # memory of all live runs, including finished ones
 GRACE_PERIOD: Final = 60.0  # seconds that an unwatched run waits for a page
 POLL_INTERVAL: Final = 0.05  # seconds between two checks for new generations
 MAX_GENERATIONS_PER_MESSAGE: Final = 500
 MAX_NAME_LENGTH: Final = 100
-NAME: Final = re.compile(
+STUDY_NAME_PATTERN: Final = re.compile(
     r"(?!(.*/)?runs(/|$))[A-Za-z0-9][A-Za-z0-9+_-]*(/[A-Za-z0-9][A-Za-z0-9+_-]*)*"
 )
 
@@ -66,23 +66,25 @@ class Live:
         check_seed(seed)
         check_size(experiment, runs)
         with self._lock:
-            if sum(not run.ended for run in self._runs.values()) >= MAX_ACTIVE_RUNS:
+            n_active = sum(not run.ended for run in self._runs.values())
+            if n_active >= MAX_ACTIVE_RUNS:
                 raise ValueError(
                     f"{MAX_ACTIVE_RUNS} live runs are active, and no more are allowed; stop one of"
                     " them first"
                 )
-            self._free_memory(memory_of(experiment, runs))
+            self._free_memory(estimate_memory(experiment, runs))
             run = LiveRun(experiment, seed, runs, seconds)
             self._runs[run.id] = run
             self._schedule_removal(run)
         return run
 
     def _free_memory(self, required: int) -> None:
-        """Remove the oldest finished runs that no page watches, until there is enough memory.
+        """Remove the oldest finished runs that no page watches, until `required` bytes are free.
 
-        Raise ValueError if there is not enough.
+        Raise ValueError if the removal of all of them does not free enough memory.
         """
-        excess = required - MAX_MEMORY + sum(run.memory for run in self._runs.values())
+        used = sum(run.memory for run in self._runs.values())
+        excess = used + required - MAX_TOTAL_BYTES
         removable = []
         for run in self._runs.values():
             if excess > 0 and run.ended and not run.watchers:
@@ -90,19 +92,19 @@ class Live:
                 excess -= run.memory
         if excess > 0:
             raise ValueError(
-                f"live runs may use {MAX_MEMORY:,} bytes of memory in total, and this run would"
-                f" exceed the limit by {excess:,} bytes; close the page of a finished run"
+                f"live runs may use {MAX_TOTAL_BYTES:,} bytes of memory in total, and this run"
+                f" would exceed the limit by {excess:,} bytes; close the page of a finished run"
             )
         for run in removable:
             run.removal_timer.cancel()
             del self._runs[run.id]
 
-    def all(self) -> list[LiveRun]:
+    def list_runs(self) -> list[LiveRun]:
         """Return all live runs."""
         with self._lock:
             return list(self._runs.values())
 
-    def run(self, id: str) -> LiveRun:
+    def find_run(self, id: str) -> LiveRun:
         """Return a live run. Raise MissingError if it does not exist."""
         run = self._runs.get(id)
         if run is None:
@@ -113,9 +115,9 @@ class Live:
 
     @contextmanager
     def watch(self, id: str) -> Iterator[LiveRun]:
-        """Count a watching page while the context is open. Raise MissingError as `run`."""
+        """Count a watching page while the context is open. Raise MissingError as `find_run`."""
         with self._lock:
-            run = self.run(id)
+            run = self.find_run(id)
             run.removal_timer.cancel()
             run.watchers += 1
         try:
@@ -125,7 +127,7 @@ class Live:
                 run.watchers -= 1
                 self._schedule_removal(run)
 
-    def recording_source(
+    def find_recording_source(
         self, id: str, run: int, generation: int
     ) -> tuple[Experiment, int, int, xr.DataArray]:
         """Return the arguments of `replay` for a finished generation.
@@ -135,8 +137,8 @@ class Live:
         Raise MissingError for an unknown live run, and ValueError for a run or a generation that
         does not exist yet.
         """
-        live_run = self.run(id)
-        return live_run.experiment, live_run.seed, run, live_run.energy(run, generation)
+        live_run = self.find_run(id)
+        return live_run.experiment, live_run.seed, run, live_run.read_energy(run, generation)
 
     def save(self, id: str, root: Path, name: str) -> None:
         """Save a live run as a study in `root`.
@@ -146,11 +148,11 @@ class Live:
         Raise MissingError for an unknown run, and StudyError for a name that exists or leads out of
         the folder, and for a run that cannot be saved.
         """
-        run = self.run(id)
-        records = run.records()
+        run = self.find_run(id)
+        records = run.make_records()
         experiment = run.experiment.replace(evolution={"generations": run.generations_done})
         with self._lock:
-            directory = new_directory(root, name)
+            directory = choose_study_directory(root, name)
             study = create_study(directory, [experiment], run.seed, factors=presets.factors())
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
@@ -158,7 +160,7 @@ class Live:
 
     def close(self) -> None:
         """Stop all runs."""
-        for run in self.all():
+        for run in self.list_runs():
             run.removal_timer.cancel()
             run.stop()
 
@@ -181,12 +183,12 @@ class Live:
         release_memory()
 
 
-def new_directory(root: Path, name: str) -> Path:
+def choose_study_directory(root: Path, name: str) -> Path:
     """Return the directory of a new study.
 
     Raise StudyError for a name that is not valid, exists, or leads out of `root`.
     """
-    if len(name) > MAX_NAME_LENGTH or not NAME.fullmatch(name):
+    if len(name) > MAX_NAME_LENGTH or not STUDY_NAME_PATTERN.fullmatch(name):
         raise StudyError(
             f"{name!r} is not a valid name of a study: use letters, digits, + - _ and / between"
             f" folders, at most {MAX_NAME_LENGTH} characters, and no folder called runs"
@@ -199,12 +201,12 @@ def new_directory(root: Path, name: str) -> Path:
     return directory
 
 
-def _summary(run: LiveRun) -> dict[str, Any]:
+def _summarize_run(run: LiveRun) -> dict[str, Any]:
     """Return the data with which a page shows a live run."""
     return {
         "id": run.id,
         "experiment": run.experiment.to_dict(),
-        "alleles": list(alleles_of(run.experiment)),
+        "alleles": list(read_alleles(run.experiment)),
         "seed": run.seed,
         "runs": run.runs,
         "seconds": run.seconds,
@@ -222,19 +224,19 @@ async def _send(websocket: WebSocket, message: dict[str, Any]) -> None:
 
 async def _send_progress(websocket: WebSocket, run: LiveRun) -> None:
     """Send all generations of a run, and new ones until the run has ended."""
-    sent = 0
+    n_sent = 0
     sent_state = ""
-    await _send(websocket, {"type": "run", **_summary(run)})
+    await _send(websocket, {"type": "run", **_summarize_run(run)})
     while True:
         # Read the state before the generations, so that the end is sent after the last generation.
         state = run.state
         ended = run.ended
-        done = run.generations_done
-        for first in range(sent, done, MAX_GENERATIONS_PER_MESSAGE):
-            last = min(first + MAX_GENERATIONS_PER_MESSAGE, done)
-            measures = await run_in_threadpool(run.measures, first, last)
+        n_done = run.generations_done
+        for first in range(n_sent, n_done, MAX_GENERATIONS_PER_MESSAGE):
+            last = min(first + MAX_GENERATIONS_PER_MESSAGE, n_done)
+            measures = await run_in_threadpool(run.compute_measures, first, last)
             await _send(websocket, {"type": "generations", "first": first, **measures})
-        sent = done
+        n_sent = n_done
         if state != sent_state:
             await _send(websocket, {"type": "state", "state": state, "message": run.message})
             sent_state = state
@@ -278,22 +280,22 @@ async def _follow(websocket: WebSocket, live: Live) -> None:
         await websocket.close()
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def start(request: Request) -> JSONResponse:
-        order = await body(request)
-        runs = whole_number(order, "runs", 1)
-        seed = whole_number(order, "seed", 0)
+        order = await read_body(request)
+        runs = read_body_number(order, "runs", 1)
+        seed = read_body_number(order, "seed", 0)
         experiment = validate(order.get("experiment", {}))
         run = lab.live.start(experiment, seed, runs, read_seconds(order))
         return JSONResponse({"id": run.id}, 201)
 
     async def list_runs(request: Request) -> JSONResponse:
-        return JSONResponse({"runs": [_summary(run) for run in lab.live.all()]})
+        return JSONResponse({"runs": [_summarize_run(run) for run in lab.live.list_runs()]})
 
     async def save(request: Request) -> JSONResponse:
-        name = str((await body(request)).get("name", ""))
+        name = str((await read_body(request)).get("name", ""))
         await run_in_threadpool(lab.live.save, request.path_params["id"], lab.root, name)
         return JSONResponse({"study": name}, 201)
 

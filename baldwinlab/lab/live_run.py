@@ -1,4 +1,4 @@
-"""Simulate several runs of one experiment on a thread while pages watch.
+"""A live run: several runs of one experiment, simulated on a thread while pages watch.
 
 All runs advance together, so they always have the same number of finished generations.
 """
@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.limits import memory_of, steps_at_once
+from baldwinlab.lab.limits import count_uninterrupted_steps, estimate_memory
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.compilation import compile_experiments
@@ -25,24 +25,24 @@ from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
-MAX_SECONDS: Final = 60.0  # per generation
+MAX_SECONDS_PER_GENERATION: Final = 60.0
 
 
 class InterruptibleBatch(cpu.CpuBatch):
-    """A batch that calls `check` every few steps. The results are bit-identical to `CpuBatch`."""
+    """A batch that calls `check` every few steps. Its results equal those of `CpuBatch`."""
 
     def __init__(
         self, check: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]
     ) -> None:
         super().__init__(experiment, seed, runs)
         self._check = check
-        self._steps = steps_at_once(experiment, len(runs))
+        self._max_steps = count_uninterrupted_steps(experiment, len(runs))
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` up to, but not including, `last_step`."""
-        for first in range(first_step, last_step, self._steps):
+        for first in range(first_step, last_step, self._max_steps):
             self._check()
-            super().simulate(first, min(first + self._steps, last_step))
+            super().simulate(first, min(first + self._max_steps, last_step))
 
 
 class LiveRun:
@@ -80,7 +80,7 @@ class LiveRun:
         self.seed = seed
         self.runs = runs
         self.seconds = seconds
-        self.memory = memory_of(experiment, runs)
+        self.memory = estimate_memory(experiment, runs)
         self.message = ""
         self.saved_as = ""
         self.watchers = 0
@@ -152,7 +152,7 @@ class LiveRun:
                 f"the command of a live run must be pause, resume, stop or pace, not {name!r}"
             )
 
-    def measures(self, first: int, last: int) -> dict[str, dict[str, list[Any]]]:
+    def compute_measures(self, first: int, last: int) -> dict[str, dict[str, list[Any]]]:
         """Return fitness measures of the generations from `first` up to, but not including, `last`.
 
         Returns
@@ -176,24 +176,25 @@ class LiveRun:
         dataset = xr.Dataset(
             {name: (dimensions, np.stack(values)) for name, values in variables.items()}
         )
-        parts = ("mean", "low", "high", "runs") if self.runs > 1 else ("mean",)
+        # A single run has no interval, so `zip` below stops after the mean.
+        keys = ("mean", "low", "high", "runs") if self.runs > 1 else ("mean",)
         bands = {}
         for name, measure in MEASURES.items():
             values = measure(dataset)
             band = (*interval_of_mean(values), values.transpose("generation", "run"))
             bands[name] = {
-                part: numbers.values.tolist() for part, numbers in zip(parts, band, strict=False)
+                key: array.values.tolist() for key, array in zip(keys, band, strict=False)
             }
         return bands
 
-    def energy(self, run: int, generation: int) -> xr.DataArray:
+    def read_energy(self, run: int, generation: int) -> xr.DataArray:
         """Return the fitness of all finished generations (generation, agent).
 
-        Raise ValueError as `history`.
+        Raise ValueError as `find_history`.
         """
-        return xr.DataArray(self.history(run, generation).energy, dims=("generation", "agent"))
+        return xr.DataArray(self.find_history(run, generation).energy, dims=("generation", "agent"))
 
-    def history(self, run: int, generation: int) -> History:
+    def find_history(self, run: int, generation: int) -> History:
         """Return the history of one run.
 
         Raise ValueError if the run does not exist or the generation is not finished.
@@ -207,7 +208,7 @@ class LiveRun:
             )
         return self._histories[run]
 
-    def records(self) -> list[xr.Dataset]:
+    def make_records(self) -> list[xr.Dataset]:
         """Return the records of all runs, as a study stores them.
 
         Raise StudyError if the run has not ended or has no finished generation.
@@ -238,7 +239,7 @@ class LiveRun:
             self._end_state = "failed"
 
     def _finish_generation(self, histories: Sequence[History]) -> None:
-        """Publish the histories, and wait until the next generation may start."""
+        """Store the histories, and wait until the next generation may start."""
         self._histories = histories
         if self.generations_done == self.experiment.evolution.generations:
             return
@@ -262,6 +263,8 @@ def read_seconds(command: dict[str, Any]) -> float:
     """Return the seconds per generation of a request. Raise ValueError for an invalid number."""
     seconds = command.get("seconds", 0)
     is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-    if not is_number or not 0 <= seconds <= MAX_SECONDS:
-        raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {MAX_SECONDS:g}")
+    if not is_number or not 0 <= seconds <= MAX_SECONDS_PER_GENERATION:
+        raise ValueError(
+            f"seconds = {seconds!r} must be a number from 0 to {MAX_SECONDS_PER_GENERATION:g}"
+        )
     return float(seconds)

@@ -1,4 +1,4 @@
-"""Sweeps from the page: one at a time, on a thread, stored as by `baldwinlab sweep`."""
+"""Sweeps from the page, one at a time, on a thread. They are stored as by `baldwinlab sweep`."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.lab import Lab
-from baldwinlab.lab.live import new_directory
-from baldwinlab.lab.query import body
-from baldwinlab.lab.sweep_plan import WORKERS, Plan, make_plan
+from baldwinlab.lab.live import choose_study_directory
+from baldwinlab.lab.query import read_body
+from baldwinlab.lab.sweep_plan import WORKERS, SweepPlan, make_sweep_plan
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study
@@ -41,7 +41,7 @@ class LiveSweep:
 
     """
 
-    def __init__(self, plan: Plan, study: StudyStore, name: str) -> None:
+    def __init__(self, plan: SweepPlan, study: StudyStore, name: str) -> None:
         self.plan = plan
         self.study = study
         self.name = name
@@ -110,7 +110,7 @@ class Sweeps:
         self.last: LiveSweep | None = None
         self._lock = threading.Lock()
 
-    def start(self, plan: Plan, root: Path, name: str) -> LiveSweep:
+    def start(self, plan: SweepPlan, root: Path, name: str) -> LiveSweep:
         """Start a sweep and store it as a study of this name in `root`.
 
         Raise ValueError if another sweep is active, and StudyError for a name that is not valid.
@@ -120,7 +120,7 @@ class Sweeps:
                 raise ValueError(
                     f"the sweep {self.last.name} is active; stop it first, or wait until it is done"
                 )
-            directory = new_directory(root, name)
+            directory = choose_study_directory(root, name)
             study = create_study(directory, plan.points, plan.sweep.seed, SWEEP)
             write_atomically(directory / FILE, plan.toml.encode())
             self.last = LiveSweep(plan, study, name)
@@ -132,14 +132,14 @@ class Sweeps:
             self.last.stop()
 
 
-def routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
+def make_routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def plan(request: Request) -> JSONResponse:
         try:
-            plan = await run_in_threadpool(make_plan, await body(request))
+            plan = await run_in_threadpool(make_sweep_plan, await read_body(request))
         except ValueError as error:
-            # The user still writes, so this is not an error of the request.
+            # The user is still typing, so an invalid sweep is not an error of the request.
             return JSONResponse({"problem": str(error)})
         # This import takes time.
         from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
@@ -159,8 +159,8 @@ def routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
         )
 
     async def start(request: Request) -> JSONResponse:
-        order = await body(request)
-        plan = await run_in_threadpool(make_plan, order)
+        order = await read_body(request)
+        plan = await run_in_threadpool(make_sweep_plan, order)
         sweep = await run_in_threadpool(sweeps.start, plan, lab.root, str(order.get("name", "")))
         return JSONResponse({"name": sweep.name}, 201)
 

@@ -8,13 +8,13 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts import View
 
 
-def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
+def read_alleles(experiment: BaseExperiment) -> Mapping[str, float]:
     """Return the alleles that the model declares. They are empty if the model is not loaded."""
     model = experiment.loaded_model
     return model.alleles if model else {}
 
 
-def views_of(experiment: BaseExperiment) -> Mapping[str, View]:
+def read_views(experiment: BaseExperiment) -> Mapping[str, View]:
     """Return the views that the model declares. They are empty if the model is not loaded."""
     model = experiment.loaded_model
     return model.views if model else {}
@@ -28,5 +28,5 @@ def describe_model(experiment: BaseExperiment) -> str:
 def is_viewable(experiment: BaseExperiment) -> bool:
     """Return whether the World tab can show a condition: a world, alleles, or views."""
     return isinstance(experiment, Experiment) or bool(
-        alleles_of(experiment) or views_of(experiment)
+        read_alleles(experiment) or read_views(experiment)
     )

@@ -1,4 +1,4 @@
-"""A player for traces in notebooks, in a sandboxed frame, and the variables of the trace below it.
+"""The HTML of traces in notebooks: a player in a sandboxed frame, and the variables below it.
 
 A trace is an `xarray.Dataset`, a third-party class. `baldwinlab/__init__.py` therefore registers
 `html` as the HTML representation of datasets in notebooks.
@@ -18,10 +18,10 @@ from baldwinlab.analysis.traces import has_appearance, read_appearance
 from baldwinlab.api.load import read_experiment
 from baldwinlab.lab import binary_frames, single_page
 
-PLAYER: Final = "replay_page.js"
+REPLAY_MODULE: Final = "replay_page.js"
 STYLES: Final = ("style.css", "world.css", "world_figure.css", "replay_page.css")
 # Agents x steps. The player shows the beginning of a longer lifetime.
-MAX_SIZE: Final = 1_000_000
+MAX_AGENT_STEPS: Final = 1_000_000
 # The variables that the player draws, with their dimensions.
 DRAWN_VARIABLES: Final = {
     **dict.fromkeys(("x", "y", "heading", "action", "eaten"), ("step", "agent")),
@@ -30,12 +30,13 @@ DRAWN_VARIABLES: Final = {
 }
 
 
-def html(dataset: xr.Dataset) -> str:
+def format_html(dataset: xr.Dataset) -> str:
     """Return the HTML of a dataset: a player for a trace, else the representation of xarray."""
     table = str(dataset._repr_html_())
     if not is_playable(dataset):
         return table
-    return f"{_frame(dataset)}<details><summary>Variables of this trace</summary>{table}</details>"
+    summary = "<summary>Variables of this trace</summary>"
+    return f"{_render_frame(dataset)}<details>{summary}{table}</details>"
 
 
 def is_playable(dataset: xr.Dataset) -> bool:
@@ -49,7 +50,7 @@ def is_playable(dataset: xr.Dataset) -> bool:
     return has_appearance(dataset) and "experiment" in dataset.attrs
 
 
-def _frame(trace: xr.Dataset) -> str:
+def _render_frame(trace: xr.Dataset) -> str:
     """Return a frame with the player. Its scripts run, but have no access to the notebook."""
     run = trace.attrs["run"]
     generation = trace.attrs["generation"]
@@ -60,67 +61,71 @@ def _frame(trace: xr.Dataset) -> str:
     )
     panel = {
         "title": title,
-        "recording": single_page.compress(recording(trace)),
+        "recording": single_page.compress(pack_trace(trace)),
         "experiment": trace.attrs["experiment"],
         "commands": [command],
     }
     replay = {"version": __version__, "step": 0, "panels": [panel]}
-    page = single_page.render_page("replay.html", PLAYER, STYLES, title=title, replay=replay)
+    page = single_page.render_page("replay.html", REPLAY_MODULE, STYLES, title=title, replay=replay)
     return (
         f'<iframe sandbox="allow-scripts" title="{escape(title)}"'
         f' style="width: 100%; height: 700px; border: 0" srcdoc="{escape(page.decode())}"></iframe>'
     )
 
 
-def recording(trace: xr.Dataset) -> bytes:
+def pack_trace(trace: xr.Dataset) -> bytes:
     """Return the container that the player reads, as in `lab/recording.py`.
 
     The arrays of agents are stored as differences, which compress better.
     """
     agents = trace.sizes["agent"]
-    part = trace.isel(step=slice(0, max(1, MAX_SIZE // agents)))
+    max_steps = max(1, MAX_AGENT_STEPS // agents)
+    first_steps = trace.isel(step=slice(0, max_steps))
     # A trace does not contain the teachers.
     appearance = {**read_appearance(trace), "has_teachers": False}
-    agent_arrays = _agent_arrays(part, appearance)
+    agent_arrays = _collect_agent_arrays(first_steps, appearance)
     header = {
         "kind": "recording",
         **{name: trace.attrs[name] for name in ("condition", "seed", "run", "generation")},
         "first": 0,
-        "last": part.sizes["step"],
+        "last": first_steps.sizes["step"],
         "steps": trace.sizes["step"],
         "agents": agents,
         "items": trace.sizes["item"],
         "world": read_experiment(trace).world.model_dump(mode="json"),
         "appearance": appearance,
     }
-    arrays = agent_arrays | _item_arrays(part)
+    arrays = agent_arrays | _collect_item_arrays(first_steps)
     return binary_frames.pack(header, arrays, differences=agent_arrays.keys())
 
 
-def _agent_arrays(part: xr.Dataset, appearance: dict[str, Any]) -> dict[str, npt.NDArray[Any]]:
+def _collect_agent_arrays(
+    trace: xr.Dataset, appearance: dict[str, Any]
+) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of agents [step, agent], and sensors [step, agent * byte or input]."""
-    sensor = part.sensor.values
+    sensor = trace.sensor.values
     if not any(appearance["is_continuous"]):
         sensor = np.packbits(sensor > 0, axis=2, bitorder="little")
     headings = appearance["headings"]
-    heading = np.rint(part.heading.values * (headings / 360)) % headings
+    heading = np.rint(trace.heading.values * (headings / 360)) % headings
     return {
-        "x": part.x.values,
-        "y": part.y.values,
+        "x": trace.x.values,
+        "y": trace.y.values,
         "heading": heading.astype(np.uint16),
         "sensor": sensor.reshape(len(sensor), -1),
-        "action": part.action.values,
-        "eaten_in_life": part.eaten.values.cumsum(axis=0, dtype=np.uint32),
+        "action": trace.action.values,
+        "eaten_in_life": trace.eaten.values.cumsum(axis=0, dtype=np.uint32),
     }
 
 
-def _item_arrays(part: xr.Dataset) -> dict[str, npt.NDArray[Any]]:
+def _collect_item_arrays(trace: xr.Dataset) -> dict[str, npt.NDArray[Any]]:
     """Return the positions of items at the first step, and each later change of a position."""
-    x = part.item_x.values
-    y = part.item_y.values
-    step, item = np.nonzero((np.diff(x, axis=0) != 0) | (np.diff(y, axis=0) != 0))
+    x = trace.item_x.values
+    y = trace.item_y.values
+    has_moved = (np.diff(x, axis=0) != 0) | (np.diff(y, axis=0) != 0)
+    step_before, item = np.nonzero(has_moved)
     # The first step with the new position.
-    step = step + 1
+    step = step_before + 1
     return {
         "item_x": x[0],
         "item_y": y[0],

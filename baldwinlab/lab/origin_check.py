@@ -1,12 +1,12 @@
-"""Reject requests from other hosts and origins, and requests without the token.
+"""Middleware that rejects requests of other hosts and origins, and requests without the token.
 
 A browser lets any page send requests to the local machine. A request is rejected if its Host is not
 this server (for example because another name resolves to this address), if its Origin is another
 page, or if the browser marks it as sent for another page.
 
 On a shared machine, every user can send requests to the local machine. Requests that read a study
-or start a run therefore need the token of `access`. The page's own files, which are the same in
-every installation, need no token.
+or start a run therefore need the token of `access`. The files of the page are the same in every
+installation, so they need no token.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from baldwinlab.lab.access import REFUSAL, Access, cookie_name
+from baldwinlab.lab.access import REFUSAL, Access, make_cookie_name
 
-NAMES = ("127.0.0.1", "localhost", "[::1]")
-HEADERS = {
+HOST_NAMES = ("127.0.0.1", "localhost", "[::1]")
+RESPONSE_HEADERS = {
     "Content-Security-Policy": "default-src 'self'; "
     "img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
@@ -29,10 +29,11 @@ HEADERS = {
 }
 
 
-class Guard:
-    """Middleware that rejects foreign requests and websockets, and adds headers to all responses.
+class OriginCheck:
+    """Middleware that rejects requests and websockets, and adds headers to all responses.
 
-    A foreign page gets status 403, a request without the token 401, also for a websocket handshake.
+    A request of another host or origin gets status 403, and a request without the token gets 401.
+    A websocket handshake gets the same status.
     """
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
@@ -44,67 +45,70 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        response = self._response(scope)
+        response = self._make_response(scope)
         if response is None:
-            await self.app(scope, receive, _with_headers(scope, send))
+            await self.app(scope, receive, _add_response_headers(scope, send))
         else:
-            await response(scope, receive, _with_headers(scope, send))
+            await response(scope, receive, _add_response_headers(scope, send))
 
-    def _response(self, scope: Scope) -> Response | None:
+    def _make_response(self, scope: Scope) -> Response | None:
         """Return the response of the middleware, or None if the application responds."""
-        if fault := _fault(scope):
+        if fault := _find_fault(scope):
             return JSONResponse({"error": fault}, 403)
         connection = HTTPConnection(scope)
-        name = cookie_name(_port(scope))
-        if scope["path"] == "/" and (text := connection.query_params.get("token")) is not None:
-            return self._enter(text, name)
+        name = make_cookie_name(_read_port(scope))
+        text = connection.query_params.get("token")
+        if scope["path"] == "/" and text is not None:
+            return self._log_in(text, name)
         is_public = scope["type"] == "http" and not scope["path"].startswith("/api")
         if is_public or self.access.is_token(connection.cookies.get(name, "")):
             return None
         return JSONResponse({"error": REFUSAL}, 401)
 
-    def _enter(self, text: str, name: str) -> Response:
+    def _log_in(self, text: str, name: str) -> Response:
         """Store the token in a cookie, and remove it from the address."""
-        if not self.access.admits(text):
+        if not self.access.accept(text):
             return JSONResponse({"error": REFUSAL}, 401)
         response = RedirectResponse("/", 303)
         response.set_cookie(name, self.access.token, httponly=True, samesite="strict")
         return response
 
 
-def _port(scope: Scope) -> int | None:
+def _read_port(scope: Scope) -> int | None:
     server: tuple[str, int | None] = scope.get("server") or ("", None)
     return server[1]
 
 
-def _fault(scope: Scope) -> str | None:
+def _find_fault(scope: Scope) -> str | None:
     """Return why a request is rejected, or None."""
     headers = Headers(scope=scope)
-    port = _port(scope)
+    port = _read_port(scope)
     host = headers.get("host", "")
     origin = headers.get("origin")
-    if host not in {f"{name}:{port}" for name in NAMES} | ({*NAMES} if port == 80 else set()):
+    allowed_hosts = {f"{name}:{port}" for name in HOST_NAMES}
+    if port == 80:
+        # Browsers omit the default port of HTTP.
+        allowed_hosts.update(HOST_NAMES)
+    if host not in allowed_hosts:
         return f"the host {host!r} is not allowed: use 127.0.0.1:{port} or localhost:{port}"
     if origin is not None and origin != f"http://{host}":
         return f"pages of {origin} are not allowed to use this server"
-    if scope["path"].startswith("/api") and headers.get("sec-fetch-site", "none") not in (
-        "none",
-        "same-origin",
-    ):
+    sending_site = headers.get("sec-fetch-site", "none")
+    if scope["path"].startswith("/api") and sending_site not in ("none", "same-origin"):
         return "other pages are not allowed to use this server"
     return None
 
 
-def _with_headers(scope: Scope, send: Send) -> Send:
-    """Return `send` with the headers of all responses.
+def _add_response_headers(scope: Scope, send: Send) -> Send:
+    """Return a `send` that adds `RESPONSE_HEADERS` and a cache rule to each response.
 
-    Browsers do not store data, and revalidate the page's own files.
+    The cache rule forbids browsers to store data. Browsers revalidate the files of the page.
     """
 
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
-            for name, value in HEADERS.items():
+            for name, value in RESPONSE_HEADERS.items():
                 headers.setdefault(name, value)
             headers["Cache-Control"] = (
                 "no-store" if scope["path"].startswith("/api") else "no-cache"

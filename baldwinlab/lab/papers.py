@@ -14,36 +14,37 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab import papers
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.lab import Lab, MissingError, model_displays, study_access
-from baldwinlab.lab.query import text
+from baldwinlab.lab.query import read_text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD
 from baldwinlab.studies.claims_file import CLAIMS, read_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-Studies = dict[str, StudyStore]  # by the name that the page shows
+# Studies by the name that the page shows.
+Studies = dict[str, StudyStore]
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     def cards(request: Request) -> JSONResponse:
-        paper_studies = _paper_studies(lab)
+        paper_studies = _find_paper_studies(lab)
         available = _load_papers(lab, paper_studies)
         name = request.query_params.get("paper")
-        is_unknown = name and name not in available
+        is_unknown = bool(name) and name not in available
         return JSONResponse(
             {
-                "papers": [_card(lab, paper, paper_studies) for paper in available.values()],
-                "problem": _unknown_paper(name, available) if name and is_unknown else None,
+                "papers": [_make_card(lab, paper, paper_studies) for paper in available.values()],
+                "problem": _format_unknown_paper(name, available) if name and is_unknown else None,
             }
         )
 
     def picture(request: Request) -> FileResponse:
-        available = _load_papers(lab, _paper_studies(lab))
-        name = text(request.query_params, "paper")
+        available = _load_papers(lab, _find_paper_studies(lab))
+        name = read_text(request.query_params, "paper")
         if name not in available:
-            raise MissingError(_unknown_paper(name, available))
+            raise MissingError(_format_unknown_paper(name, available))
         path = available[name].folder / CARD
         if not path.is_file():
             raise MissingError(f"the paper {name} has no picture")
@@ -52,18 +53,18 @@ def routes(lab: Lab) -> list[BaseRoute]:
     return [Route("/api/papers", cards), Route("/api/papers/picture", picture)]
 
 
-def _unknown_paper(name: str, available: Mapping[str, Paper]) -> str:
+def _format_unknown_paper(name: str, available: Mapping[str, Paper]) -> str:
     return f"there is no paper {name!r}{suggest(name, available)}"
 
 
-def _paper_studies(lab: Lab) -> Studies:
+def _find_paper_studies(lab: Lab) -> Studies:
     """Return the readable studies of papers."""
-    return {name: study for name, study in _readable_studies(lab) if study.paper}
+    return {name: study for name, study in _find_readable_studies(lab) if study.paper}
 
 
-def _readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
-    """Yield all studies that can be read. The list of studies reports the errors of the others."""
-    for name in study_access.study_names(lab.root):
+def _find_readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
+    """Yield all readable studies. The list of studies reports the errors of unreadable ones."""
+    for name in study_access.list_study_names(lab.root):
         try:
             yield name, study_access.find_study(lab, name)
         except StudyError:
@@ -77,11 +78,11 @@ def _load_papers(lab: Lab, paper_studies: Studies) -> dict[str, Paper]:
         if study.paper not in available:
             # The results of a study remain available if its paper cannot be read.
             with suppress(StudyError, PaperError):
-                available[study.paper] = _stored_paper(lab, study)
+                available[study.paper] = _load_stored_paper(lab, study)
     return available
 
 
-def _stored_paper(lab: Lab, study: StudyStore) -> Paper:
+def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
     """Return the user's paper that a study contains.
 
     Raise StudyError if a link leads out of the served folder, and PaperError if it cannot be read.
@@ -94,7 +95,7 @@ def _stored_paper(lab: Lab, study: StudyStore) -> Paper:
     return paper
 
 
-def _card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
+def _make_card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
     facts = paper.metadata.model_dump(
         include={"name", "title", "authors", "year", "published", "description", "link", "runs"}
     )
@@ -104,14 +105,14 @@ def _card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
         "picture": (paper.folder / CARD).is_file(),
     }
     summaries = [
-        _summary(lab, name, study)
+        _summarize_study(lab, name, study)
         for name, study in paper_studies.items()
         if study.paper == paper.name
     ]
-    return facts | counts | {"preset": _live_preset(paper), "studies": summaries}
+    return facts | counts | {"preset": _choose_live_preset(paper), "studies": summaries}
 
 
-def _summary(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
+def _summarize_study(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
     """Return the verdicts of a study, and whether the World tab can show it."""
     is_viewable = any(
         study.runs(experiment.name) and model_displays.is_viewable(experiment)
@@ -127,12 +128,13 @@ def _summary(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
     }
 
 
-def _live_preset(paper: Paper) -> str | None:
-    """Return the preset that "Run live" starts for a paper.
+def _choose_live_preset(paper: Paper) -> str | None:
+    """Return the preset that the button "Run live" starts for a paper.
 
-    It is the condition of the paper's main figure or the first condition that learns, else the
-    first condition. If two papers use the same name, it belongs to the earlier paper. The result is
-    None for users' papers, because the Live run tab does not list their conditions.
+    The candidates are the condition of the paper's main figure and then all conditions, in order.
+    The result is the first candidate that learns, or the first candidate if none learns. A name
+    that two papers use belongs to the earlier paper. The result is None for users' papers, because
+    the Live run tab does not list their conditions.
     """
     owners = {
         name: other_paper.name

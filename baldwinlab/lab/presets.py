@@ -14,41 +14,45 @@ from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, Experiment, registry
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.lab import MissingError
-from baldwinlab.lab.query import text
-from baldwinlab.lab.schema import schema_of
+from baldwinlab.lab.query import read_text
+from baldwinlab.lab.schema import make_schema
 from baldwinlab.papers import presets
 
 
-def routes() -> list[BaseRoute]:
+def make_routes() -> list[BaseRoute]:
     """Return the routes of this module."""
 
     def all_presets(request: Request) -> JSONResponse:
         return JSONResponse(
-            {"presets": _presets(), "default": _default_preset(), "schema": schema_of(Experiment)}
+            {
+                "presets": _list_presets(),
+                "default": _choose_default_preset(),
+                "schema": make_schema(Experiment),
+            }
         )
 
     def preset(request: Request) -> JSONResponse:
-        return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
+        return JSONResponse(load_preset(read_text(request.query_params, "name")).to_dict())
 
     return [Route("/api/presets", all_presets), Route("/api/preset", preset)]
 
 
-def _default_preset() -> str:
+def _choose_default_preset() -> str:
     """Return the preset of the first live run: the main condition of the first paper, first map."""
     paper = papers.load()
     return f"{paper.factors()[paper.metadata.emergence].learner}/{paper.names('maps')[0]}"
 
 
-def _presets() -> list[dict[str, Any]]:
+def _list_presets() -> list[dict[str, Any]]:
     """Return the presets of all papers, and all third-party models with their defaults."""
     built_in = [
         {
             "name": name,
             "learner": factors.learner,
             "map": factors.map,
-            "description": "; ".join(_descriptions(factors)),
+            "description": "; ".join(_list_descriptions(factors)),
             "shown": name == papers.load().metadata.emergence,
-            "world": _world_size(presets.load(name)),
+            "world": _describe_recording_size(presets.load(name)),
         }
         for name, factors in presets.factors().items()
     ]
@@ -67,17 +71,17 @@ def _presets() -> list[dict[str, Any]]:
     ]
 
 
-def _learner_kind(learner: str) -> str:
+def _find_learner_kind(learner: str) -> str:
     return "conditions" if learner in presets.names("conditions") else "controls"
 
 
-def _descriptions(factors: Factors) -> Iterator[str]:
-    yield presets.describe(_learner_kind(factors.learner), factors.learner)
+def _list_descriptions(factors: Factors) -> Iterator[str]:
+    yield presets.describe(_find_learner_kind(factors.learner), factors.learner)
     if factors.map:
         yield presets.describe("maps", factors.map)
 
 
-def _world_size(experiment: BaseExperiment) -> dict[str, int] | None:
+def _describe_recording_size(experiment: BaseExperiment) -> dict[str, int] | None:
     """Return the size of the world's recordings, or None if the model has no world."""
     if not isinstance(experiment, Experiment):
         return None
@@ -93,7 +97,7 @@ def load_preset(name: str) -> Experiment:
 
     `presets.load` would also read a file of this name.
     """
-    available = [preset["name"] for preset in _presets()]
+    available = [preset["name"] for preset in _list_presets()]
     if name not in available:
         raise MissingError(f"there is no preset {name!r}{suggest(name, available)}")
     return presets.load(name)

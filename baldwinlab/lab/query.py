@@ -1,4 +1,4 @@
-"""Read the parameters and the JSON body of a request, with errors that name the parameter."""
+"""Functions that read the parameters and the JSON body of a request. Errors name the parameter."""
 
 from __future__ import annotations
 
@@ -12,30 +12,35 @@ from starlette.requests import Request
 from baldwinlab.core.files import parse_json
 
 Query = Mapping[str, str]
-MAX_BODY_SIZE: Final = 2**20  # bytes; an experiment has some thousands
+# An experiment has some thousand bytes.
+MAX_BODY_BYTES: Final = 2**20
+
+# Larger numbers are rejected before they are parsed.
+MAX_DIGITS: Final = 11
 
 
-def text(query: Query, name: str) -> str:
+def read_text(query: Query, name: str) -> str:
     """Return a parameter. Raise ValueError if it is missing."""
     if name not in query:
         raise ValueError(f"{name} is missing from the request")
     return query[name]
 
 
-def number(query: Query, name: str, default: int | None = None) -> int:
+def read_number(query: Query, name: str, default: int | None = None) -> int:
     """Return a parameter as a whole number of at least 0.
 
     Raise ValueError for another value, and for a missing parameter without a default.
     """
     if default is not None and name not in query:
         return default
-    value = text(query, name)
-    if not (value.isascii() and value.isdecimal() and len(value) < 12):
+    value = read_text(query, name)
+    is_whole_number = value.isascii() and value.isdecimal() and len(value) <= MAX_DIGITS
+    if not is_whole_number:
         raise ValueError(f"{name} = {value!r} must be a whole number of at least 0")
     return int(value)
 
 
-def whole_number(content: Mapping[str, Any], name: str, default: int) -> int:
+def read_body_number(content: Mapping[str, Any], name: str, default: int) -> int:
     """Return a whole number from a JSON body. Raise ValueError for another value."""
     value = content.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int):
@@ -43,7 +48,7 @@ def whole_number(content: Mapping[str, Any], name: str, default: int) -> int:
     return value
 
 
-async def body(request: Request) -> dict[str, Any]:
+async def read_body(request: Request) -> dict[str, Any]:
     """Return the JSON body of a request.
 
     Raise ValueError if it is not a JSON object or is nested too deeply, and HTTPException if it is
@@ -52,8 +57,8 @@ async def body(request: Request) -> dict[str, Any]:
     content = bytearray()
     async for chunk in request.stream():
         content += chunk
-        if len(content) > MAX_BODY_SIZE:
-            raise HTTPException(413, f"the body may have at most {MAX_BODY_SIZE:,} bytes")
+        if len(content) > MAX_BODY_BYTES:
+            raise HTTPException(413, f"the body may have at most {MAX_BODY_BYTES:,} bytes")
     try:
         value = parse_json(bytes(content))
     except (json.JSONDecodeError, UnicodeDecodeError):

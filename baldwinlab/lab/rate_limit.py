@@ -1,4 +1,4 @@
-"""Limit the connections, the time and the memory that clients of the server can use.
+"""Limits of the connections, the time and the memory that clients of the server can use.
 
 A client has a limited time to send a complete request, and to receive each chunk of the response.
 The server writes only one chunk ahead of the client.
@@ -49,8 +49,10 @@ class Connection(H11Protocol):
     def data_received(self, data: bytes) -> None:
         """Start the timeout for the rest of an incomplete request, or stop it."""
         super().data_received(data)
+        # The protocol of a websocket replaces this object after the handshake.
         is_websocket = self.transport.get_protocol() is not self
-        if self.conn.their_state in (h11.IDLE, h11.SEND_BODY) and not is_websocket:
+        is_incomplete = self.conn.their_state in (h11.IDLE, h11.SEND_BODY)
+        if is_incomplete and not is_websocket:
             self._start_timeout()
         elif not self.flow.write_paused:
             self._stop_timeout()
@@ -71,8 +73,9 @@ class Connection(H11Protocol):
         self._stop_timeout()
 
     def _start_timeout(self) -> None:
-        abort = self.transport.abort
-        self._deadline = self._deadline or self.loop.call_later(CLIENT_TIMEOUT, abort)
+        if self._deadline is None:
+            abort = self.transport.abort
+            self._deadline = self.loop.call_later(CLIENT_TIMEOUT, abort)
 
     def _stop_timeout(self) -> None:
         if self._deadline:
@@ -81,7 +84,7 @@ class Connection(H11Protocol):
 
 
 class RateLimitedServer(Server):
-    """A server that stops soon, even with open connections, and does not log closed ones."""
+    """A server that stops soon, even with open connections, without error messages."""
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Close all connections without error messages."""

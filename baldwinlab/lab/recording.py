@@ -12,7 +12,7 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
-from baldwinlab.lab.experiment_form import appearance_of
+from baldwinlab.lab.experiment_form import describe_world
 from baldwinlab.lab.life_query import Life, Span, queue_container
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import ItemMoves, Series, record_batch
@@ -22,21 +22,21 @@ from baldwinlab.simulation.reevaluation import make_batch
 BYTES_PER_AGENT = 16
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def recording(request: Request) -> Response:
         def make(life: Life, span: Span) -> bytes:
             return record_life(life, span, dict(request.query_params))
 
-        return await queue_container(lab, request, bytes_per_step, make)
+        return await queue_container(lab, request, estimate_bytes_per_step, make)
 
     return [Route("/api/recording", recording)]
 
 
-def bytes_per_step(experiment: Experiment) -> int:
+def estimate_bytes_per_step(experiment: Experiment) -> int:
     """Return an upper estimate of the size of one recorded step."""
-    return experiment.population.size * (BYTES_PER_AGENT + _bytes_of_inputs(experiment))
+    return experiment.population.size * (BYTES_PER_AGENT + _count_input_bytes(experiment))
 
 
 def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
@@ -81,7 +81,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         "steps": experiment.lifetime.steps,
         "agents": experiment.population.size,
         "items": arrays["item_x"].size,
-        **appearance_of(experiment),
+        **describe_world(experiment),
         "learns": experiment.learns,
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
@@ -92,15 +92,15 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
 def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     seed, run, generation = life.key
     experiment = life.experiment.at(generation)
-    batch = make_batch(experiment, seed, [run], generation, life.load_parents().genome[None])
+    batch = make_batch(experiment, seed, [run], generation, life.load_start_data().genome[None])
     agents = slice(experiment.population.size)
     # Positions are recorded before a step, and actions and their results after it.
     before = range(*span)
     after = range(span.first + 1, span.last + 1)
     pack_inputs = np.ravel if experiment.real_valued else _pack_bits
     appearance = describe_appearance(experiment)
-    heading_type = _smallest_type(appearance.headings)
-    action_type = _smallest_type(len(appearance.actions))
+    heading_type = _choose_unsigned_type(appearance.headings)
+    action_type = _choose_unsigned_type(len(appearance.actions))
     moves = ItemMoves(before)
     series = {
         "x": Series("x", before, agents),
@@ -111,7 +111,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
         "eaten_in_life": Series("eaten_in_life", after, agents, np.uint32),
     }
     if experiment.part("learning.rule").teacher_array:
-        agent_type = _smallest_type(experiment.population.size)
+        agent_type = _choose_unsigned_type(experiment.population.size)
         series["teacher"] = Series("teacher", after, agents, agent_type)
     record_batch(batch, [moves, *series.values()])
     arrays = {name: recorder.values for name, recorder in series.items()}
@@ -121,12 +121,12 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 
 
-def _smallest_type(count: int) -> type[np.generic]:
+def _choose_unsigned_type(count: int) -> type[np.generic]:
     """Return the smallest unsigned type that can hold `count` different values."""
     return np.uint8 if count <= 2**8 else np.uint16
 
 
-def _bytes_of_inputs(experiment: Experiment) -> int:
+def _count_input_bytes(experiment: Experiment) -> int:
     """Return the size of the inputs of one agent in one step."""
     count = len(experiment.inputs)
     return 4 * count if experiment.real_valued else -(-count // 8)

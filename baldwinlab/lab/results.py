@@ -1,4 +1,4 @@
-"""Parts of the Results tab that the page requests separately: curves of runs, reaction norms."""
+"""Routes of the Results tab that are requested separately: curves of runs, and reaction norms."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.lab import Lab
 from baldwinlab.lab.concurrency import QueuedResponse
-from baldwinlab.lab.query import text
+from baldwinlab.lab.query import read_text
 from baldwinlab.lab.study_access import find_condition, find_study, require_inside
 from baldwinlab.studies.records import StudyError
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def runs(request: Request) -> Response:
         query = request.query_params
-        study = text(query, "study")
-        condition = text(query, "condition")
-        measure = text(query, "measure")
+        study = read_text(query, "study")
+        condition = read_text(query, "condition")
+        measure = read_text(query, "measure")
         return QueuedResponse(
             lab,
             lambda: Response(
@@ -32,7 +32,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         )
 
     async def norms(request: Request) -> Response:
-        study = text(request.query_params, "study")
+        study = read_text(request.query_params, "study")
         return QueuedResponse(
             lab, lambda: Response(load_reaction_norms(lab, study), media_type="application/json")
         )
@@ -45,12 +45,14 @@ def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
 
     Raise MissingError, and StudyError and ValueError as `lab_results.read_run_curves`.
     """
-    # This import takes a second, and the first page comes before.
+    # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 
     study = find_study(lab, name)
     find_condition(study, condition)
-    versions = _file_versions(lab, [study.path(condition, run) for run in study.runs(condition)])
+    versions = _read_file_versions(
+        lab, [study.path(condition, run) for run in study.runs(condition)]
+    )
     return lab.cache.get(
         ("runs", study.directory, condition, measure, versions),
         lambda: json.dumps(lab_results.read_run_curves(study, condition, measure)).encode(),
@@ -62,19 +64,19 @@ def load_reaction_norms(lab: Lab, name: str) -> bytes:
 
     Raise StudyError, and ValueError for a damaged assay.
     """
-    # This import takes a second.
+    # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 
     study = find_study(lab, name)
     folder = study.directory / "assays" / "reaction"
-    versions = _file_versions(lab, [folder, *sorted(folder.rglob("*.nc"))])
+    versions = _read_file_versions(lab, [folder, *sorted(folder.rglob("*.nc"))])
     return lab.cache.get(
         ("reaction", study.directory, versions),
         lambda: json.dumps(lab_results.read_reaction_norms(study)).encode(),
     )
 
 
-def _file_versions(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:
+def _read_file_versions(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:
     """Return the existing paths with their modification times.
 
     Raise StudyError for a path outside the served folder, and for a special file such as a pipe.

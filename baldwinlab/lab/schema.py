@@ -7,7 +7,7 @@ from typing import Any
 from baldwinlab.experiment import BaseExperiment, registry
 
 
-def schema_of(kind: type[BaseExperiment]) -> Any:
+def make_schema(kind: type[BaseExperiment]) -> Any:
     """Return the JSON schema of an experiment class, with the names of all available parts."""
     return _with_part_names(kind.model_json_schema())
 
@@ -21,7 +21,7 @@ def _with_part_names(node: Any) -> Any:
     return {key: _with_part_names(value) for key, value in node.items()} | part_names
 
 
-def node_at(schema: Any, path: str) -> Any:
+def find_field(schema: Any, path: str) -> Any:
     """Return the mutable `properties` that contain the field at a dotted path, and its name."""
     node = schema
     *tables, name = path.split(".")

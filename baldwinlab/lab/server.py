@@ -37,13 +37,13 @@ from baldwinlab.lab import (
     views,
 )
 from baldwinlab.lab.access import Access
-from baldwinlab.lab.origin_check import Guard
+from baldwinlab.lab.origin_check import OriginCheck
 from baldwinlab.lab.rate_limit import ChunkedResponses
 from baldwinlab.studies.records import StudyError
 
 STATIC = Path(__file__).parent / "static"
 # The modules whose routes need the state of the lab only.
-MODULES = (
+ROUTE_MODULES = (
     studies,
     papers,
     results,
@@ -82,22 +82,26 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
 
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
-        routes=[*_routes(lab, sweeps), WebSocketRoute("/{path:path}", _reject_websocket), files],
+        routes=[
+            *_make_all_routes(lab, sweeps),
+            WebSocketRoute("/{path:path}", _reject_websocket),
+            files,
+        ],
         lifespan=lifespan,
-        middleware=[Middleware(ChunkedResponses), Middleware(Guard, access=access)],
+        middleware=[Middleware(ChunkedResponses), Middleware(OriginCheck, access=access)],
         exception_handlers={
-            ClientDisconnect: _disconnected,
-            MissingError: _not_found,
-            StudyError: _bad_request,
-            MovieError: _bad_request,
-            ValueError: _bad_request,
-            HTTPException: _http_error,
-            Exception: _server_error,
+            ClientDisconnect: _respond_disconnected,
+            MissingError: _respond_not_found,
+            StudyError: _respond_bad_request,
+            MovieError: _respond_bad_request,
+            ValueError: _respond_bad_request,
+            HTTPException: _respond_http_error,
+            Exception: _respond_server_error,
         },
     )
 
 
-def _routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
+def _make_all_routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
     """Return the routes of all modules, of the engine's state, and of the colors."""
 
     def engine(request: Request) -> JSONResponse:
@@ -105,51 +109,51 @@ def _routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
         return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds})
 
     return [
-        *[route for module in MODULES for route in module.routes(lab)],
-        *presets.routes(),
-        *live_sweep.routes(lab, sweeps),
+        *[route for module in ROUTE_MODULES for route in module.make_routes(lab)],
+        *presets.make_routes(),
+        *live_sweep.make_routes(lab, sweeps),
         Route("/api/engine", engine),
-        Route("/palette.css", _palette),
+        Route("/palette.css", _respond_palette),
     ]
 
 
-def _palette(request: Request) -> Response:
+def _respond_palette(request: Request) -> Response:
     return Response(palette.lab_css(), media_type="text/css")
 
 
-def _disconnected(request: Request, error: Exception) -> Response:
+def _respond_disconnected(request: Request, error: Exception) -> Response:
     """Return an empty response, because the client has closed the connection."""
     return Response(status_code=400)
 
 
-def _not_found(request: Request, error: Exception) -> JSONResponse:
-    return _error_response(str(error), 404)
+def _respond_not_found(request: Request, error: Exception) -> JSONResponse:
+    return _make_error_response(str(error), 404)
 
 
-def _bad_request(request: Request, error: Exception) -> JSONResponse:
-    return _error_response(str(error), 400)
+def _respond_bad_request(request: Request, error: Exception) -> JSONResponse:
+    return _make_error_response(str(error), 400)
 
 
-def _http_error(request: Request, error: Exception) -> JSONResponse:
+def _respond_http_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     message = (
         f"there is no {request.url.path} here"
         if error.status_code == 404
         else f"{request.url.path}: {error.detail}"
     )
-    return _error_response(message, error.status_code)
+    return _make_error_response(message, error.status_code)
 
 
-def _server_error(request: Request, error: Exception) -> JSONResponse:
+def _respond_server_error(request: Request, error: Exception) -> JSONResponse:
     """Report an unexpected error, for example a full disk or a bug.
 
     The server continues, and prints the traceback to its own output.
     """
     message = f"the lab failed at {request.url.path}: {error or type(error).__name__}"
-    return _error_response(message, 500)
+    return _make_error_response(message, 500)
 
 
-def _error_response(message: str, status: int) -> JSONResponse:
+def _make_error_response(message: str, status: int) -> JSONResponse:
     """Return a response whose message the page shows."""
     return JSONResponse({"error": clip_for_terminal(message)}, status)
 

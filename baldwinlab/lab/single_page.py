@@ -15,7 +15,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from baldwinlab.analysis import palette
 
 STATIC = Path(__file__).parent / "static"
-_IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')
+_IMPORTED_PATH = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')
 
 
 def render_page(template: str, first_module: str, styles: Sequence[str], **data: Any) -> bytes:
@@ -54,8 +54,8 @@ def collect_modules(first_module: str) -> dict[str, str]:
         name = pending.pop()
         if f"lab/{name}" not in modules:
             code = (STATIC / name).read_text("utf-8")
-            modules[f"lab/{name}"] = _IMPORT.sub(r"lab/\g<name>", code)
-            pending += [match["name"] for match in _IMPORT.finditer(code)]
+            modules[f"lab/{name}"] = _IMPORTED_PATH.sub(r"lab/\g<name>", code)
+            pending += [match["name"] for match in _IMPORTED_PATH.finditer(code)]
     return modules
 
 

@@ -1,4 +1,4 @@
-"""The stored studies and their results."""
+"""Routes of the stored studies and their results."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.concurrency import QueuedResponse
-from baldwinlab.lab.model_displays import alleles_of, views_of
-from baldwinlab.lab.query import text
+from baldwinlab.lab.model_displays import read_alleles, read_views
+from baldwinlab.lab.query import read_text
 from baldwinlab.lab.study_access import (
     find_condition,
     find_study,
+    list_study_names,
     require_inside,
-    study_names,
 )
 from baldwinlab.studies.claims_file import CLAIMS, read_claims
 from baldwinlab.studies.open import open_conditions
@@ -28,28 +28,28 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import design as sweeps
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     def studies(request: Request) -> JSONResponse:
-        summaries = [summarize(lab, name) for name in study_names(lab.root)]
+        summaries = [summarize(lab, name) for name in list_study_names(lab.root)]
         return JSONResponse({"studies": summaries})
 
     def experiment(request: Request) -> JSONResponse:
-        study = find_study(lab, text(request.query_params, "study"))
+        study = find_study(lab, read_text(request.query_params, "study"))
         return JSONResponse(
-            find_condition(study, text(request.query_params, "condition")).to_dict()
+            find_condition(study, read_text(request.query_params, "condition")).to_dict()
         )
 
     async def all_results(request: Request) -> Response:
-        name = text(request.query_params, "study")
+        name = read_text(request.query_params, "study")
         return QueuedResponse(
             lab, lambda: Response(load_results(lab, name), media_type="application/json")
         )
 
     async def typical(request: Request) -> Response:
-        name = text(request.query_params, "study")
-        condition = text(request.query_params, "condition")
+        name = read_text(request.query_params, "study")
+        condition = read_text(request.query_params, "condition")
         return QueuedResponse(
             lab,
             lambda: Response(load_typical_run(lab, name, condition), media_type="application/json"),
@@ -73,7 +73,7 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
 
 
 def _summarize(study: StudyStore, name: str) -> dict[str, Any]:
-    main_condition = _main_condition(study)
+    main_condition = _find_main_condition(study)
     conditions = [
         {
             "name": experiment.name,
@@ -84,27 +84,29 @@ def _summarize(study: StudyStore, name: str) -> dict[str, Any]:
             "agents": experiment.population.size,
             # None for a model without a world.
             "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
-            "alleles": list(alleles_of(experiment)),
+            "alleles": list(read_alleles(experiment)),
             "views": [
                 {"name": name, "of_an_agent": view.of_an_agent}
-                for name, view in views_of(experiment).items()
+                for name, view in read_views(experiment).items()
             ],
         }
         for experiment in study.experiments.values()
     ]
-    report = (study.directory / "report.html").is_file()
     return {
         "id": name,
         "seed": study.seed,
         "paper": study.paper,
         "conditions": conditions,
-        "report": report,
+        "report": (study.directory / "report.html").is_file(),
         "problem": None,
     }
 
 
-def _main_condition(study: StudyStore) -> str:
-    """Return the condition that a page shows first: that of the paper's main figure, or ""."""
+def _find_main_condition(study: StudyStore) -> str:
+    """Return the condition of the paper's main figure, or "" without a paper.
+
+    The page shows this condition first.
+    """
     try:
         return papers.of_study(study.directory, study.paper).metadata.emergence
     except papers.PaperError:
@@ -138,8 +140,8 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
 def load_results(lab: Lab, name: str) -> bytes:
     """Return the curves, final values and claims of a study, as JSON.
 
-    A missing number is null. The results are those stored with the report if they are up to date.
-    If the claims are not valid, `problem` contains the error.
+    A missing number is null. Results that are stored with the report are used if they are up to
+    date. If the claims are not valid, `problem` contains the error.
 
     Raise StudyError as `find_study`, and for a damaged record.
     """
@@ -161,12 +163,12 @@ def load_results(lab: Lab, name: str) -> bytes:
 
     def make() -> bytes:
         results = results_cache.load_cached_results(study) or lab_results.compute_results(study)
-        return json.dumps(results | _claims_of(study)).encode()
+        return json.dumps(results | _read_claims_or_error(study)).encode()
 
     return lab.cache.get(("results", study.directory, versions), make)
 
 
-def _claims_of(study: StudyStore) -> dict[str, Any]:
+def _read_claims_or_error(study: StudyStore) -> dict[str, Any]:
     """Return the claims of a study, or the error if they are not valid."""
     try:
         return {"claims": read_claims(study), "problem": None}

@@ -1,4 +1,4 @@
-"""Access to the studies in the folder of a lab, and to nothing outside it."""
+"""Access to the studies in the folder of a lab. Paths outside the folder are rejected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 
-def study_names(root: Path) -> Iterator[str]:
+def list_study_names(root: Path) -> Iterator[str]:
     """Yield the paths of all studies in a folder, relative to it. "." is the folder itself.
 
     Links to folders are not followed.

@@ -1,4 +1,4 @@
-"""Plan a sweep from the page: its file, its points, its size and its expected duration."""
+"""The plan of a sweep from the page: its file, its points, its size and its expected duration."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment import validate as read_experiment
 from baldwinlab.lab.limits import check_sweep, check_sweep_runs
 from baldwinlab.lab.presets import load_preset
-from baldwinlab.lab.query import whole_number
+from baldwinlab.lab.query import read_body_number
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import available_cores, compile_experiments
@@ -32,7 +32,7 @@ SECONDS_PER_WRITE: Final = 0.05
 _measurement_lock = threading.Lock()
 
 
-class Plan(NamedTuple):
+class SweepPlan(NamedTuple):
     """A sweep that can be started.
 
     Parameters
@@ -86,7 +86,7 @@ def _measure_generation(experiment: Experiment, runs: int) -> float:
         return time.perf_counter() - start
 
 
-def make_plan(order: Mapping[str, Any]) -> Plan:
+def make_sweep_plan(order: Mapping[str, Any]) -> SweepPlan:
     """Return the plan of a sweep.
 
     Parameters
@@ -104,7 +104,7 @@ def make_plan(order: Mapping[str, Any]) -> Plan:
 
     """
     fields = order.get("fields")
-    runs = whole_number(order, "runs", 1)
+    runs = read_body_number(order, "runs", 1)
     if not isinstance(fields, dict):
         raise ValueError("fields must contain each swept field with its values")
     name = str(order.get("preset", ""))
@@ -112,21 +112,22 @@ def make_plan(order: Mapping[str, Any]) -> Plan:
     experiment = read_experiment(order.get("experiment", {})).to_dict()
     changes = {
         path: value
-        for path, value in _changes(preset, experiment | {"name": preset["name"]})
+        for path, value in _list_changes(preset, experiment | {"name": preset["name"]})
         if not _is_within(path, fields)
     }
-    tree = {"experiment": name, "runs": runs, "seed": whole_number(order, "seed", 0)}
+    tree = {"experiment": name, "runs": runs, "seed": read_body_number(order, "seed", 0)}
     if changes:
         tree["set"] = changes
     tree["fields"] = fields
     sweep = validate(tree, FILE)
-    check_sweep_runs(runs * math.prod(map(len, sweep.lists.values())))
-    plan = Plan(sweep, expand_sweep(sweep, Path(FILE)), tomlkit.dumps(tree))
+    n_points = math.prod(len(values) for values in sweep.lists.values())
+    check_sweep_runs(runs * n_points)
+    plan = SweepPlan(sweep, expand_sweep(sweep, Path(FILE)), tomlkit.dumps(tree))
     check_sweep(plan.points, runs, plan.disk)
     return plan
 
 
-def _changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+def _list_changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the path and the new value of each field in which a tree differs from a base.
 
     Raise ValueError for a change that a sweep's file cannot contain.
@@ -137,7 +138,7 @@ def _changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(tree, dict):
         for key, value in tree.items():
             base_value = base.get(key) if isinstance(base, dict) else None
-            yield from _changes(base_value, value, f"{path}.{key}" if path else key)
+            yield from _list_changes(base_value, value, f"{path}.{key}" if path else key)
     elif tree != base:
         if tree is None or _has_tables(tree):
             raise ValueError(

@@ -1,4 +1,4 @@
-"""The views that a model without a world declares, for one generation of a stored run."""
+"""The route of views, which models without a world declare. A view shows one generation."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from baldwinlab.lab import (
     study_access,
 )
 from baldwinlab.lab.concurrency import QueuedResponse
-from baldwinlab.lab.query import Query, number, text
+from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
 from baldwinlab.simulation.reevaluation import stored_genome
 
 
-def routes(lab: Lab) -> list[BaseRoute]:
+def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def view(request: Request) -> Response:
@@ -45,21 +45,22 @@ def pack_view(lab: Lab, query: Query) -> bytes:
     Raise StudyError and ValueError as `find_life`, MissingError for an unknown view or agent, and
     ValueError for data that is inconsistent or too large for one response.
     """
-    study = study_access.find_study(lab, text(query, "study"))
-    name = text(query, "condition")
-    run = number(query, "run")
+    study = study_access.find_study(lab, read_text(query, "study"))
+    name = read_text(query, "condition")
+    run = read_number(query, "run")
     experiment = study_access.find_condition(study, name)
     study.require_parts(name)
-    view = _find_view(experiment, text(query, "view"))
-    generation = number(query, "generation")
-    chosen = number(query, "agent", 0) if "agent" in query else None
+    view = _find_view(experiment, read_text(query, "view"))
+    generation = read_number(query, "generation")
+    requested_agent = read_number(query, "agent", 0) if "agent" in query else None
     life_query.require_generation(experiment, generation)
-    life_query.require_agent(experiment, chosen or 0)
+    life_query.require_agent(experiment, requested_agent or 0)
     study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
         record = study.record(name, run)
-        agent = int(record.energy.values[generation].argmax()) if chosen is None else chosen
+        fittest_agent = int(record.energy.values[generation].argmax())
+        agent = fittest_agent if requested_agent is None else requested_agent
         genomes = stored_genome(experiment, record, generation)
         data = view.of(
             experiment.of_model, GenerationKey(study.seed, run, generation), genomes, agent
@@ -71,13 +72,13 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         }
         return _pack(data, header)
 
-    key = ("view", experiment, study.seed, run, generation, query["view"], chosen)
+    key = ("view", experiment, study.seed, run, generation, query["view"], requested_agent)
     return lab.cache.get(key, make)
 
 
 def _find_view(experiment: BaseExperiment, name: str) -> View:
     """Return the view of this name. Raise MissingError if the model does not declare it."""
-    views = model_displays.views_of(experiment)
+    views = model_displays.read_views(experiment)
     if name not in views:
         available = (
             f"{did_you_mean(name, views)}; its views are {', '.join(views)}"
@@ -93,14 +94,15 @@ def _find_view(experiment: BaseExperiment, name: str) -> View:
 def _pack(data: ViewData, header: dict[str, Any]) -> bytes:
     arrays = arrays_of(data)
     size = sum(array.nbytes for array in arrays.values())
-    if size > life_query.MAX_BYTES:
+    if size > life_query.MAX_RESPONSE_BYTES:
         raise ValueError(
-            f"this view has {size:,} bytes; one response can contain {life_query.MAX_BYTES:,} bytes"
+            f"this view has {size:,} bytes; one response can contain"
+            f" {life_query.MAX_RESPONSE_BYTES:,} bytes"
         )
-    return binary_frames.pack(header | _kind_header(data), arrays)
+    return binary_frames.pack(header | _make_kind_header(data), arrays)
 
 
-def _kind_header(data: ViewData) -> dict[str, Any]:
+def _make_kind_header(data: ViewData) -> dict[str, Any]:
     if isinstance(data, MatrixView):
         return {
             "kind": "matrix",

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, BrowserContext
 from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.lab import binary_frames
-from baldwinlab.lab.access import cookie_name
+from baldwinlab.lab.access import make_cookie_name
 
 # `httpx.get` loads certificates on each call, which takes 0.1 s. A lab on loopback needs none.
 CLIENT = httpx.Client(timeout=60, verify=False, limits=httpx.Limits(max_keepalive_connections=0))
@@ -53,7 +53,7 @@ class LabServer:
 
     @property
     def cookie(self) -> str:
-        return f"{cookie_name(self.port)}={self.token}"
+        return f"{make_cookie_name(self.port)}={self.token}"
 
     def request(self, lines: str) -> bytes:
         """Return the bytes of a request. PORT and COOKIE are replaced by those of this lab."""
@@ -66,13 +66,13 @@ class LabServer:
 
     def admit_client(self) -> None:
         """Allow CLIENT, and all functions of this module, to send requests to this lab."""
-        CLIENT.cookies.set(cookie_name(self.port), self.token)
+        CLIENT.cookies.set(make_cookie_name(self.port), self.token)
 
     def context(self, browser: Browser, **options: Any) -> BrowserContext:
         """Return a browser context whose pages are admitted to this lab."""
         context = browser.new_context(base_url=self.address, **options)
         context.add_cookies(
-            [{"name": cookie_name(self.port), "value": self.token, "url": self.address}]
+            [{"name": make_cookie_name(self.port), "value": self.token, "url": self.address}]
         )
         return context
 

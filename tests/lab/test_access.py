@@ -14,7 +14,7 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from baldwinlab.lab.access import REFUSAL, Access, cookie_name
+from baldwinlab.lab.access import REFUSAL, Access, make_cookie_name
 from baldwinlab.lab.server import make_app
 from tests.lab.client import LabServer, get_json
 from tests.lab.conftest import run_server
@@ -79,7 +79,7 @@ def test_a_client_without_the_token_starts_no_run_and_writes_no_study(
 
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere", "/"])
 def test_a_websocket_without_the_token_is_rejected(lab_server: LabServer, path: str) -> None:
-    for cookie in ("", f"{cookie_name(lab_server.port)}=wrong"):
+    for cookie in ("", f"{make_cookie_name(lab_server.port)}=wrong"):
         with pytest.raises(InvalidStatus) as refused:
             connect(
                 f"ws://127.0.0.1:{lab_server.port}{path}", additional_headers={"Cookie": cookie}
@@ -104,7 +104,7 @@ def test_a_wrong_token_is_rejected(
     response = other_user.get("/", params={"token": token})
     assert (response.status_code, response.json()) == (401, {"error": REFUSAL})
     assert "set-cookie" not in response.headers
-    cookie = f"{cookie_name(lab_server.port)}={token}".replace("\x00", "")
+    cookie = f"{make_cookie_name(lab_server.port)}={token}".replace("\x00", "")
     assert other_user.get("/api/studies", headers={b"Cookie": cookie.encode()}).status_code == 401
 
 
@@ -143,11 +143,11 @@ def test_a_ticket_is_valid_once() -> None:
     first = access.issue_ticket()
     second = access.issue_ticket()
     assert len({access.token, first, second}) == 3
-    assert access.admits(first)
-    assert not access.admits(first)
-    assert access.admits(second)
-    assert access.admits(access.token) and access.admits(access.token)
-    assert not access.is_token(second) and not access.admits("")
+    assert access.accept(first)
+    assert not access.accept(first)
+    assert access.accept(second)
+    assert access.accept(access.token) and access.accept(access.token)
+    assert not access.is_token(second) and not access.accept("")
 
 
 def test_a_page_explains_access_until_the_printed_address_is_opened(

@@ -9,7 +9,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames
 from baldwinlab.lab.agent_inspector import inspect_agent
-from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.models.miniworld.allocation import make_state
 from baldwinlab.parts.networks import links
 from baldwinlab.simulation.replay import replay
@@ -25,7 +25,7 @@ def sigmoid(z: np.ndarray) -> np.ndarray:
 
 def make_life(experiment: Experiment, key: GenerationKey) -> Life:
     """Return a lifetime of random genomes."""
-    return Life(experiment, key, lambda: ParentGeneration(draw_genomes(experiment, key), None))
+    return Life(experiment, key, lambda: StartData(draw_genomes(experiment, key), None))
 
 
 def test_weights_and_eaten_items_are_those_of_the_replay(lab_server: LabServer) -> None:
@@ -161,7 +161,7 @@ def test_teachers_are_agents_that_died_with_the_weights_of_the_teacher_module(te
     life = Life(
         experiment,
         GenerationKey(1, 0, 1),
-        lambda: ParentGeneration(run.genome.values[1], run.energy),
+        lambda: StartData(run.genome.values[1], run.energy),
     )
     are_parents = []
     for agent in range(0, 20, 4):

@@ -105,6 +105,6 @@ def test_an_unknown_run_and_a_model_without_alleles_are_rejected(strings_server:
 def test_a_response_above_the_size_limit_is_rejected(
     strings_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.alleles.MAX_BYTES", 4 * 5 * 6 * 3 - 1)
+    monkeypatch.setattr("baldwinlab.lab.alleles.MAX_RESPONSE_BYTES", 4 * 5 * 6 * 3 - 1)
     message = get_error(strings_server.address, "alleles", 400, **RUN)
     assert message == "guessing has 5 generations of 6 loci, too many for one response"

@@ -90,7 +90,7 @@ def test_a_shared_page_references_no_external_file(lab_server: LabServer) -> Non
 
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    modules = single_page.collect_modules(downloads.PLAYER)
+    modules = single_page.collect_modules(downloads.REPLAY_MODULE)
     assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(
         modules
     )
@@ -193,7 +193,7 @@ def test_a_video_without_its_extra_returns_the_installation_command(
 def test_a_large_movie_is_rejected_with_the_command(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(downloads, "MAX_MOVIE_SIZE", 100)
+    monkeypatch.setattr(downloads, "MAX_MOVIE_AGENT_STEPS", 100)
     assert "use `baldwinlab replay`" in get_error(
         lab_server.address, "movie", 400, a=LIFE, format="gif"
     )

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab.experiment_form import make_form
-from baldwinlab.lab.schema import schema_of
+from baldwinlab.lab.schema import make_schema
 from baldwinlab.parts.learning_rules import LearningRule
 from tests.lab.client import CLIENT, LabServer
 from tests.small_studies import shorten_preset
@@ -64,7 +64,7 @@ def test_invalid_settings_are_returned_unchanged_with_the_errors() -> None:
     form = make_form(settings)
     assert form["experiment"] == settings
     assert [error["path"] for error in form["errors"]] == ["learning.rate"]
-    assert form["schema"] == schema_of(Experiment)
+    assert form["schema"] == make_schema(Experiment)
 
 
 @pytest.mark.parametrize("value", [None, 5, "evo/A", []])

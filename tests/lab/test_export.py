@@ -20,7 +20,7 @@ from baldwinlab.engine import wasm
 from baldwinlab.evolution import GenerationKey, find_teachers
 from baldwinlab.experiment import assign
 from baldwinlab.lab import single_page
-from baldwinlab.lab.export import laboratory, live_page
+from baldwinlab.lab.export import collect_page_data, render_live_page
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import (
     FINGERPRINTS,
@@ -154,7 +154,7 @@ def test_a_module_imports_only_its_memory() -> None:
 
 
 def test_a_page_is_small_and_references_no_external_file() -> None:
-    page = live_page([load("evo+self-taught/A"), load("evo/A")])
+    page = render_live_page([load("evo+self-taught/A"), load("evo/A")])
     assert len(page) < 2_000_000
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.decode())
 
@@ -202,7 +202,7 @@ def test_a_custom_part_without_a_linker_is_rejected_before_compilation(
     load_file(EXAMPLES / "social.py")
     social = assign(load("evo/A"), ["learning.rule=social"])
     with pytest.raises(ValueError, match=re.escape(installation_command("wasm"))):
-        live_page([social])
+        render_live_page([social])
     options = ("--part", str(EXAMPLES / "social.py"), "--set", "learning.rule=social")
     outcome = command("export", "evo/A", *options, "--out", str(tmp_path / "page.html"))
     assert outcome.code == 2
@@ -237,7 +237,7 @@ def test_custom_parts_are_bit_identical_to_python(tmp_path: Path) -> None:
             shorten_preset("evo/A"),
             [*settings, f"learning.rule={rule}", "learning.rate=0.1", *rule_settings],
         )
-        program = laboratory([experiment])["programs"][0]
+        program = collect_page_data([experiment])["programs"][0]
         module = tmp_path / f"{rule}.wasm"
         module.write_bytes(zlib.decompress(base64.b64decode(program["module"]), -zlib.MAX_WBITS))
         actual = run_in_node(tmp_path, experiment, module)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.lab.export import live_page
-from baldwinlab.lab.notebook_player import html
+from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.notebook_player import format_html
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
@@ -68,7 +68,7 @@ def test_an_exported_page_is_bit_identical_to_python(
 ) -> None:
     experiment = shorten(presets.load(name))
     path = tmp_path / "laboratory.html"
-    path.write_bytes(live_page([experiment]))
+    path.write_bytes(render_live_page([experiment]))
     browser.open(path.as_uri(), 1280, 800)
     browser.wait_for("window.baldwinlab !== undefined")
     actual = browser.evaluate(f"({SIMULATE})({{ seed: 5, run: 1 }})")
@@ -81,9 +81,8 @@ def test_an_exported_page_is_bit_identical_to_python(
 
 def test_a_trace_plays_in_the_frame_of_a_notebook(tmp_path: Path) -> None:
     path = tmp_path / "notebook.html"
-    path.write_text(
-        f"<!doctype html><meta charset='utf-8'>{html(replay(shorten(presets.load('evo/A'))))}"
-    )
+    trace = replay(shorten(presets.load("evo/A")))
+    path.write_text(f"<!doctype html><meta charset='utf-8'>{format_html(trace)}")
     (tmp_path / "profile").mkdir()
     with open_firefox(tmp_path / "profile") as opened:
         opened.open(path.as_uri(), 800, 800)

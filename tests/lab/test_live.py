@@ -17,7 +17,7 @@ from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
 from baldwinlab.lab.experiment_form import find_errors
-from baldwinlab.lab.limits import check_size, memory_of, steps_at_once
+from baldwinlab.lab.limits import check_size, count_uninterrupted_steps, estimate_memory
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_run import LiveRun
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
@@ -98,7 +98,7 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     run = wait_for_end(live.start(shorten_preset(), seed=5, runs=runs))
     live.save(run.id, tmp_path, "saved")
     study = open_runs(tmp_path / "saved").isel(condition=0)
-    measures = run.measures(1, 3)
+    measures = run.compute_measures(1, 3)
     assert list(measures) == ["best", "mean", "share"]
     for name, band in measures.items():
         assert list(band) == parts
@@ -156,7 +156,9 @@ def test_a_live_run_pauses_within_a_second_during_a_lifetime(
 def test_a_lifetime_in_blocks_of_steps_is_bit_identical(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.live_run.steps_at_once", lambda experiment, runs: 7)
+    monkeypatch.setattr(
+        "baldwinlab.lab.live_run.count_uninterrupted_steps", lambda experiment, runs: 7
+    )
     live.save(wait_for_end(live.start(shorten_preset(), seed=5, runs=3)).id, tmp_path, "blocks")
     expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
     assert read_records(tmp_path / "blocks") == read_records(expected.directory)
@@ -166,7 +168,7 @@ def test_a_block_has_fewer_steps_if_a_step_takes_longer() -> None:
     experiments = [
         shorten_preset().replace(population={"size": size}) for size in (20, 200, 200_000)
     ]
-    steps = [steps_at_once(experiment, 1) for experiment in experiments]
+    steps = [count_uninterrupted_steps(experiment, 1) for experiment in experiments]
     assert steps[0] > 9 * steps[1] > 0
     assert steps[2] >= 1
 
@@ -174,7 +176,9 @@ def test_a_block_has_fewer_steps_if_a_step_takes_longer() -> None:
 def test_ended_live_runs_use_memory_until_a_new_run_replaces_them(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.live.MAX_MEMORY", 2 * memory_of(shorten_preset(), 1))
+    monkeypatch.setattr(
+        "baldwinlab.lab.live.MAX_TOTAL_BYTES", 2 * estimate_memory(shorten_preset(), 1)
+    )
     first, second = (
         wait_for_end(live.start(shorten_preset(), seed=seed, runs=1)) for seed in range(2)
     )
@@ -184,10 +188,10 @@ def test_ended_live_runs_use_memory_until_a_new_run_replaces_them(
         pytest.raises(ValueError, match=r"live runs may use .* bytes of memory in total"),
     ):
         live.start(shorten_preset(), seed=2, runs=1)
-    assert live.all() == [first, second]
+    assert live.list_runs() == [first, second]
     with live.watch(first.id):
         third = live.start(shorten_preset(), seed=2, runs=1)
-    assert live.all() == [first, third]
+    assert live.list_runs() == [first, third]
 
 
 def test_a_live_run_pauses_and_resumes(live: Live) -> None:
@@ -219,15 +223,15 @@ def test_a_command_changes_the_pace_of_a_live_run(live: Live) -> None:
 
 def test_the_replay_of_a_generation_of_a_live_run_is_bit_identical(live: Live) -> None:
     run = run_and_stop(live, shorten_preset().replace(**LONG))
-    experiment, seed, number, energy = live.recording_source(run.id, 1, 2)
+    experiment, seed, number, energy = live.find_recording_source(run.id, 1, 2)
     trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
-    assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
+    assert np.array_equal(trace.eaten.sum("step"), run.make_records()[1].food_eaten[2])
     n_done = run.generations_done
     message = f"generation {n_done} .* is not finished: {n_done} generations are"
     with pytest.raises(ValueError, match=message):
-        live.recording_source(run.id, 0, n_done)
+        live.find_recording_source(run.id, 0, n_done)
     with pytest.raises(ValueError, match="run = 2 must be at least 0 and less than 2"):
-        live.recording_source(run.id, 2, 0)
+        live.find_recording_source(run.id, 2, 0)
 
 
 @pytest.mark.parametrize(
@@ -325,11 +329,11 @@ def test_a_live_run_without_a_page_is_stopped_and_removed() -> None:
             time.sleep(0.1)
         time.sleep(0.1)
         # One of two pages is still open.
-        assert live.run(run.id) is run
-    wait_until(lambda: live.all() == [])
+        assert live.find_run(run.id) is run
+    wait_until(lambda: live.list_runs() == [])
     assert wait_for_end(run).state == "stopped"
     with pytest.raises(MissingError, match="there is no live run"):
-        live.run(run.id)
+        live.find_run(run.id)
     reference = ref(run)
     del run
     wait_until(lambda: gc.collect() >= 0 and reference() is None)

@@ -14,7 +14,7 @@ import pytest
 from baldwinlab.api.sweep import sweep as run_sweep
 from baldwinlab.lab import live_sweep
 from baldwinlab.lab.live_sweep import Sweeps
-from baldwinlab.lab.sweep_plan import make_plan
+from baldwinlab.lab.sweep_plan import make_sweep_plan
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import CLIENT, get_json
@@ -58,7 +58,7 @@ def wait_until(condition: Callable[[], bool]) -> None:
 def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
     sweeps: Sweeps, tmp_path: Path
 ) -> None:
-    plan = make_plan(make_request())
+    plan = make_sweep_plan(make_request())
     assert tomllib.loads(plan.toml)["set"] == {
         "evolution.generations": 3,
         "lifetime.steps": 300,
@@ -84,18 +84,18 @@ def test_at_most_one_sweep_is_active_and_a_stopped_sweep_preserves_its_folder(
     sweeps: Sweeps, tmp_path: Path
 ) -> None:
     long = shorten_preset().replace(evolution={"generations": 5000}).to_dict()
-    live = sweeps.start(make_plan(make_request(experiment=long)), tmp_path, "long")
+    live = sweeps.start(make_sweep_plan(make_request(experiment=long)), tmp_path, "long")
     wait_until(lambda: live.steps_done > 0)
     seconds_left = live.summary()["seconds_left"]
     assert seconds_left is not None
     assert seconds_left > 0
     with pytest.raises(ValueError, match="the sweep long is active; stop it first"):
-        sweeps.start(make_plan(make_request()), tmp_path, "other")
+        sweeps.start(make_sweep_plan(make_request()), tmp_path, "other")
     live.stop()
     wait_until(lambda: live.ended)
     assert (live.state, live.summary()["stored"]) == ("stopped", 0)
     with pytest.raises(StudyError, match="long exists already"):
-        sweeps.start(make_plan(make_request()), tmp_path, "long")
+        sweeps.start(make_sweep_plan(make_request()), tmp_path, "long")
 
 
 def test_a_failed_sweep_has_an_error_message(
@@ -105,7 +105,7 @@ def test_a_failed_sweep_has_an_error_message(
         raise OSError("the disk is full")
 
     monkeypatch.setattr(live_sweep, "run_study", fail)
-    live = sweeps.start(make_plan(make_request()), tmp_path, "it")
+    live = sweeps.start(make_sweep_plan(make_request()), tmp_path, "it")
     wait_until(lambda: live.ended)
     assert (live.state, live.message) == ("failed", "the sweep failed: the disk is full")
 
@@ -133,12 +133,12 @@ def test_an_invalid_sweep_is_rejected_with_a_message(
     request_body: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        make_plan(request_body)
+        make_sweep_plan(request_body)
 
 
 def test_the_file_of_a_sweep_does_not_set_a_swept_field() -> None:
     changed = shorten_preset().replace(learning={"rate": 0.5})
-    plan = make_plan(make_request(experiment=changed.to_dict()))
+    plan = make_sweep_plan(make_request(experiment=changed.to_dict()))
     assert "learning.rate" not in tomllib.loads(plan.toml)["set"]
 
 
@@ -148,7 +148,7 @@ def test_a_change_that_the_file_of_a_sweep_cannot_contain_is_rejected() -> None:
     with pytest.raises(
         ValueError, match=r"world\.food has a change that the file of a sweep cannot contain"
     ):
-        make_plan(make_request(experiment=settings))
+        make_sweep_plan(make_request(experiment=settings))
 
 
 def test_the_plan_of_a_sweep_has_its_size_and_its_duration(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import notebook_player
 from baldwinlab.lab.binary_frames import unpack
-from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay
 from tests.lab.conftest import open_offline_page
@@ -33,7 +33,7 @@ def record_in_lab(experiment: Experiment) -> dict[str, np.ndarray]:
     life = Life(
         experiment,
         key,
-        lambda: ParentGeneration(recompute_genomes(experiment, key, None), None),
+        lambda: StartData(recompute_genomes(experiment, key, None), None),
     )
     return unpack(record_life(life, Span(0, experiment.lifetime.steps), {}))[1]
 
@@ -44,7 +44,7 @@ def test_the_player_is_bit_identical_to_the_recording_of_the_lab(kinds: list[str
     experiment = shorten_preset("evo/A").replace(
         senses={"kinds": kinds}, lifetime={"steps": 40}, world={"start": {"x": 480}}
     )
-    actual = unpack(notebook_player.recording(replay(experiment, seed=5, run=1, generation=0)))[1]
+    actual = unpack(notebook_player.pack_trace(replay(experiment, seed=5, run=1, generation=0)))[1]
     expected = record_in_lab(experiment)
     assert expected.keys() == actual.keys()
     assert expected["eaten_in_life"][-1].sum() > 0
@@ -56,10 +56,10 @@ def test_selected_steps_of_a_trace_play_and_other_datasets_have_the_xarray_page(
     trace: xr.Dataset,
 ) -> None:
     part = trace.isel(step=slice(10, 30))
-    header, arrays = unpack(notebook_player.recording(part))
+    header, arrays = unpack(notebook_player.pack_trace(part))
     assert (header["first"], header["last"], header["steps"]) == (0, 20, 20)
     assert (arrays["x"] == trace.x.values[10:30]).all()
-    assert "<iframe" in notebook_player.html(part)
+    assert "<iframe" in notebook_player.format_html(part)
     for dataset in (
         trace.drop_vars("x"),
         trace.isel(agent=0),
@@ -68,22 +68,24 @@ def test_selected_steps_of_a_trace_play_and_other_datasets_have_the_xarray_page(
         xr.Dataset(),
     ):
         assert not notebook_player.is_playable(dataset)
-        assert "<iframe" not in notebook_player.html(dataset)
-        assert "xr-wrap" in notebook_player.html(dataset)
+        assert "<iframe" not in notebook_player.format_html(dataset)
+        assert "xr-wrap" in notebook_player.format_html(dataset)
 
 
 def test_only_the_first_steps_of_a_long_lifetime_play(
     trace: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(notebook_player, "MAX_SIZE", 20 * 7)
-    header, arrays = unpack(notebook_player.recording(trace))
+    monkeypatch.setattr(notebook_player, "MAX_AGENT_STEPS", 20 * 7)
+    header, arrays = unpack(notebook_player.pack_trace(trace))
     assert (header["last"], header["steps"], len(arrays["x"])) == (7, trace.sizes["step"], 7)
 
 
 def test_the_player_of_5000_steps_is_small_and_references_no_external_file(
     trace: xr.Dataset,
 ) -> None:
-    page = notebook_player.html(replay(shorten_preset().replace(lifetime={"steps": 5000}), seed=5))
+    page = notebook_player.format_html(
+        replay(shorten_preset().replace(lifetime={"steps": 5000}), seed=5)
+    )
     assert len(page) < 300_000
     frame = unescape(re.findall(r'srcdoc="([^"]*)"', page)[0])
     assert "default-src 'none'" in frame
@@ -91,7 +93,7 @@ def test_the_player_of_5000_steps_is_small_and_references_no_external_file(
 
 
 def test_the_attributes_of_a_trace_are_escaped(trace: xr.Dataset) -> None:
-    page = notebook_player.html(trace.assign_attrs(condition="</iframe><b>\"'", run="<i>"))
+    page = notebook_player.format_html(trace.assign_attrs(condition="</iframe><b>\"'", run="<i>"))
     assert "<b>" not in page
     assert "<i>" not in page
 
@@ -100,7 +102,9 @@ def test_the_frame_of_the_player_sends_no_request_and_cannot_read_the_notebook(
     browser: Browser, trace: xr.Dataset, tmp_path: Path
 ) -> None:
     path = tmp_path / "notebook.html"
-    path.write_text(f"<!doctype html><meta charset='utf-8'><body>{notebook_player.html(trace)}")
+    path.write_text(
+        f"<!doctype html><meta charset='utf-8'><body>{notebook_player.format_html(trace)}"
+    )
     with open_offline_page(browser, 800) as (page, requests):
         page.goto(path.as_uri())
         frame = page.frame_locator("iframe")

@@ -13,8 +13,8 @@ from playwright.sync_api import Error, Page, expect
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.added_parts import added_choices
-from baldwinlab.lab.export import live_page
-from baldwinlab.lab.history import ancestor_line
+from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.history import trace_ancestor_line
 from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.simulation.simulate import simulate
@@ -55,7 +55,7 @@ def all_presets() -> list[Experiment]:
 def exported_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Export a page with one condition."""
     path = tmp_path_factory.mktemp("export") / "laboratory.html"
-    path.write_bytes(live_page([shorten(presets.load("evo+self-taught/A"))]))
+    path.write_bytes(render_live_page([shorten(presets.load("evo+self-taught/A"))]))
     return path
 
 
@@ -295,7 +295,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     page.get_by_test_id("live-canvas-agent").select_option("4")
     page.get_by_test_id("ancestors-of").click()
     run = simulate(shorten(presets.load("evo+self-taught/A")), seed=0, run=1)
-    line = ancestor_line(2, 4, run.parents.values, run.food_eaten.values)
+    line = trace_ancestor_line(2, 4, run.parents.values, run.food_eaten.values)
     rows = page.get_by_test_id("ancestors").locator("tbody tr")
     expect(rows).to_have_count(2)
     assert [
@@ -342,7 +342,7 @@ def test_a_page_with_several_conditions_simulates_the_selected_one(
 ) -> None:
     experiments = [shorten(presets.load(name)) for name in ("evo+self-taught/A", "evo/A")]
     path = exported_file.with_name("both.html")
-    path.write_bytes(live_page(experiments, seed=4))
+    path.write_bytes(render_live_page(experiments, seed=4))
     offline_page.goto(path.as_uri())
     offline_page.get_by_test_id("preset").select_option("evo/A")
     start_run(offline_page, runs=1)

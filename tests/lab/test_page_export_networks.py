@@ -15,8 +15,8 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames
 from baldwinlab.lab.agent_inspector import inspect_agent
-from baldwinlab.lab.export import live_page
-from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.lab.recording import record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import simulate
@@ -54,7 +54,7 @@ RECORDER = """
 def open_finished_run(page: Page, experiment: Experiment, folder: Path) -> None:
     """Simulate a run on a new page, and move to a step at which agents have eaten."""
     path = folder / "laboratory.html"
-    path.write_bytes(live_page([experiment]))
+    path.write_bytes(render_live_page([experiment]))
     page.add_init_script(RECORDER)
     page.goto(path.as_uri())
     start_run(page, runs=1)
@@ -69,7 +69,7 @@ def open_finished_run(page: Page, experiment: Experiment, folder: Path) -> None:
 def make_last_life(experiment: Experiment) -> tuple[Life, Span]:
     """Return the last generation of a run, and the span of its steps."""
     run = simulate(experiment, seed=0)
-    past = ParentGeneration(run.genome.values[LAST], run.energy)
+    past = StartData(run.genome.values[LAST], run.energy)
     life = Life(experiment, GenerationKey(0, 0, LAST), lambda: past)
     return life, Span(0, experiment.lifetime.steps)
 
@@ -132,7 +132,7 @@ def test_births_and_deaths_during_life_are_bit_identical_to_python(
         world=short_lives
     )
     path = tmp_path / "laboratory.html"
-    path.write_bytes(live_page([experiment]))
+    path.write_bytes(render_live_page([experiment]))
     offline_page.goto(path.as_uri())
     offline_page.get_by_test_id("start").wait_for()
     changed = experiment.replace(

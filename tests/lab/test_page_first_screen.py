@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.lab.export import live_page
+from baldwinlab.lab.export import render_live_page
 from baldwinlab.papers import presets
 from tests.lab.client import LabServer
 from tests.lab.test_page_export import shorten
@@ -52,7 +52,7 @@ ROWS = """async (element, module) => {
 def exported_address(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Export a page, and return its address."""
     path: Path = tmp_path_factory.mktemp("export") / "laboratory.html"
-    path.write_bytes(live_page([shorten(presets.load("evo+self-taught/A"))]))
+    path.write_bytes(render_live_page([shorten(presets.load("evo+self-taught/A"))]))
     return path.as_uri()
 
 

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Locator, Page, Route, expect
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.agent_inspector import inspect_agent
-from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
 from tests.lab.client import LabServer
@@ -51,7 +51,7 @@ def route_life(page: Page, experiment: Experiment) -> None:
     life = Life(
         experiment,
         key,
-        lambda: ParentGeneration(
+        lambda: StartData(
             recompute_genomes(experiment, key, None), simulate_energy_before(experiment, key)
         ),
     )

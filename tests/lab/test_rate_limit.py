@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from baldwinlab.lab import rate_limit
-from baldwinlab.lab.query import MAX_BODY_SIZE
+from baldwinlab.lab.query import MAX_BODY_BYTES
 from tests.lab.client import CLIENT, SMALL, LabServer, get_response
 from tests.lab.conftest import run_server
 from tests.small_studies import shorten_preset
@@ -133,7 +133,7 @@ def test_the_size_and_the_depth_of_a_posted_body_are_limited(
     lab_server: LabServer, path: str
 ) -> None:
     address = f"{lab_server.address}/api/{path}"
-    large = CLIENT.post(address, content=b" " * (MAX_BODY_SIZE + 1))
+    large = CLIENT.post(address, content=b" " * (MAX_BODY_BYTES + 1))
     assert large.status_code == 413
     assert large.json()["error"] == f"/api/{path}: the body may have at most 1,048,576 bytes"
     for depth in (33, 2000, 100_000):

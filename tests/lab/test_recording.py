@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.lab import binary_frames, life_query, recording
-from baldwinlab.lab.life_query import Life, ParentGeneration, Span
+from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
@@ -139,30 +139,32 @@ def test_real_valued_inputs_are_recorded_unchanged(in_plain_python: None) -> Non
     trace = replay(experiment)
     assert np.array_equal(sensor, trace.sensor[:50])
     assert np.unique(sensor).size > 100
-    assert recording.bytes_per_step(experiment) == 20 * (recording.BYTES_PER_AGENT + 28)
+    assert recording.estimate_bytes_per_step(experiment) == 20 * (recording.BYTES_PER_AGENT + 28)
 
 
 def make_life(experiment: Any) -> Life:
     """Return the first generation of an experiment."""
     key = GenerationKey(0, 0, 0)
-    return Life(experiment, key, lambda: ParentGeneration(draw_genomes(experiment, key), None))
+    return Life(experiment, key, lambda: StartData(draw_genomes(experiment, key), None))
 
 
 def test_a_large_world_is_recorded_in_spans_of_limited_size(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert life_query.read_span({}, 5000, recording.bytes_per_step(shorten_preset())) == Span(
-        0, 5000
-    )
-    large = recording.bytes_per_step(shorten_preset().replace(population={"size": 1000}))
+    assert life_query.read_span(
+        {}, 5000, recording.estimate_bytes_per_step(shorten_preset())
+    ) == Span(0, 5000)
+    large = recording.estimate_bytes_per_step(shorten_preset().replace(population={"size": 1000}))
     spans = [life_query.read_span({}, 5000, large)]
     while spans[-1].last < 5000:
         spans.append(life_query.read_span({"first": str(spans[-1].last)}, 5000, large))
-    assert max(last - first for first, last in spans) * large <= life_query.MAX_BYTES
+    assert max(last - first for first, last in spans) * large <= life_query.MAX_RESPONSE_BYTES
     assert len(spans) == 3
-    assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_STEPS)
+    assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_RESPONSE_STEPS)
     assert life_query.read_span({}, 5000, 10**9) == Span(0, 1)
-    monkeypatch.setattr(life_query, "MAX_BYTES", 100 * recording.bytes_per_step(shorten_preset()))
+    monkeypatch.setattr(
+        life_query, "MAX_RESPONSE_BYTES", 100 * recording.estimate_bytes_per_step(shorten_preset())
+    )
     header, arrays = get_arrays(lab_server.address, "recording", **SMALL, first=7)
     assert (header["first"], header["last"], len(arrays["x"])) == (7, 107, 100)
 
@@ -257,7 +259,7 @@ def test_the_recorded_teachers_have_eaten(teacher_rule: str, in_plain_python: No
         learning={"rule": "imitation", "imitation": {"teacher": teacher_rule, "min_items": 1}}
     )
     key = GenerationKey(1, 0, 0)
-    life = Life(experiment, key, lambda: ParentGeneration(draw_genomes(experiment, key), None))
+    life = Life(experiment, key, lambda: StartData(draw_genomes(experiment, key), None))
     _, arrays = binary_frames.unpack(recording.record_life(life, Span(0, 300), {}))
     agents = np.arange(20)
     eaten = np.vstack([np.zeros(20), arrays["eaten_in_life"]])

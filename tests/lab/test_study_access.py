@@ -7,7 +7,7 @@ from pathlib import Path
 
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.study_access import find_study, study_names
+from baldwinlab.lab.study_access import find_study, list_study_names
 from baldwinlab.studies.creation import create_study
 from tests.small_studies import shorten_preset
 
@@ -15,14 +15,14 @@ from tests.small_studies import shorten_preset
 def test_a_study_can_be_the_folder_itself_or_be_in_another_study(tmp_path: Path) -> None:
     create_study(tmp_path, [shorten_preset()], 1)
     create_study(tmp_path / "variants" / "deep", [shorten_preset()], 2)
-    assert list(study_names(tmp_path)) == [".", "variants/deep"]
+    assert list(list_study_names(tmp_path)) == [".", "variants/deep"]
     lab = Lab(tmp_path, Live())
     assert find_study(lab, ".").seed == 1
     assert find_study(lab, "variants/deep").seed == 2
 
 
 def test_a_missing_folder_has_no_studies(tmp_path: Path) -> None:
-    assert list(study_names(tmp_path / "results")) == []
+    assert list(list_study_names(tmp_path / "results")) == []
 
 
 def test_a_replaced_study_is_read_again(tmp_path: Path) -> None:

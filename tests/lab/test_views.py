@@ -96,5 +96,5 @@ def test_an_unknown_view_is_rejected(
     assert "must be a whole number" in get_error(address, "view", 400, **LIFE, agent="x")
     incomplete = {name: value for name, value in LIFE.items() if name != "view"}
     assert "view is missing" in get_error(address, "view", 400, **incomplete)
-    monkeypatch.setattr(life_query, "MAX_BYTES", 1000)
+    monkeypatch.setattr(life_query, "MAX_RESPONSE_BYTES", 1000)
     assert "one response can contain" in get_error(address, "view", 400, **LIFE, agent=4)
