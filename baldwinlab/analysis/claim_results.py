@@ -10,23 +10,24 @@ from typing import Any
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.rules import (
-    BY_P_VALUE,
-    SIGNIFICANT,
+    P_VALUE_RULES,
+    SIGNIFICANCE_LEVEL,
     UNDECIDED,
     VERDICTS,
     Verdict,
-    conjunction,
+    combine_verdicts,
 )
-from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW
+from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.papers.claims import Claim, ClaimComparison
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A comparison with its verdict. Numbers that do not exist are NaN."""
+    """A comparison with its verdict. Undefined numbers are NaN."""
 
     comparison: ClaimComparison
     numbers: statistics.Comparison
+    # p-value, corrected for all comparisons of the claims.
     p_holm: float
     verdict: Verdict
     # Meaning of a measure that a model defines.
@@ -36,20 +37,22 @@ class Finding:
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether the comparison is undecided because so few runs cannot decide it."""
+        """Whether the comparison is undecided because it has too few runs."""
         if self.verdict != UNDECIDED:
             return False
-        if self.comparison.rule in BY_P_VALUE:
-            return self.smallest_p_holm >= SIGNIFICANT
-        return 1 in (self.numbers.n_a, self.numbers.n_b) and math.isnan(self.numbers.low)
+        if self.comparison.rule in P_VALUE_RULES:
+            return self.smallest_p_holm >= SIGNIFICANCE_LEVEL
+        # A single run has no interval, without which the other rules cannot decide.
+        has_single_run = 1 in (self.numbers.n_a, self.numbers.n_b)
+        return has_single_run and math.isnan(self.numbers.low)
 
     @property
     def label(self) -> str:
         """The verdict as a report shows it."""
-        return TOO_FEW if self.has_too_few_runs else self.verdict
+        return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     def record(self) -> dict[str, Any]:
-        """Return the finding for JSON, with null for numbers that do not exist."""
+        """Return the finding for JSON, with null for undefined numbers."""
         numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
         low = numbers.pop("low")
         high = numbers.pop("high")
@@ -80,11 +83,11 @@ class ClaimResult:
     @property
     def verdict(self) -> Verdict:
         """The verdict over all comparisons of the claim."""
-        return conjunction([finding.verdict for finding in self.findings])
+        return combine_verdicts([finding.verdict for finding in self.findings])
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether the claim is undecided because so few runs cannot decide it."""
+        """Whether the claim is undecided because it has too few runs."""
         return self.verdict == UNDECIDED and any(
             finding.has_too_few_runs for finding in self.findings
         )
@@ -92,7 +95,7 @@ class ClaimResult:
     @property
     def label(self) -> str:
         """The verdict as a report shows it."""
-        return TOO_FEW if self.has_too_few_runs else self.verdict
+        return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     @property
     def why_not(self) -> str:
@@ -107,15 +110,15 @@ class ClaimResult:
     @property
     def deciding(self) -> Finding | None:
         """The weakest finding: the worst verdict, and among equal verdicts the largest p."""
-        weakness = [
+        ranks = [
             (VERDICTS.index(finding.verdict), finite_or_none(finding.p_holm) or 0.0)
             for finding in self.findings
         ]
-        return self.findings[weakness.index(max(weakness))] if weakness else None
+        return self.findings[ranks.index(max(ranks))] if ranks else None
 
     @property
-    def from_paper(self) -> float | None:
-        """The deciding effect minus the value of the paper, if both exist."""
+    def difference_from_paper(self) -> float | None:
+        """The deciding effect minus the value in the paper, or None if one is unknown."""
         if self.deciding is None or self.claim.figure is None:
             return None
         effect = self.deciding.numbers.effect
@@ -135,7 +138,7 @@ class ClaimResult:
             "rule": claim.rule,
             "paper": claim.paper,
             "figure": claim.figure,
-            "from_figure": self.from_paper,
+            "from_figure": self.difference_from_paper,
             "missing": list(self.missing),
             "why_not": self.why_not,
             "comparisons": [finding.record() for finding in self.findings],

@@ -1,4 +1,4 @@
-"""Values of runs in the measures that claims compare."""
+"""Samples of the measures that claims compare: one value per run."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ class ModelMeasure(NamedTuple):
 class Samples:
     """The value of each run in the measures that claims compare.
 
-    A measure is an average over the last or the first generations of a run, or defined by a model.
+    A measure is an average over the last or the first generations of a run, or a measure that a
+    model defines.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ class Samples:
     last : int
         Number of final generations to average in each run, at least 1.
     source : ClaimSource or None
-        The claims. Defaults to the default paper.
+        The source of the claims. Defaults to the default paper.
 
     Raises
     ------
@@ -57,20 +58,24 @@ class Samples:
     """
 
     def __init__(self, data: xr.Dataset, last: int = 10, source: ClaimSource | None = None) -> None:
-        data = fitness.with_curves(data)
+        data = fitness.cache_measures(data)
         self.source = source or load()
         self._data = data
-        self._last = {measure: fitness.final(data, measure, last) for measure in fitness.MEASURES}
-        self._last["most"] = fitness.largest_gain(data)
-        self._first = {
+        self._final_values = {
+            measure: fitness.final(data, measure, last) for measure in fitness.MEASURES
+        }
+        self._final_values["most"] = fitness.largest_gain(data)
+        self._initial_values = {
             measure: fitness.initial(data, measure, last) for measure in fitness.MEASURES
         }
-        # Values of the models' measures, by condition and measure.
-        self._of_models: dict[tuple[str, str], xr.DataArray] = {}
-        has_runs = self._last["best"].notnull().any("run")
-        self.present = {str(name) for name in data["condition"].values[has_runs.values]}
+        # Values of the measures that models define, by condition and measure.
+        self._model_values: dict[tuple[str, str], xr.DataArray] = {}
+        has_runs = self._final_values["best"].notnull().any("run")
+        self.conditions_with_runs = {
+            str(name) for name in data["condition"].values[has_runs.values]
+        }
 
-    def unmeasured(self, claim: Claim) -> set[str]:
+    def unloaded_measures(self, claim: Claim) -> set[str]:
         """Return the measures of a claim whose model is not loaded."""
         return {
             comparison.measure
@@ -87,24 +92,24 @@ class Samples:
         return measures[comparison.measure].meaning if comparison.measure in measures else ""
 
     def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
-        """Return the values by run, without runs if the model of the measure is not loaded."""
+        """Return one value per run; no values if the model of the measure is not loaded."""
         if measure in OF_ALL:
-            table = self._first if first else self._last
-            return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
+            values = self._initial_values if first else self._final_values
+            return values[measure].sel(condition=condition).dropna("run").astype(np.float64)
         key = (condition, measure)
-        if key not in self._of_models:
-            self._of_models[key] = self._measure_model(condition, measure)
-        return self._of_models[key]
+        if key not in self._model_values:
+            self._model_values[key] = self._measure_model(condition, measure)
+        return self._model_values[key]
 
     def survival(self, condition: str, measure: str) -> Survival:
-        """Return the survival times by run, and which of them are censored."""
+        """Return the survival time of each run, and whether it is censored."""
         measures = self.source.measures(condition) or {}
         times = self.get(condition, measure)
         runs = self._data.sel(condition=condition, run=times["run"].values)
         return Survival(times.values, measures[measure].censored(_without_gaps(runs)).values)
 
     def model_measures(self) -> list[ModelMeasure]:
-        """Return the measures of the models in which claims compare conditions."""
+        """Return the measures of models that claims use to compare two conditions."""
         comparisons = {
             comparison.measure: comparison
             for claim in self.source.claims
@@ -131,7 +136,7 @@ class Samples:
 
 
 def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
-    """Drop runs, generations and agents without data. Nothing is copied if none is missing."""
+    """Drop runs, generations and agents without data, but copy nothing if all have data."""
     for dim in ("run", "generation", "agent"):
         other_dims = [name for name in runs["energy"].dims if name != dim]
         has_data = runs["energy"].notnull().any(other_dims)

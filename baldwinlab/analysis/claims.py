@@ -18,16 +18,20 @@ import xarray as xr
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
-from baldwinlab.analysis.statistics.contrasts import COLUMNS, Contrast
+from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.rules import OVER_RUNS, RULES
-from baldwinlab.analysis.statistics.sample_sizes import Design, describe_too_few, smallest_corrected
+from baldwinlab.analysis.statistics.rules import RULES, RUN_STATISTICS
+from baldwinlab.analysis.statistics.sample_sizes import (
+    PlannedTest,
+    describe_too_few,
+    smallest_corrected_p,
+)
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import FIRST, Claim, ClaimComparison
 
-STATISTICS_COLUMNS = ("claim", *COLUMNS)
+STATISTICS_COLUMNS = ("claim", *COMPARISON_COLUMNS)
 
 
 def evaluate_claims(
@@ -45,7 +49,7 @@ def evaluate_claims(
     last : int
         Number of final generations to average in each run, at least 1.
     source : ClaimSource or None
-        The claims. Defaults to the default paper.
+        The source of the claims. Defaults to the default paper.
 
     Returns
     -------
@@ -61,37 +65,35 @@ def evaluate_claims(
 
 
 def evaluate_samples(samples: Samples) -> list[ClaimResult]:
-    """Evaluate all claims, as `evaluate_claims` does, on values that are already computed."""
+    """Evaluate all claims from values that are already computed. See `evaluate_claims`."""
     claims = samples.source.claims
-    missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
-    unmeasured = {claim: sorted(samples.unmeasured(claim)) for claim in claims}
-    decided = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
-    findings = _decide(decided, samples)
-    return [
-        ClaimResult(
-            claim,
-            tuple(findings[comparison] for comparison in claim.comparisons)
-            if claim in decided
-            else (),
-            tuple(missing[claim]),
-            tuple(unmeasured[claim]),
+    missing = {claim: sorted(claim.conditions - samples.conditions_with_runs) for claim in claims}
+    unmeasured = {claim: sorted(samples.unloaded_measures(claim)) for claim in claims}
+    evaluated = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
+    findings = _find_results(evaluated, samples)
+    results = []
+    for claim in claims:
+        # A claim that cannot be evaluated has no findings.
+        comparisons = claim.comparisons if claim in evaluated else ()
+        claim_findings = tuple(findings[comparison] for comparison in comparisons)
+        results.append(
+            ClaimResult(claim, claim_findings, tuple(missing[claim]), tuple(unmeasured[claim]))
         )
-        for claim in claims
-    ]
+    return results
 
 
-def _decide(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, Finding]:
-    """Return the findings of all comparisons. Their tests are one family."""
+def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, Finding]:
+    """Return the findings of all comparisons, whose tests are one family."""
     comparisons = dict.fromkeys(comparison for claim in claims for comparison in claim.comparisons)
     numbers = {comparison: _measure(comparison, samples) for comparison in comparisons}
     tested = [comparison for comparison in comparisons if not math.isnan(numbers[comparison].p)]
     p_values = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
-    designs = [
-        _design(comparison, numbers[comparison].n_a, numbers[comparison].n_b)
+    tests = [
+        _planned_test(comparison, numbers[comparison].n_a, numbers[comparison].n_b)
         for comparison in tested
     ]
     p_holm = dict(zip(tested, p_values, strict=True))
-    smallest = dict(zip(tested, smallest_corrected(designs).tolist(), strict=True))
+    smallest = dict(zip(tested, smallest_corrected_p(tests).tolist(), strict=True))
     findings = {}
     for comparison in comparisons:
         p = p_holm.get(comparison, nan)
@@ -107,11 +109,11 @@ def _decide(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, 
     return findings
 
 
-def _design(comparison: ClaimComparison, n_a: int, n_b: int) -> Design:
+def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTest:
     """Return the test of a comparison of two samples."""
     if comparison.rule == "survives_longer":
-        return Design(n_a, n_b, "log-rank")
-    return Design(n_a, n_b, "Wilcoxon" if comparison.paired else "Mann-Whitney")
+        return PlannedTest(n_a, n_b, "log-rank")
+    return PlannedTest(n_a, n_b, "Wilcoxon" if comparison.paired else "Mann-Whitney")
 
 
 def describe_claims_too_few(results: Sequence[ClaimResult]) -> str:
@@ -120,15 +122,15 @@ def describe_claims_too_few(results: Sequence[ClaimResult]) -> str:
     tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
     return describe_too_few(
         [
-            _design(finding.comparison, finding.numbers.n_a, finding.numbers.n_b)
+            _planned_test(finding.comparison, finding.numbers.n_a, finding.numbers.n_b)
             for finding in tested
         ]
     )
 
 
-def planned_claim_designs(
+def planned_claim_tests(
     claims: Sequence[Claim], conditions: Collection[str], runs: int
-) -> list[Design]:
+) -> list[PlannedTest]:
     """Return the tests that the claims require.
 
     Parameters
@@ -142,15 +144,17 @@ def planned_claim_designs(
 
     Returns
     -------
-    list of Design
-        One design per comparison of two conditions.
+    list of PlannedTest
+        One test per comparison of two conditions.
     """
-    decided = [claim for claim in claims if claim.conditions <= {*conditions}]
-    tested = {comparison for claim in decided for comparison in claim.comparisons if comparison.b}
-    return [_design(comparison, runs, runs) for comparison in tested]
+    # A claim about a condition outside the study is not evaluated.
+    evaluated = [claim for claim in claims if claim.conditions <= {*conditions}]
+    tested = {comparison for claim in evaluated for comparison in claim.comparisons if comparison.b}
+    return [_planned_test(comparison, runs, runs) for comparison in tested]
 
 
 def _measure(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
+    """Compare two conditions, or measure one if the claim names no second condition."""
     if comparison.b:
         return _compare(comparison, samples)
     values = samples.get(comparison.a, comparison.measure)
@@ -158,19 +162,27 @@ def _measure(comparison: ClaimComparison, samples: Samples) -> statistics.Compar
     if not values.size:
         return statistics.Comparison(0, 0, *[nan] * 8)
     median = float(np.median(values))
-    if comparison.measure == "most" or comparison.rule in OVER_RUNS:
-        level = float(OVER_RUNS.get(comparison.rule, np.max)(values))
-        return statistics.Comparison(values.size, 0, median, nan, level, nan, nan, nan, nan, nan)
+    if comparison.measure == "most" or comparison.rule in RUN_STATISTICS:
+        # A mean or an extreme of all runs has no interval.
+        summarize = RUN_STATISTICS.get(comparison.rule, np.max)
+        return _single_sample(values.size, median, float(summarize(values)), nan, nan)
     low, high = statistics.median_interval(values.values)
-    return statistics.Comparison(values.size, 0, median, nan, median, low, high, nan, nan, nan)
+    return _single_sample(values.size, median, median, low, high)
+
+
+def _single_sample(
+    size: int, median: float, effect: float, low: float, high: float
+) -> statistics.Comparison:
+    """Return the fields of a comparison without a second sample. The others are NaN."""
+    return statistics.Comparison(size, 0, median, nan, effect, low, high, nan, nan, nan)
 
 
 def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     """Compare two conditions, or the last generations of a condition with its first ones."""
-    is_first = comparison.b == FIRST
-    condition_b = comparison.a if is_first else comparison.b
+    compares_with_first = comparison.b == FIRST
+    condition_b = comparison.a if compares_with_first else comparison.b
     a = samples.get(comparison.a, comparison.measure)
-    b = samples.get(condition_b, comparison.measure, first=is_first)
+    b = samples.get(condition_b, comparison.measure, first=compares_with_first)
     if comparison.paired:
         a, b = xr.align(a, b)
     # A measure that a model defines may have no value.
@@ -188,7 +200,7 @@ def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Compar
 def claim_records(
     results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
-    """Return the claims for JSON.
+    """Return the results of claims as records for JSON.
 
     Parameters
     ----------
@@ -230,7 +242,8 @@ def write_statistics(
     last : int
         Number of final generations to average in each run.
     contrasts : sequence of Contrast
-        Comparisons of conditions. They are the first rows of `statistics.csv`, without a claim.
+        Comparisons of conditions. They are the first rows of `statistics.csv`, and their column
+        `claim` is empty.
 
     Raises
     ------

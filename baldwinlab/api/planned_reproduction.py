@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from baldwinlab import papers
-from baldwinlab.analysis.assays.analysis import planned_designs
-from baldwinlab.analysis.claims import planned_claim_designs
+from baldwinlab.analysis.assays.analysis import planned_tests
+from baldwinlab.analysis.claims import planned_claim_tests
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.publish.plan import replay_memory
 from baldwinlab.core.resources import Need
@@ -52,11 +52,11 @@ def describe_too_few_runs(
         A sentence on the claims, and a sentence on the Baldwin effect.
     """
     names = [experiment.name for experiment in experiments]
-    if claims_note := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
+    if claims_note := describe_too_few(planned_claim_tests(paper.claims, names, runs)):
         yield f"Claims: {claims_note}"
     plan = _plan_assays(experiments, paper)
     assays = plan.select_applicable(paper.metadata.assays)
-    if assays_note := describe_too_few(planned_designs(plan.experiments, assays, runs)):
+    if assays_note := describe_too_few(planned_tests(plan.experiments, assays, runs)):
         yield f"Baldwin effect: {assays_note}"
 
 

@@ -57,7 +57,7 @@ def report(
         that the function has added to the study.
     baseline
         Condition with which all other conditions are compared; see
-        `statistics.contrasts.references` for the default.
+        `statistics.contrasts.find_references` for the default.
     paper
         Paper whose claims are evaluated. By default the paper that defines the study.
 

@@ -197,12 +197,12 @@ def run_loaded(
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
     """Return a sentence if `runs` runs are too few for a verdict, else ""."""
     # Imported late: SciPy's statistics take a while to load.
-    from baldwinlab.analysis.statistics.contrasts import planned_designs
+    from baldwinlab.analysis.statistics.contrasts import planned_tests
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     factors_of_presets = factors()
     conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}
-    return describe_too_few(planned_designs(conditions, runs, baseline))
+    return describe_too_few(planned_tests(conditions, runs, baseline))
 
 
 def format_assignments(tables: Mapping[str, Any]) -> list[str]:

@@ -217,7 +217,7 @@ class Study(StudyExports):
         # Imported late: pandas and SciPy's statistics take a while to load.
         import pandas as pd
 
-        from baldwinlab.analysis.statistics.contrasts import COLUMNS
+        from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS
         from baldwinlab.api.publish import lab_results
 
         require_positive("last", last)
@@ -230,7 +230,7 @@ class Study(StudyExports):
             }
             for contrast in contrasts.rows
         ]
-        table = pd.DataFrame(rows, columns=[*COLUMNS, "smallest_p_holm", "verdict"])
+        table = pd.DataFrame(rows, columns=[*COMPARISON_COLUMNS, "smallest_p_holm", "verdict"])
         table.attrs = {"pairing": contrasts.pairing, "too_few": contrasts.too_few}
         return table
 

@@ -13,12 +13,12 @@ from rich.text import Text
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
-from baldwinlab.analysis.statistics.rules import MARKS
-from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW
+from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
+from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.core import console
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
-LABEL_STYLE = VERDICT_STYLE | {TOO_FEW: "yellow", "higher": "green", "lower": "red"}
+LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 AGENT_NAMES = {"mean": "average agent", "best": "best agent"}
@@ -183,7 +183,10 @@ def make_variants_table(multiverse: Multiverse) -> Table:
     table.add_column("distance", justify="right")
     for variant in multiverse.singles.variants:
         verdicts = [variant.outcomes[claim.id].verdict for claim in multiverse.claims]
-        marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
+        marks = [
+            Text(VERDICT_MARKS[verdict], style=VERDICT_STYLE.get(verdict, ""))
+            for verdict in verdicts
+        ]
         distance = "" if variant.distance is None else f"{variant.distance:.2f}"
         table.add_row(
             " ".join((variant.name, *variant.choices)), *marks, str(variant.held), distance

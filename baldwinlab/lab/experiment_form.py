@@ -140,13 +140,13 @@ def _find_limit_errors(order: dict[str, Any]) -> list[dict[str, str]]:
 def _describe_sample_size(order: dict[str, Any]) -> str:
     """Return a note if there are too few runs to compare two conditions, else ""."""
     # This import of SciPy's statistics takes time.
-    from baldwinlab.analysis.statistics.contrasts import planned_designs
+    from baldwinlab.analysis.statistics.contrasts import planned_tests
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     if "runs" not in order:
         return ""
     conditions = {"first": Factors(), "second": Factors()}
-    note = describe_too_few(planned_designs(conditions, read_body_number(order, "runs", 1)))
+    note = describe_too_few(planned_tests(conditions, read_body_number(order, "runs", 1)))
     return f"To compare two conditions: {note[0].lower()}{note[1:]}" if note else ""
 
 

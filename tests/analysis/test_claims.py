@@ -18,7 +18,7 @@ from scipy import stats
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import claim_records, evaluate_claims, write_statistics
-from baldwinlab.analysis.statistics.rules import RULES, Verdict, conjunction
+from baldwinlab.analysis.statistics.rules import RULES, Verdict, combine_verdicts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
 from baldwinlab.papers.paper import open_paper
@@ -155,8 +155,8 @@ def test_the_record_shows_the_weakest_comparison_and_the_distance_from_the_paper
     assert (fifth["condition"], fifth["comparison"]) == ("evo+self-taught/B", "self-taught/B")
     assert fifth["p_holm"] == max(comparison["p_holm"] for comparison in fifth["comparisons"])
     first = evaluate_claim("C1", AS_THE_PAPER)
-    assert first.record()["figure"] == 40 and first.from_paper == 0
-    assert evaluate_claim("C4", AS_THE_PAPER).from_paper is None
+    assert first.record()["figure"] == 40 and first.difference_from_paper == 0
+    assert evaluate_claim("C4", AS_THE_PAPER).difference_from_paper is None
 
 
 def test_files_are_strict_and_complete(tmp_path: Path) -> None:
@@ -424,10 +424,10 @@ def test_a_missing_run_is_left_out_of_survival_times() -> None:
 
 
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
-    assert conjunction(["holds", "holds"]) == "holds"
-    assert conjunction(["holds", "undecided"]) == "undecided"
-    assert conjunction(["undecided", "does not hold", "holds"]) == "does not hold"
-    assert conjunction([]) == "not evaluated"
+    assert combine_verdicts(["holds", "holds"]) == "holds"
+    assert combine_verdicts(["holds", "undecided"]) == "undecided"
+    assert combine_verdicts(["undecided", "does not hold", "holds"]) == "does not hold"
+    assert combine_verdicts([]) == "not evaluated"
 
 
 def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:

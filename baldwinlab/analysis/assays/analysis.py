@@ -17,8 +17,8 @@ import xarray as xr
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.controls import evolves_and_learns, find_control
 from baldwinlab.analysis.assays.criteria import (
-    CONTROL,
-    INNATE,
+    CONTROL_LAST,
+    INNATE_LAST,
     NO,
     NOT_MEASURED,
     SIGNS,
@@ -36,12 +36,12 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
-from baldwinlab.analysis.statistics.rules import SIGNIFICANT
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import (
-    TOO_FEW,
-    Design,
+    TOO_FEW_RUNS,
+    PlannedTest,
     describe_too_few,
-    smallest_corrected,
+    smallest_corrected_p,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
@@ -65,12 +65,12 @@ class Answer:
     @property
     def has_too_few_runs(self) -> bool:
         """Whether the answer is undecided because so few runs cannot decide it."""
-        return self.verdict == UNDECIDED and self.smallest_p_holm >= SIGNIFICANT
+        return self.verdict == UNDECIDED and self.smallest_p_holm >= SIGNIFICANCE_LEVEL
 
     @property
     def label(self) -> str:
         """The verdict as a report shows it."""
-        return TOO_FEW if self.has_too_few_runs else self.verdict
+        return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
 
 @dataclass(frozen=True)
@@ -184,8 +184,8 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
     ]
     controls = {name: find_control(name, experiments) for name in learning}
     for name, control in controls.items():
-        if control and INNATE in tables[control]:
-            tables[name][CONTROL] = tables[control][INNATE]
+        if control and INNATE_LAST in tables[control]:
+            tables[name][CONTROL_LAST] = tables[control][INNATE_LAST]
     answers = _answer(tables, {name: experiments[name] for name in learning})
     results = [
         ConditionResult(
@@ -213,7 +213,7 @@ def _answer(
     }
     tests = {key: pairs for key, (pairs, _) in measured.items() if pairs}
     p_values = statistics.holm([pairs.p for pairs in tests.values()]).tolist()
-    limits = smallest_corrected([_design(pairs.n) for pairs in tests.values()]).tolist()
+    limits = smallest_corrected_p([_design(pairs.n) for pairs in tests.values()]).tolist()
     p_holm = dict(zip(tests, p_values, strict=True))
     smallest = dict(zip(tests, limits, strict=True))
     answers: dict[str, list[Answer]] = {name: [] for name in experiments}
@@ -246,13 +246,13 @@ def _measure(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | Non
     return (statistics.compare_pairs(a, b) if a.size else None), left_out
 
 
-def _design(runs: int) -> Design:
-    return Design(runs, runs, "Wilcoxon")
+def _design(runs: int) -> PlannedTest:
+    return PlannedTest(runs, runs, "Wilcoxon")
 
 
-def planned_designs(
+def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
-) -> list[Design]:
+) -> list[PlannedTest]:
     """Return the tests that the planned assays allow at most.
 
     Parameters
@@ -266,7 +266,7 @@ def planned_designs(
 
     Returns
     -------
-    list of Design
+    list of PlannedTest
         One design per test.
     """
     return [
@@ -275,7 +275,7 @@ def planned_designs(
         if evolves_and_learns(experiment, None)
         for criterion in load_criteria()
         if criterion.applies_to(experiment) and criterion.assay in assays[name]
-        if criterion.b != CONTROL or find_control(name, experiments)
+        if criterion.b != CONTROL_LAST or find_control(name, experiments)
     ]
 
 
@@ -286,7 +286,7 @@ def _decide(sign: int, pairs: statistics.Pairs | None, p_holm: float) -> Verdict
     if pairs.n > 1 and pairs.above == pairs.below == 0:
         return NO
     # NaN is undecided, too.
-    if not p_holm < SIGNIFICANT:
+    if not p_holm < SIGNIFICANCE_LEVEL:
         return UNDECIDED
     effect = sign * pairs.effect
     majority = sign * (pairs.above - pairs.below)

@@ -19,8 +19,8 @@ UNDECIDED: Final[Verdict] = "undecided"
 NOT_MEASURED: Final[Verdict] = "not measured"
 SIGNS: Final = {"greater": 1, "lower": -1}
 # Innate fitness in the last generations, and the same in the no-learning control.
-INNATE: Final[Quantity] = ("off", "last")
-CONTROL: Final[Quantity] = ("no-learning control", "last")
+INNATE_LAST: Final[Quantity] = ("off", "last")
+CONTROL_LAST: Final[Quantity] = ("no-learning control", "last")
 
 
 @dataclass(frozen=True)

@@ -92,6 +92,11 @@ def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
     return {"distance": total.mean("agent"), **layers}
 
 
+def drop_labels(values: xr.DataArray) -> xr.DataArray:
+    """Return values (run) without coordinates other than `run`, so that they can be aligned."""
+    return values.drop_vars(set(values.coords) - {"run"})
+
+
 def compute_share(part: xr.DataArray, total: xr.DataArray) -> xr.DataArray:
     """Return part / total, or NaN if the total is 0."""
     return part / total.where(total > 0)

@@ -16,7 +16,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.figures.style import BLACK, GRAY, WIDTH, SeriesStyle, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
-from baldwinlab.analysis.statistics.rules import SIGNIFICANT
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.experiment.factors import of_study
 
 # Brackets above each other. More would hide the boxes.
@@ -241,7 +241,7 @@ class _Bracket(NamedTuple):
     @property
     def color(self) -> str:
         """Black if the difference is significant."""
-        return BLACK if self.p < SIGNIFICANT else GRAY
+        return BLACK if self.p < SIGNIFICANCE_LEVEL else GRAY
 
 
 def _brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:

@@ -17,31 +17,31 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab.analysis.assays.analysis import ConditionResult, Table, evaluate_assays
-from baldwinlab.analysis.assays.criteria import CONTROL, INNATE, NOT_MEASURED, Verdict
+from baldwinlab.analysis.assays.criteria import CONTROL_LAST, INNATE_LAST, NOT_MEASURED, Verdict
 from baldwinlab.analysis.assays.headlines import describe_phases
-from baldwinlab.analysis.assays.values import Assays, Quantity
+from baldwinlab.analysis.assays.values import Assays, Quantity, drop_labels
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.bootstrap import median_interval
 from baldwinlab.experiment import BaseExperiment, Experiment
 
-WITH_LEARNING: Final[Quantity] = ("on", "last")
+LEARNING_LAST: Final[Quantity] = ("on", "last")
 
 
 class Effect(NamedTuple):
-    """An effect that is measured in every system: a criterion and its two quantities."""
+    """An effect that is measured in every system: `quantity` minus `reference`."""
 
     criterion: str
     title: str
     meaning: str
-    a: Quantity
-    b: Quantity
+    quantity: Quantity
+    reference: Quantity
 
 
 EFFECTS: Final = (
     Effect(
         "gain",
         "Gain from learning",
-        "fitness with learning on minus fitness of the same newborns with learning off, over all "
+        "fitness with learning on, minus fitness of the same newborns with learning off, over all "
         "generations (phase 1)",
         ("on", "throughout"),
         ("off", "throughout"),
@@ -49,33 +49,33 @@ EFFECTS: Final = (
     Effect(
         "innate",
         "Rise of innate fitness",
-        "fitness with learning off, last generations minus the first (phase 2)",
-        INNATE,
+        "fitness with learning off in the last generations, minus the same in the first (phase 2)",
+        INNATE_LAST,
         ("off", "first"),
     ),
     Effect(
         "need",
         "Change of the gain",
-        "gain from learning, last generations minus the first (below 0 if learned behavior becomes "
-        "innate)",
+        "gain from learning in the last generations, minus the same in the first (below 0 if "
+        "learned behavior becomes innate)",
         ("gain", "last"),
         ("gain", "first"),
     ),
     Effect(
         "guidance",
         "Relative to control",
-        "innate fitness in the last generations minus the no-learning control (below 0 if learning "
-        "hides innate differences from selection)",
-        INNATE,
-        CONTROL,
+        "innate fitness in the last generations, minus the same in the no-learning control (below "
+        "0 if learning hides innate differences from selection)",
+        INNATE_LAST,
+        CONTROL_LAST,
     ),
     Effect(
         "cost",
         "Cost of learning",
-        "fitness of agents born with their weights at death and learning off minus fitness with "
-        "learning from birth",
+        "fitness without learning, from the weights at death, minus fitness with learning, from "
+        "birth",
         ("frozen", "last"),
-        WITH_LEARNING,
+        LEARNING_LAST,
     ),
 )
 
@@ -89,55 +89,60 @@ class Size(NamedTuple):
     high: float
 
 
-class SystemAnswer(NamedTuple):
+class EffectResult(NamedTuple):
     """The verdict on an effect, and its size as a share of the fitness with learning."""
 
     verdict: Verdict
-    # None if it was not measured.
+    # None if the effect was not measured.
     size: Size | None
 
 
-class Clock(NamedTuple):
-    """Time until the average agent reaches half of the final fitness, as medians over runs.
+class TimeToLevel(NamedTuple):
+    """Time until mean fitness reaches `level`, with learning and in the control.
 
-    The level is halfway between founders without learning and the best of both conditions. Times
-    are NaN if at least half of the runs do not reach it.
+    `level` is the mean of two values: the fitness of the control's founders, and the higher final
+    fitness of the two conditions. Times are medians over runs. They are NaN if at least half of
+    the runs do not reach `level`.
     """
 
     level: float
     generations: float
-    generations_without: float
-    # Evaluations by all agents of a run until then: lives, or the model's own count.
+    control_generations: float
+    # Evaluations by all agents of a run, up to the end of the generation that reaches `level`.
     evaluations: float
-    evaluations_without: float
-    # The unit of evaluations.
-    counted: str
+    control_evaluations: float
+    # Unit of evaluations: "lives", or the unit of the model's count.
+    evaluation_unit: str
 
 
 @dataclass(frozen=True)
 class System:
-    """A condition that evolves and learns, with its answers."""
+    """A condition that evolves and learns, with its effects."""
 
     condition: str
     # The condition that differs only in having no learning, or "".
     control: str
-    headline: str
+    phases_sentence: str
+    # Verdicts on phase 1 and on phase 2.
     phases: tuple[Verdict, Verdict]
-    # Answers by criterion, in the order of `EFFECTS`.
-    answers: dict[str, SystemAnswer]
+    # Effects by criterion, in the order of `EFFECTS`.
+    effects: dict[str, EffectResult]
     # Rank correlation of innate fitness and fitness with learning among agents of a generation.
     # It is low if learning hides innate differences.
     correlation: Size | None
-    # None without a control, or if the model that counts evaluations is not loaded.
-    clock: Clock | None
+    # None if the condition has no control, or if its model is not loaded, so that evaluations
+    # cannot be counted.
+    time_to_level: TimeToLevel | None
 
 
 class _Study(NamedTuple):
-    """The runs of a study, the mean fitness of their generations, and the stored assays."""
+    """The runs of a study and its stored assays."""
 
     data: xr.Dataset
-    average: xr.DataArray
+    # Mean fitness of the agents (condition, run, generation).
+    mean_fitness: xr.DataArray
     assays: Assays
+    # Number of generations in the first and the last window.
     last: int
 
 
@@ -159,7 +164,7 @@ def evaluate_systems(
     experiments : mapping of str to BaseExperiment
         Experiments by condition.
     selected : sequence of str
-        Conditions to evaluate. Defaults to all if it is empty.
+        Conditions to evaluate. If it is empty, all conditions are evaluated.
     last : int
         Number of generations in the first and the last window.
 
@@ -183,36 +188,39 @@ def evaluate_systems(
 def _make_system(
     study: _Study, table: Table, result: ConditionResult, experiments: Mapping[str, Any]
 ) -> System:
-    answers = {
-        effect.criterion: SystemAnswer(
+    effects = {
+        effect.criterion: EffectResult(
             result.answer(effect.criterion).verdict, _measure_effect(table, effect)
         )
         for effect in EFFECTS
     }
     correlation = _measure_size(_correlate(study.assays["innate"][result.condition], study.last))
-    clock = _measure_clock(study, result, experiments[result.condition]) if result.control else None
+    time_to_level = None
+    if result.control:
+        time_to_level = _measure_time_to_level(study, result, experiments[result.condition])
     return System(
         result.condition,
         result.control,
         describe_phases(result),
         (result.phase_verdict(1), result.phase_verdict(2)),
-        answers,
+        effects,
         correlation,
-        clock,
+        time_to_level,
     )
 
 
 def _measure_effect(table: Table, effect: Effect) -> Size | None:
-    """Return a difference as a share of the fitness with learning in the last generations."""
-    names = (effect.a, effect.b, WITH_LEARNING)
+    """Return an effect as a share of the fitness with learning, or None if not measured."""
+    names = (effect.quantity, effect.reference, LEARNING_LAST)
     if not set(names) <= set(table):
         return None
-    columns = [table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names]
-    a, b, scale = xr.align(*columns)
-    return _measure_size((a - b) / abs(scale).where(scale != 0))
+    columns = [drop_labels(table[name]) for name in names]
+    quantity, reference, scale = xr.align(*columns)
+    return _measure_size((quantity - reference) / abs(scale).where(scale != 0))
 
 
 def _measure_size(values: xr.DataArray) -> Size | None:
+    """Return the median over the runs with a finite value, or None if no run has one."""
     numbers = np.asarray(values.values, np.float64)
     defined = numbers[np.isfinite(numbers)]
     if not defined.size:
@@ -230,56 +238,70 @@ def _correlate(innate: xr.Dataset, last: int) -> xr.DataArray:
     values = energy.transpose("life", "run", "generation", "agent").values
     ranks = stats.rankdata(values, axis=-1, nan_policy="propagate")
     centered = ranks - ranks.mean(axis=-1, keepdims=True)
-    lives = [str(life) for life in energy["life"].values]
-    off = centered[lives.index("off")]
-    on = centered[lives.index("on")]
+    # Labels such as "off" and "on", which state whether learning is switched on.
+    life_settings = [str(setting) for setting in energy["life"].values]
+    off = centered[life_settings.index("off")]
+    on = centered[life_settings.index("on")]
     scale = np.sqrt((off**2).sum(axis=-1) * (on**2).sum(axis=-1))
-    # Equal agents have no correlation.
+    # If all agents have the same fitness, the correlation is undefined.
     with np.errstate(invalid="ignore", divide="ignore"):
         rho = np.where(scale > 0, (off * on).sum(axis=-1) / scale, np.nan)
     return xr.DataArray(rho, dims=("run", "generation")).mean("generation")
 
 
-def _measure_clock(
+def _measure_time_to_level(
     study: _Study, result: ConditionResult, experiment: BaseExperiment
-) -> Clock | None:
-    learner = study.average.sel(condition=result.condition).dropna("generation", how="all")
-    control = study.average.sel(condition=result.control).dropna("generation", how="all")
+) -> TimeToLevel | None:
+    """Return the times to the level, or None if evaluations cannot be counted."""
+    learner = study.mean_fitness.sel(condition=result.condition).dropna("generation", how="all")
+    control = study.mean_fitness.sel(condition=result.control).dropna("generation", how="all")
     model = experiment.loaded_model
-    is_unknown = model is None and not isinstance(experiment, Experiment)
-    if is_unknown or not (learner.size and control.size):
+    # MiniWorld needs no loaded model: each of its lives is an evaluation.
+    if model is None and not isinstance(experiment, Experiment):
         return None
-    best = max(_final_median(learner, study.last), _final_median(control, study.last))
-    level = (float(control.isel(generation=0).median("run")) + best) / 2
-    counter = model.clock if model else ""
-    unit = model.records[counter].unit if model and counter else "lives"
-    generations, evaluations = _measure_time(
-        learner, study.data.sel(condition=result.condition), counter, level
+    if not (learner.size and control.size):
+        return None
+    final = max(_final_median(learner, study.last), _final_median(control, study.last))
+    level = (float(control.isel(generation=0).median("run")) + final) / 2
+    # `clock` is the name of the variable in which a model counts evaluations.
+    counter_variable = model.clock if model else ""
+    unit = model.records[counter_variable].unit if model and counter_variable else "lives"
+    generations, evaluations = _find_time_to_level(
+        learner, study.data.sel(condition=result.condition), counter_variable, level
     )
-    generations_without, evaluations_without = _measure_time(
-        control, study.data.sel(condition=result.control), counter, level
+    control_generations, control_evaluations = _find_time_to_level(
+        control, study.data.sel(condition=result.control), counter_variable, level
     )
-    return Clock(level, generations, generations_without, evaluations, evaluations_without, unit)
+    return TimeToLevel(
+        level, generations, control_generations, evaluations, control_evaluations, unit
+    )
 
 
-def _final_median(average: xr.DataArray, last: int) -> float:
-    final = average.isel(generation=slice(-last, None)).mean("generation")
+def _final_median(mean_fitness: xr.DataArray, last: int) -> float:
+    final = mean_fitness.isel(generation=slice(-last, None)).mean("generation")
     return float(final.median("run"))
 
 
-def _measure_time(
-    average: xr.DataArray, runs: xr.Dataset, counter: str, level: float
+def _find_time_to_level(
+    mean_fitness: xr.DataArray, runs: xr.Dataset, counter_variable: str, level: float
 ) -> tuple[float, float]:
-    """Return the first generation at a level and the evaluations until its end, as medians."""
-    counts = runs[counter] if counter else runs["energy"].notnull()
-    evaluations = counts.sum("agent").cumsum("generation").sel(generation=average["generation"])
-    is_reached = average >= level
+    """Return medians over runs: the first generation at `level`, and the evaluations by then.
+
+    Evaluations are counted up to the end of that generation.
+    """
+    # Without a counter, each simulated agent counts as one evaluation.
+    counts = runs[counter_variable] if counter_variable else runs["energy"].notnull()
+    totals = counts.sum("agent").cumsum("generation")
+    evaluations = totals.sel(generation=mean_fitness["generation"])
+    is_reached = mean_fitness >= level
+    # Infinity marks a run that does not reach the level.
     generation = is_reached.argmax("generation").where(is_reached.any("generation"), np.inf)
     is_first = is_reached & (is_reached.cumsum("generation") == 1)
-    spent = evaluations.where(is_first).max("generation").fillna(np.inf)
-    return _finite_median(generation.values), _finite_median(spent.values)
+    evaluations_at_level = evaluations.where(is_first).max("generation").fillna(np.inf)
+    return _finite_median(generation.values), _finite_median(evaluations_at_level.values)
 
 
 def _finite_median(values: np.ndarray) -> float:
+    """Return the median, or NaN if at least half of the values are infinite."""
     median = float(np.median(values))
     return median if np.isfinite(median) else float("nan")

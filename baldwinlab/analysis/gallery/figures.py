@@ -12,20 +12,20 @@ from matplotlib.lines import Line2D
 
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, styled
-from baldwinlab.analysis.gallery.analysis import EFFECTS, System, SystemAnswer
+from baldwinlab.analysis.gallery.analysis import EFFECTS, EffectResult, System
 from baldwinlab.analysis.palette import VERMILION
 
-# Inches.
-WIDTH: Final = 10.0
-# Largest shown size. Larger ones are drawn at the edge.
-LIMIT: Final = 1.0
+# Width of the figure, in inches.
+FIGURE_WIDTH: Final = 10.0
+# Largest effect size inside the axes, as a share. Larger sizes are drawn at the edge.
+MAX_SIZE: Final = 1.0
 # Edge color, marker and face color of each verdict.
-STYLES: Final = {
+VERDICT_STYLES: Final = {
     YES: (BLUE, "o", BLUE),
     NO: (VERMILION, "X", VERMILION),
     UNDECIDED: (GRAY, "o", "white"),
 }
-LABELS: Final = {
+VERDICT_LABELS: Final = {
     YES: "significant: yes",
     NO: "significant: no, or the opposite",
     UNDECIDED: "undecided",
@@ -48,20 +48,22 @@ def draw_effect_sizes(papers: Mapping[str, Sequence[System]]) -> Figure:
     """
     systems = [system for paper in papers.values() for system in paper]
     rows = _system_rows(papers)
-    figure = Figure((WIDTH, 1.3 + 0.2 * (len(systems) + len(papers))))
+    figure = Figure((FIGURE_WIDTH, 1.3 + 0.2 * (len(systems) + len(papers))))
     panels = figure.subplots(1, len(EFFECTS), sharey=True)
     for axes, effect in zip(panels, EFFECTS, strict=True):
         axes.set_title(effect.title, loc="left", fontweight="bold")
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for row, system in zip(rows, systems, strict=True):
-            _draw_answer(axes, row, system.answers[effect.criterion])
-        axes.set_xlim(-108 * LIMIT, 108 * LIMIT)
+            _draw_effect(axes, row, system.effects[effect.criterion])
+        axes.set_xlim(-108 * MAX_SIZE, 108 * MAX_SIZE)
         axes.set_xticks([-100, -50, 0, 50, 100], ["−100", "−50", "0", "50", "100 %"])
     panels[0].set_yticks(rows, [system.condition for system in systems])
     for paper, row in zip(papers, _heading_rows(papers), strict=True):
         _draw_heading(panels[0], paper, row)
     panels[0].set_ylim(max(rows) + 0.8, -0.8)
-    figure.legend(handles=_make_keys(), loc="outside lower center", ncols=len(STYLES))
+    figure.legend(
+        handles=_make_legend_handles(), loc="outside lower center", ncols=len(VERDICT_STYLES)
+    )
     return figure
 
 
@@ -74,8 +76,10 @@ def _system_rows(papers: Mapping[str, Sequence[System]]) -> list[int]:
 
 
 def _heading_rows(papers: Mapping[str, Sequence[System]]) -> list[int]:
+    """Return the row of each paper's name."""
     heights = [1 + len(systems) for systems in papers.values()]
-    return [int(row) for row in np.cumsum([0, *heights])[:-1]]
+    starts = np.cumsum([0, *heights])[:-1]
+    return [int(row) for row in starts]
 
 
 def _draw_heading(axes: Axes, paper: str, row: int) -> None:
@@ -92,23 +96,33 @@ def _draw_heading(axes: Axes, paper: str, row: int) -> None:
     )
 
 
-def _draw_answer(axes: Axes, row: int, answer: SystemAnswer) -> None:
-    if answer.size is None or answer.verdict == NOT_MEASURED:
+def _draw_effect(axes: Axes, row: int, result: EffectResult) -> None:
+    if result.size is None or result.verdict == NOT_MEASURED:
         return
-    edge, marker, face = STYLES[answer.verdict]
-    value, low, high = (_to_percent(number) for number in answer.size[1:])
+    edge, marker, face = VERDICT_STYLES[result.verdict]
+    value, low, high = (_to_percent(number) for number in result.size[1:])
     axes.plot([low, high], [row, row], color=edge, lw=1.4, solid_capstyle="butt")
-    if abs(answer.size.median) > LIMIT:
+    if abs(result.size.median) > MAX_SIZE:
         marker = ">" if value > 0 else "<"
     axes.plot([value], [row], marker=marker, ms=5, mec=edge, mfc=face, clip_on=False)
 
 
 def _to_percent(share: float) -> float:
-    return float(np.clip(100 * share, -100 * LIMIT, 100 * LIMIT))
+    """Return a share in percent, clipped to the range of the axes."""
+    return float(np.clip(100 * share, -100 * MAX_SIZE, 100 * MAX_SIZE))
 
 
-def _make_keys() -> list[Line2D]:
+def _make_legend_handles() -> list[Line2D]:
     return [
-        Line2D([], [], color=edge, marker=marker, mec=edge, mfc=face, ms=5, label=LABELS[verdict])
-        for verdict, (edge, marker, face) in STYLES.items()
+        Line2D(
+            [],
+            [],
+            color=edge,
+            marker=marker,
+            mec=edge,
+            mfc=face,
+            ms=5,
+            label=VERDICT_LABELS[verdict],
+        )
+        for verdict, (edge, marker, face) in VERDICT_STYLES.items()
     ]

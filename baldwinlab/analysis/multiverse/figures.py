@@ -15,7 +15,7 @@ from baldwinlab.analysis.figures.style import BLUE, WIDTH, styled
 from baldwinlab.analysis.multiverse.analysis import Share, compute_shares
 from baldwinlab.analysis.multiverse.records import Multiverse, Outcome, VariantResult
 from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICTS
-from baldwinlab.analysis.statistics.rules import MARKS
+from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
 
 WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
 # From this share on, white text is easier to read than black text.
@@ -53,7 +53,7 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     shown = {variant.outcomes[claim].verdict for variant in variants for claim in claims}
     keys = [
         Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
-        for verdict, mark in MARKS.items()
+        for verdict, mark in VERDICT_MARKS.items()
         if verdict in shown
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
@@ -67,10 +67,10 @@ def _label_variant(variant: VariantResult) -> str:
 def _format_outcome(outcome: Outcome) -> str:
     """Return a mark and the effect, such as "✓ +282". A level, such as a share, has no sign."""
     if outcome.effect is None:
-        return MARKS[outcome.verdict]
+        return VERDICT_MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""
     text = f"{outcome.effect:.{_decimals(outcome.effect)}f}"
-    return f"{MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
+    return f"{VERDICT_MARKS[outcome.verdict]} {sign}{text}".replace("-", "−")
 
 
 def _decimals(effect: float) -> int:

@@ -149,12 +149,12 @@ def describe_distance(result: ClaimResult) -> str:
     str
         The difference, or "" if the paper has no value or the claim was not evaluated.
     """
-    if result.from_paper is None or result.deciding is None:
+    if result.difference_from_paper is None or result.deciding is None:
         return ""
-    if result.from_paper == 0:
+    if result.difference_from_paper == 0:
         return "measured: the same"
-    side = "above" if result.from_paper > 0 else "below"
-    distance = f"measured: {format_number(abs(result.from_paper))} {side}"
+    side = "above" if result.difference_from_paper > 0 else "below"
+    distance = f"measured: {format_number(abs(result.difference_from_paper))} {side}"
     if math.isnan(result.deciding.numbers.low):
         return distance
     position = "inside" if agrees_with_paper(result) else "outside"
@@ -174,10 +174,14 @@ def agrees_with_paper(result: ClaimResult) -> bool:
     bool
         True if the paper has no value. Without an interval, the two values must be equal.
     """
-    if result.from_paper is None or result.deciding is None or result.claim.figure is None:
+    if (
+        result.difference_from_paper is None
+        or result.deciding is None
+        or result.claim.figure is None
+    ):
         return True
     low = result.deciding.numbers.low
     high = result.deciding.numbers.high
     if math.isnan(low):
-        return result.from_paper == 0
+        return result.difference_from_paper == 0
     return low <= result.claim.figure <= high

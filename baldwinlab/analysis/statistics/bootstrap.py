@@ -14,10 +14,11 @@ import numpy as np
 
 from baldwinlab.analysis.statistics.samples import Sample, check_sample
 
+# Number of bootstrap resamples.
 RESAMPLES = 10_000
-# A fixed seed of the bootstrap makes intervals reproducible.
+# Fixed seed of the resamples, which makes intervals reproducible.
 SEED = 1896
-LEVEL = 0.95
+CONFIDENCE_LEVEL = 0.95
 
 
 def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
@@ -36,7 +37,7 @@ def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
     Raises
     ------
     ValueError
-        If there is no value, or one that is not finite.
+        If there is no value, or if a value is not finite.
     """
     values = check_sample(values)
     if values.size == 1:
@@ -80,5 +81,5 @@ def percentile_interval(resampled: Sample) -> tuple[float, float]:
     low, high : float
         The percentiles 2.5 and 97.5.
     """
-    low, high = np.quantile(resampled, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low, high = np.quantile(resampled, [(1 - CONFIDENCE_LEVEL) / 2, (1 + CONFIDENCE_LEVEL) / 2])
     return float(low), float(high)

@@ -37,8 +37,8 @@ class Comparison(NamedTuple):
     low, high : float
         Ends of the 95 % bootstrap interval of the effect.
     u : float
-        Pairs in which a is larger, where a tie counts half. For survival times, the log-rank
-        statistic.
+        Number of pairs in which a is larger, where a tie counts half. For survival times, the
+        log-rank statistic.
     p : float
         Two-sided p-value, uncorrected.
     a12 : float
@@ -93,12 +93,13 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
     Parameters
     ----------
     a, b
-        Finite values, at least one each. A single value has no interval: it is NaN.
+        Finite values, at least one each.
 
     Returns
     -------
     Comparison
-        The comparison. If all values are equal, p is 1.
+        The comparison. If all values are equal, p is 1. If a sample has a single value, the
+        interval is NaN.
 
     Raises
     ------
@@ -135,13 +136,12 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     Parameters
     ----------
     a, b
-        Finite values, at least one each; `a[i]` and `b[i]` are a pair. A single pair has no
-        interval: it is NaN.
+        Finite values, at least one each; `a[i]` and `b[i]` are a pair.
 
     Returns
     -------
     Pairs
-        The comparison. If all pairs are equal, p is 1.
+        The comparison. If a equals b in all pairs, p is 1. The interval of a single pair is NaN.
 
     Raises
     ------
@@ -168,7 +168,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
 
 
 def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Comparison:
-    """Compare paired samples, and return the fields of a comparison of unpaired ones.
+    """Compare paired samples, with the result as a `Comparison`.
 
     Parameters
     ----------
@@ -178,8 +178,8 @@ def compare_paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> 
     Returns
     -------
     Comparison
-        `p` is that of the signed-rank test, `effect` the median difference, and `a12` the share of
-        pairs in which a is larger, where a tie counts half. `u` is NaN.
+        `p` is the p-value of the signed-rank test, `effect` the median difference, and `a12` the
+        share of pairs in which a is larger, where a tie counts half. `u` is NaN.
 
     Raises
     ------

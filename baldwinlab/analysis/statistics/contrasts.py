@@ -1,4 +1,4 @@
-"""Compare the conditions of a study, such as controls with the condition that they control for."""
+"""Compare the conditions of a study, for example a condition with its control."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import xarray as xr
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.rules import SIGNIFICANT, UNDECIDED, direction
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL, UNDECIDED, direction
 from baldwinlab.analysis.statistics.sample_sizes import (
-    TOO_FEW,
-    Design,
+    TOO_FEW_RUNS,
+    PlannedTest,
     describe_too_few,
-    smallest_corrected,
+    smallest_corrected_p,
 )
 from baldwinlab.experiment.factors import Factors, of_study
 
-MEASURES = ("mean", "best")
-COLUMNS = (
+COMPARED_MEASURES = ("mean", "best")
+COMPARISON_COLUMNS = (
     "condition_a",
     "condition_b",
     "measure",
@@ -30,7 +30,7 @@ COLUMNS = (
     "p_holm",
     "a12",
 )
-"""The columns that a comparison has in every table."""
+"""The columns of a comparison in every table."""
 
 
 class Contrast(NamedTuple):
@@ -41,7 +41,7 @@ class Contrast(NamedTuple):
     condition, reference : str
         Names of the conditions.
     measure : str
-        One of `MEASURES`.
+        One of `COMPARED_MEASURES`.
     numbers : Comparison
         The comparison of the condition with the reference.
     p_holm : float
@@ -59,11 +59,11 @@ class Contrast(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """A significant difference is "higher" or "lower", else "undecided" or "too few runs"."""
+        """The verdict: "higher", "lower", or if not significant, "undecided" or "too few runs"."""
         sign = direction(self.numbers, self.p_holm)
         if sign:
             return "higher" if sign > 0 else "lower"
-        return TOO_FEW if self.smallest_p_holm >= SIGNIFICANT else UNDECIDED
+        return TOO_FEW_RUNS if self.smallest_p_holm >= SIGNIFICANCE_LEVEL else UNDECIDED
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table.
@@ -71,14 +71,14 @@ class Contrast(NamedTuple):
         Returns
         -------
         dict
-            The values, with the keys `COLUMNS`.
+            The values, with the keys `COMPARISON_COLUMNS`.
         """
-        names = {
+        labels = {
             "condition_a": self.condition,
             "condition_b": self.reference,
             "measure": self.measure,
         }
-        return names | self.numbers._asdict() | {"p_holm": self.p_holm}
+        return labels | self.numbers._asdict() | {"p_holm": self.p_holm}
 
 
 @dataclass(frozen=True)
@@ -100,15 +100,17 @@ class Contrasts:
     rows: tuple[Contrast, ...]
 
     @property
-    def by_pair(self) -> list[list[Contrast]]:
+    def rows_by_pair(self) -> list[list[Contrast]]:
         """The comparisons, grouped by the two conditions."""
         pairs = groupby(self.rows, key=lambda row: (row.condition, row.reference))
         return [list(rows) for _, rows in pairs]
 
     @property
     def too_few(self) -> str:
-        """A sentence about runs that are too few for a verdict, or an empty string."""
-        return describe_too_few([Design(row.numbers.n_a, row.numbers.n_b) for row in self.rows])
+        """Sentences about runs that are too few for a verdict, or an empty string."""
+        return describe_too_few(
+            [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]
+        )
 
 
 def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
@@ -124,14 +126,14 @@ def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The averages of `MEASURES`, (condition, run).
+        The averages of `COMPARED_MEASURES`, (condition, run).
 
     Raises
     ------
     ValueError
         If `last` is below 1.
     """
-    values = {measure: fitness.final(dataset, measure, last) for measure in MEASURES}
+    values = {measure: fitness.final(dataset, measure, last) for measure in COMPARED_MEASURES}
     return xr.Dataset(values).reset_coords(drop=True)
 
 
@@ -145,7 +147,8 @@ def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") 
     last
         Number of final generations over which each run is averaged, at least 1.
     baseline
-        The condition with which all others are compared; see `references` for the default.
+        The condition with which all others are compared. The default is described in
+        `find_references`.
 
     Returns
     -------
@@ -157,10 +160,10 @@ def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") 
     ValueError
         If `last` is below 1.
     """
-    return compare_finals(final_values(dataset, last), of_study(dataset), last, baseline)
+    return compare_final_values(final_values(dataset, last), of_study(dataset), last, baseline)
 
 
-def compare_finals(
+def compare_final_values(
     finals: xr.Dataset,
     factors: Mapping[str, Factors],
     last: int,
@@ -177,22 +180,28 @@ def compare_finals(
     last
         The number of generations over which `finals` are averaged.
     baseline
-        The condition with which all others are compared; see `references` for the default.
+        The condition with which all others are compared. The default is described in
+        `find_references`.
 
     Returns
     -------
     Contrasts
-        The comparisons, with p-values corrected for all of them.
+        The comparisons, with p-values corrected for all comparisons.
     """
-    present = [name for name in factors if bool(finals["mean"].sel(condition=name).notnull().any())]
-    pairs = references({name: factors[name] for name in present}, baseline)
-    tests = [(*pair, measure) for pair in pairs.items() for measure in MEASURES]
+    has_runs = finals["mean"].notnull().any("run")
+    factors_with_runs = {
+        name: levels for name, levels in factors.items() if bool(has_runs.sel(condition=name))
+    }
+    pairs = find_references(factors_with_runs, baseline)
+    tests = [(*pair, measure) for pair in pairs.items() for measure in COMPARED_MEASURES]
     numbers = [
         _compare_runs(finals[measure], condition, reference)
         for condition, reference, measure in tests
     ]
     corrected = statistics.holm([comparison.p for comparison in numbers])
-    smallest = smallest_corrected([Design(sizes.n_a, sizes.n_b) for sizes in numbers])
+    smallest = smallest_corrected_p(
+        [PlannedTest(comparison.n_a, comparison.n_b) for comparison in numbers]
+    )
     rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), strict=True)
     return Contrasts(
         describe_pairing(pairs, factors),
@@ -201,12 +210,13 @@ def compare_finals(
     )
 
 
-def references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, str]:
+def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, str]:
     """Return the condition with which each condition is compared.
 
-    It is the baseline if one is given. Otherwise it is the first condition on the same map, and in
-    a multiverse under the same variant. A condition that is alone on its map, or has no map, is
-    compared with the first condition of all.
+    Every condition is compared with the baseline, if a baseline is given. Otherwise it is compared
+    with the first condition on the same map, and in a multiverse under the same variant. A
+    condition that is alone on its map, or has no map, is compared with the first condition of the
+    study.
 
     Parameters
     ----------
@@ -218,17 +228,19 @@ def references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, 
     Returns
     -------
     dict
-        The reference of each condition. A condition without a reference is missing.
+        The reference by condition. A condition that is its own reference is left out.
     """
     if baseline:
         return {name: baseline for name in factors if name != baseline}
-    on_map: dict[Factors, list[str]] = {}
+    names_by_map: dict[Factors, list[str]] = {}
     for name, levels in factors.items():
+        # Equal for conditions that share all factors but the learner. Without a map, the name makes
+        # the group unique.
         group = levels._replace(learner="" if levels.map else name)
-        on_map.setdefault(group, []).append(name)
-    groups = [names for names in on_map.values() if len(names) > 1]
-    first = {name: names[0] for names in groups for name in names}
-    pairs = {name: first.get(name, next(iter(factors))) for name in factors}
+        names_by_map.setdefault(group, []).append(name)
+    groups = [names for names in names_by_map.values() if len(names) > 1]
+    first_on_map = {name: names[0] for names in groups for name in names}
+    pairs = {name: first_on_map.get(name, next(iter(factors))) for name in factors}
     return {name: reference for name, reference in pairs.items() if reference != name}
 
 
@@ -238,7 +250,7 @@ def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -
     Parameters
     ----------
     pairs
-        The reference of each condition, as `references` returns it.
+        The reference of each condition, as `find_references` returns it.
     factors
         The factors of each condition.
 
@@ -260,8 +272,10 @@ def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -
     return f"Each condition is compared with the first condition on its map.{exceptions}"
 
 
-def planned_designs(factors: Mapping[str, Factors], runs: int, baseline: str = "") -> list[Design]:
-    """Return the tests that a study of these conditions will make.
+def planned_tests(
+    factors: Mapping[str, Factors], runs: int, baseline: str = ""
+) -> list[PlannedTest]:
+    """Return the tests that a study of the given conditions will make.
 
     Parameters
     ----------
@@ -270,14 +284,16 @@ def planned_designs(factors: Mapping[str, Factors], runs: int, baseline: str = "
     runs
         The number of runs of each condition.
     baseline
-        The condition with which all others are compared; see `references` for the default.
+        The condition with which all others are compared. The default is described in
+        `find_references`.
 
     Returns
     -------
-    list of Design
+    list of PlannedTest
         The tests.
     """
-    return [Design(runs, runs)] * (len(references(factors, baseline)) * len(MEASURES))
+    n_tests = len(find_references(factors, baseline)) * len(COMPARED_MEASURES)
+    return [PlannedTest(runs, runs)] * n_tests
 
 
 def _compare_runs(values: xr.DataArray, condition: str, reference: str) -> statistics.Comparison:

@@ -10,7 +10,7 @@ from typing import Any
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return a number as JSON can hold it.
+    """Return a number, or None if JSON cannot hold it.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def finite_or_none(value: float) -> float | None:
     Returns
     -------
     float or None
-        The number, or None for NaN and the infinities, which JSON does not have.
+        The number. None for NaN and the infinities, which JSON cannot hold.
     """
     return value if math.isfinite(value) else None
 

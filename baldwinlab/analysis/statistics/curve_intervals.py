@@ -12,8 +12,8 @@ def interval_of_mean(
 ) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
     """Compute the mean and its 95 % interval by Student's t.
 
-    If no value is negative, the interval ends at 0: its coverage does not change. Likewise, it ends
-    at the attribute `valid_max` of the values, which shares have.
+    If no value is negative, the interval is cut off at 0. It is also cut off at the attribute
+    `valid_max` of the values, which is 1 for shares. Neither cut changes the coverage.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ def interval_of_mean(
     average = values.mean(over)
     variance = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
     quantiles = stats.t.ppf(0.975, np.maximum(count - 1, 1))
-    half = np.sqrt(variance / count) * xr.zeros_like(average).copy(data=quantiles)
-    low = average - half
+    half_width = np.sqrt(variance / count) * xr.zeros_like(average).copy(data=quantiles)
+    low = average - half_width
     if not bool((values < 0).any()):
         low = low.clip(min=0)
-    high = (average + half).clip(max=values.attrs.get("valid_max"))
+    high = (average + half_width).clip(max=values.attrs.get("valid_max"))
     return average, low, high
 
 
@@ -45,8 +45,8 @@ def interval_of_median(
 ) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
     """Compute the median and its 95 % interval by the sign test.
 
-    The interval reaches from the k-th smallest to the k-th largest value, for any distribution. k
-    is the 2.5 % quantile of the binomial distribution with probability 1/2.
+    The interval is valid for any distribution. It reaches from the k-th smallest to the k-th
+    largest value, where k is the 2.5 % quantile of the binomial distribution with probability 1/2.
 
     Parameters
     ----------
@@ -76,6 +76,6 @@ def interval_of_median(
 
 
 def _take_last(values: np.ndarray, index: np.ndarray) -> np.ndarray:
-    """Return the value at an index of the last dimension, which is clipped to the dimension."""
+    """Return the value at an index of the last dimension. The index is clipped to its size."""
     indices = np.clip(index, 0, values.shape[-1] - 1)[..., None]
     return np.take_along_axis(values, indices, axis=-1)[..., 0]

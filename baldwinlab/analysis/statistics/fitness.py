@@ -24,8 +24,8 @@ AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
 
 
-def _use_cache(measure: Curve) -> Curve:
-    """Return the curve that `with_curves` stored in the dataset, if any."""
+def _prefer_cached(measure: Curve) -> Curve:
+    """Wrap a measure: return the values cached by `cache_measures`, or else compute them."""
 
     @wraps(measure)
     def cached(dataset: xr.Dataset) -> xr.DataArray:
@@ -39,7 +39,7 @@ def _cache_name(measure: str) -> str:
     return f"{measure} by generation"
 
 
-@_use_cache
+@_prefer_cached
 def best(dataset: xr.Dataset) -> xr.DataArray:
     """Compute the fitness of the best agent.
 
@@ -56,7 +56,7 @@ def best(dataset: xr.Dataset) -> xr.DataArray:
     return _reduce_agents(dataset["energy"], lambda energy: np.fmax.reduce(energy, axis=-1))
 
 
-@_use_cache
+@_prefer_cached
 def mean(dataset: xr.Dataset) -> xr.DataArray:
     """Compute the mean fitness of the agents.
 
@@ -76,7 +76,7 @@ def mean(dataset: xr.Dataset) -> xr.DataArray:
     )
 
 
-@_use_cache
+@_prefer_cached
 def share(dataset: xr.Dataset) -> xr.DataArray:
     """Compute the share of agents that eat at least one item during their lifetime.
 
@@ -92,8 +92,8 @@ def share(dataset: xr.Dataset) -> xr.DataArray:
     xarray.DataArray
         Share, 0 to 1, (condition, run, generation); NaN for missing generations.
     """
-    eaters = _reduce_agents(gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count(food))
-    return eaters.drop_attrs(deep=False).assign_attrs(valid_max=1.0)
+    shares = _reduce_agents(gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count(food))
+    return shares.drop_attrs(deep=False).assign_attrs(valid_max=1.0)
 
 
 def _reduce_agents(
@@ -103,7 +103,7 @@ def _reduce_agents(
     agents = values.transpose(..., "generation", "agent")
     result = agents.isel(agent=0, drop=True).astype(np.float64)
     with np.errstate(invalid="ignore"):
-        # One run after another: intermediate arrays of all runs would be as large as the study.
+        # Reduce one run at a time: intermediate arrays of all runs would be as large as the study.
         for run in np.ndindex(agents.shape[:-2]):
             result.values[run] = reduce(agents.values[run])
     return result
@@ -135,8 +135,8 @@ def gain(dataset: xr.Dataset) -> xr.DataArray:
 MEASURES: Mapping[str, Curve] = {"best": best, "mean": mean, "share": share}
 
 
-def with_curves(dataset: xr.Dataset) -> xr.Dataset:
-    """Compute all measures once, and store them in the dataset.
+def cache_measures(dataset: xr.Dataset) -> xr.Dataset:
+    """Compute all measures once, and cache them in the dataset.
 
     A report reads the measures about twenty times, and a study may have millions of agents.
 
@@ -148,7 +148,8 @@ def with_curves(dataset: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The dataset with a variable for each of `MEASURES`, which the functions above then return.
+        The dataset with a variable for each of `MEASURES`. The functions of the measures return
+        the variable instead of computing it.
     """
     curves = {_cache_name(name): measure(dataset) for name, measure in MEASURES.items()}
     return dataset.assign(curves)
@@ -213,9 +214,10 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
     if length < 1:
         raise ValueError(f"a window of {length} generations: it must have at least 1")
     is_present = values.notnull().any("run")
-    number = is_present.cumsum("generation")
+    # Conditions end at different generations, so count only generations with a value.
+    position = is_present.cumsum("generation")
     skipped = is_present.sum("generation") - length
-    is_inside = number > skipped if from_end else number <= length
+    is_inside = position > skipped if from_end else position <= length
     return values.where(is_present & is_inside).mean("generation", keep_attrs=True)
 
 

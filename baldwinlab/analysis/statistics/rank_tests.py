@@ -19,11 +19,12 @@ from scipy import stats
 
 from baldwinlab.analysis.statistics.samples import Sample
 
-# Pairs of two samples, such as 200 and 200. The exact distribution of larger samples takes long to
-# compute, and equals the normal approximation in practice.
+# Largest product of the sample sizes for an exact p-value, reached by samples of 200 and 200. The
+# exact distribution of larger samples takes long to compute, and is nearly normal.
 MAX_EXACT_PAIRS = 40_000
-MAX_ARRANGEMENTS = 20_000
-# Differences of which all 2**n combinations of signs are enumerated.
+# Largest number of divisions of tied values into two samples for an exact p-value.
+MAX_EXACT_ARRANGEMENTS = 20_000
+# Largest number of differences for which all 2**n combinations of signs are enumerated.
 MAX_EXACT_SIGNS = 13
 
 
@@ -47,7 +48,7 @@ def signed_rank(differences: Sample) -> float:
     sizes = np.abs(nonzero)
     if differences.size > MAX_EXACT_SIGNS or np.unique(sizes).size == differences.size:
         return float(stats.wilcoxon(differences).pvalue)
-    # SciPy enumerates the signs one by one, which takes a second and more.
+    # SciPy would take a second or more, because it enumerates the signs one at a time.
     ranks = stats.rankdata(sizes)
     signs = (np.arange(2**nonzero.size)[:, None] >> np.arange(nonzero.size)) & 1
     sums = np.asarray(signs @ ranks, np.float64)
@@ -58,7 +59,8 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     """Compute the Mann-Whitney test.
 
     p is exact without ties and with up to 40,000 pairs. With ties, it is exact if there are up to
-    20,000 ways to divide the values into samples of these sizes, such as 12,870 for 8 and 8.
+    20,000 ways to divide the values into samples of the sizes of `a` and `b`. Samples of 8 and 8
+    have 12,870 ways.
     Otherwise it is the normal approximation with the corrections for ties and continuity.
 
     Parameters
@@ -84,7 +86,7 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
         method = "exact"
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
     u = float(result.statistic)
-    if has_ties and comb(pooled.size, a.size) <= MAX_ARRANGEMENTS:
+    if has_ties and comb(pooled.size, a.size) <= MAX_EXACT_ARRANGEMENTS:
         return u, _p_of_all_arrangements(stats.rankdata(pooled), a.size)
     return u, float(result.pvalue)
 
@@ -113,11 +115,11 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
     Returns
     -------
     Sample
-        The corrected p-values, in the same order, each at least as large and at most 1.
+        The corrected p-values in the order of `ps`. None is below its p-value or above 1.
     """
-    family = np.asarray(ps, np.float64)
-    order = np.argsort(family, kind="stable")
-    stepped = np.maximum.accumulate(family[order] * np.arange(family.size, 0, -1))
-    corrected = np.empty_like(family)
-    corrected[order] = np.minimum(stepped, 1)
+    p_values = np.asarray(ps, np.float64)
+    order = np.argsort(p_values, kind="stable")
+    increasing = np.maximum.accumulate(p_values[order] * np.arange(p_values.size, 0, -1))
+    corrected = np.empty_like(p_values)
+    corrected[order] = np.minimum(increasing, 1)
     return corrected

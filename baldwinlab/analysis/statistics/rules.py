@@ -19,12 +19,12 @@ FAILS: Verdict = "does not hold"
 UNDECIDED: Verdict = "undecided"
 NOT_EVALUATED: Verdict = "not evaluated"
 VERDICTS = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
-MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}
+VERDICT_MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}
 """Marks for cells that are too small for a verdict in words."""
 
-SIGNIFICANT = 0.05
+SIGNIFICANCE_LEVEL = 0.05
 
-# A number, or for `within` a pair of numbers, or None for rules without a bound.
+# A number; a pair of numbers for `within`; None for a rule without a bound.
 Bound = Any
 
 
@@ -41,9 +41,10 @@ def direction(comparison: Comparison, p_holm: float) -> int:
     Returns
     -------
     int
-        1 if a is significantly larger, both in the effect and in A12; -1 if it is smaller; else 0.
+        1 if a is significantly larger, both in the effect and in A12; -1 if a is significantly
+        smaller in both; else 0.
     """
-    if not p_holm < SIGNIFICANT:
+    if not p_holm < SIGNIFICANCE_LEVEL:
         return 0
     if comparison.effect > 0 and comparison.a12 > 0.5:
         return 1
@@ -65,7 +66,8 @@ def greater(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     Returns
     -------
     Verdict
-        The claim holds if a is significantly larger, and does not hold if it is smaller.
+        The claim holds if a is significantly larger, and does not hold if a is significantly
+        smaller.
     """
     return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(comparison, p_holm)]
 
@@ -85,7 +87,8 @@ def lower(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     Returns
     -------
     Verdict
-        The claim holds if a is significantly smaller, and does not hold if it is larger.
+        The claim holds if a is significantly smaller, and does not hold if a is significantly
+        larger.
     """
     return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(comparison, p_holm)]
 
@@ -105,10 +108,11 @@ def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verd
     Returns
     -------
     Verdict
-        The claim is decided if the test is significant and its statistic has the sign of the
-        difference of the restricted means.
+        Undecided, unless the test is significant and its statistic has the sign of the effect,
+        which is the difference of the restricted means. Then the claim holds if the effect is above
+        0.
     """
-    if p_holm < SIGNIFICANT and comparison.u * comparison.effect > 0:
+    if p_holm < SIGNIFICANCE_LEVEL and comparison.u * comparison.effect > 0:
         return HOLDS if comparison.effect > 0 else FAILS
     return UNDECIDED
 
@@ -149,7 +153,7 @@ def within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     -------
     Verdict
         The claim holds if the interval is inside the bounds, and does not hold if it is outside.
-        Otherwise it is undecided, as for a single run, which has no interval.
+        Otherwise it is undecided. A single run has no interval, so its claim is undecided.
     """
     lowest, highest = bound
     if comparison.low >= lowest and comparison.high <= highest:
@@ -200,7 +204,7 @@ def at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
 def number_within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     """Decide the claim that a number without an interval is between two bounds.
 
-    The number is the mean, the smallest or the largest value of all runs: see `OVER_RUNS`.
+    The number is the mean, the smallest or the largest value of all runs: see `RUN_STATISTICS`.
 
     Parameters
     ----------
@@ -275,9 +279,9 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "every_at_most": number_at_most,
     "every_at_least": number_at_least,
 }
-BY_P_VALUE = ("greater", "lower", "survives_longer")
+P_VALUE_RULES = ("greater", "lower", "survives_longer")
 """The rules whose verdict depends on the p-value."""
-OVER_RUNS: Mapping[str, Callable[[Any], Any]] = {
+RUN_STATISTICS: Mapping[str, Callable[[Any], Any]] = {
     "mean_within": np.mean,
     "mean_at_most": np.mean,
     "every_at_most": np.max,
@@ -286,7 +290,7 @@ OVER_RUNS: Mapping[str, Callable[[Any], Any]] = {
 """The statistic over all runs that a rule uses instead of the median."""
 
 
-def conjunction(verdicts: list[Verdict]) -> Verdict:
+def combine_verdicts(verdicts: list[Verdict]) -> Verdict:
     """Combine the verdicts of the parts of a claim.
 
     Parameters
@@ -297,8 +301,8 @@ def conjunction(verdicts: list[Verdict]) -> Verdict:
     Returns
     -------
     Verdict
-        The claim holds if all parts hold, and does not hold if any part does not hold. It is not
-        evaluated if there is no part.
+        Does not hold if any part does not hold; holds if all parts hold; else undecided. Not
+        evaluated if the claim has no part.
     """
     if not verdicts:
         return NOT_EVALUATED

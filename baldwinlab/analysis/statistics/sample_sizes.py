@@ -19,38 +19,38 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from baldwinlab.analysis.statistics.rank_tests import holm
-from baldwinlab.analysis.statistics.rules import SIGNIFICANT
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.samples import Sample
 
-# Shown instead of "undecided".
-TOO_FEW = "too few runs"
-# Runs up to which the orders are counted exactly. It takes long for millions.
+# Verdict that replaces "undecided" if the runs cannot suffice for a verdict.
+TOO_FEW_RUNS = "too few runs"
+# Largest number of runs for which arrangements are counted exactly. Millions take long.
 MAX_EXACT_RUNS = 1000
 
-Test = Literal["Mann-Whitney", "Wilcoxon", "log-rank"]
+TestMethod = Literal["Mann-Whitney", "Wilcoxon", "log-rank"]
 
 
-class Design(NamedTuple):
+class PlannedTest(NamedTuple):
     """A two-sided test and its sample sizes, before any value is known.
 
     Attributes
     ----------
     n_a, n_b : int
         Sizes of the samples, at least 1. For pairs, both are the number of pairs.
-    test : {"Mann-Whitney", "Wilcoxon", "log-rank"}
-        The test.
+    method : {"Mann-Whitney", "Wilcoxon", "log-rank"}
+        Name of the test. "Wilcoxon" is the signed-rank test of pairs.
     """
 
     n_a: int
     n_b: int
-    test: Test = "Mann-Whitney"
+    method: TestMethod = "Mann-Whitney"
 
     @property
     def smallest_p(self) -> float:
         """The smallest p-value of these sizes, or 0 for the log-rank test, which is not exact."""
-        if self.test == "log-rank":
+        if self.method == "log-rank":
             return 0.0
-        if self.test == "Wilcoxon":
+        if self.method == "Wilcoxon":
             return min(1.0, 2.0 ** (1 - self.n_a))
         runs = self.n_a + self.n_b
         if runs <= MAX_EXACT_RUNS:
@@ -58,15 +58,15 @@ class Design(NamedTuple):
         return 2 * exp(lgamma(self.n_a + 1) + lgamma(self.n_b + 1) - lgamma(runs + 1))
 
 
-def smallest_corrected(designs: Sequence[Design]) -> Sample:
+def smallest_corrected_p(tests: Sequence[PlannedTest]) -> Sample:
     """Compute the smallest p-value of each test after Holm's correction for all tests.
 
-    Holm's corrected p-values increase with every p-value of the family. So the corrected minima are
-    a lower bound for each test.
+    No corrected p-value falls if a p-value of the family rises. So correcting the smallest p-values
+    of all tests gives a lower bound for each test.
 
     Parameters
     ----------
-    designs
+    tests
         All tests of the family.
 
     Returns
@@ -74,35 +74,35 @@ def smallest_corrected(designs: Sequence[Design]) -> Sample:
     Sample
         The smallest corrected p-values, [test].
     """
-    return holm([design.smallest_p for design in designs])
+    return holm([test.smallest_p for test in tests])
 
 
-def required_runs(designs: Sequence[Design]) -> int:
+def required_runs(tests: Sequence[PlannedTest]) -> int:
     """Compute the number of runs per condition with which every test can be significant.
 
     Parameters
     ----------
-    designs
+    tests
         All tests of the family; their sample sizes are not used.
 
     Returns
     -------
     int
-        The smallest such number of runs.
+        The smallest number of runs.
     """
     for runs in count(1):
-        enlarged = [Design(runs, runs, design.test) for design in designs]
-        if not _cannot_be_significant(enlarged).any():
+        enlarged = [PlannedTest(runs, runs, test.method) for test in tests]
+        if not _is_impossible(enlarged).any():
             return runs
     raise AssertionError("a rank test of enough runs can be significant")
 
 
-def describe_too_few(designs: Sequence[Design]) -> str:
+def describe_too_few(tests: Sequence[PlannedTest]) -> str:
     """Describe the tests that cannot be significant.
 
     Parameters
     ----------
-    designs
+    tests
         All tests of the family.
 
     Returns
@@ -111,24 +111,27 @@ def describe_too_few(designs: Sequence[Design]) -> str:
         Up to three sentences, with the number of runs that is needed. Empty if every test can be
         significant.
     """
-    impossible = _cannot_be_significant(designs)
-    if not impossible.any():
+    is_impossible = _is_impossible(tests)
+    if not is_impossible.any():
         return ""
-    affected = [design for design, flag in zip(designs, impossible, strict=True) if flag]
-    sizes = [size for design in affected for size in design[:2]]
+    affected = [test for test, flag in zip(tests, is_impossible, strict=True) if flag]
+    sizes = [size for test in affected for size in (test.n_a, test.n_b)]
     runs = f"{min(sizes)}" if min(sizes) == max(sizes) else f"{min(sizes)} to {max(sizes)}"
-    smallest = float(smallest_corrected(designs)[impossible].min())
-    some = "" if impossible.all() else f"{impossible.sum()} of these tests cannot be significant. "
+    smallest_p_holm = float(smallest_corrected_p(tests)[is_impossible].min())
+    affected_note = ""
+    if not is_impossible.all():
+        affected_note = f"{is_impossible.sum()} of these tests cannot be significant. "
+    sizes_note = f"With {_format_count(runs, 'run')} and {_format_count(len(tests), 'test')}"
     return (
-        f"{some}With {_with_noun(runs, 'run')} and {_with_noun(len(designs), 'test')}, "
-        f"the smallest corrected p-value is {smallest:.2g}. "
-        f"At least {required_runs(designs)} runs are needed."
+        f"{affected_note}{sizes_note}, the smallest corrected p-value is {smallest_p_holm:.2g}. "
+        f"At least {required_runs(tests)} runs are needed."
     )
 
 
-def _cannot_be_significant(designs: Sequence[Design]) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    return smallest_corrected(designs) >= SIGNIFICANT
+def _is_impossible(tests: Sequence[PlannedTest]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return whether each test cannot be significant, [test]."""
+    return smallest_corrected_p(tests) >= SIGNIFICANCE_LEVEL
 
 
-def _with_noun(number: object, noun: str) -> str:
+def _format_count(number: object, noun: str) -> str:
     return f"{number} {noun}{'' if str(number) == '1' else 's'}"

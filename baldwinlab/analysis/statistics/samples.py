@@ -50,7 +50,7 @@ def summarize(values: Sequence[float] | Sample) -> Summary:
     Raises
     ------
     ValueError
-        If there is no value, or one that is not finite.
+        If there is no value, or if a value is not finite.
     """
     values = check_sample(values)
     lower, median, upper = (float(quartile) for quartile in np.quantile(values, [0.25, 0.5, 0.75]))
@@ -81,7 +81,7 @@ def check_sample(values: Sequence[float] | Sample) -> Sample:
     Raises
     ------
     ValueError
-        If there is no value, or one that is not finite.
+        If there is no value, or if a value is not finite.
     """
     sample = np.asarray(values, np.float64).ravel()
     if sample.size == 0 or not np.isfinite(sample).all():

@@ -1,4 +1,4 @@
-"""Compare two samples of survival times, of which some are censored.
+"""Comparison of two samples of survival times. Some times may be censored.
 
 A time is censored if the observation ends before death: the true time is at least as long.
 
@@ -23,8 +23,8 @@ from baldwinlab.analysis.statistics.bootstrap import RESAMPLES, SEED, percentile
 from baldwinlab.analysis.statistics.comparisons import Comparison
 from baldwinlab.analysis.statistics.samples import Sample, check_sample
 
-# A point of a survival curve is a product of many factors, each rounded.
-ROUNDING = 1e-9
+# Tolerance of comparisons with a survival curve, whose points are products of rounded factors.
+ROUNDING_TOLERANCE = 1e-9
 
 
 class Survival(NamedTuple):
@@ -62,11 +62,11 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
     Returns
     -------
     Comparison
-        `effect` is the difference of the restricted means, with its bootstrap interval, which is
-        NaN for a sample of one run. Medians are those of the curves, or NaN if the curve does not
-        reach 1/2. `u` is the log-rank statistic, above 0 if a survives longer. If the deaths do not
-        distinguish the samples, `u` is 0 and p is 1. In `a12`, a pair whose order is unknown
-        because of censoring counts half.
+        `effect` is the difference of the restricted means. Its bootstrap interval is NaN for a
+        sample of one run. `median_a` and `median_b` are the medians of the curves, or NaN if the
+        curve does not fall below 1/2. `u` is the log-rank statistic, above 0 if a survives longer.
+        If the log-rank statistic is undefined, `u` is 0 and `p` is 1. In `a12`, a pair counts half
+        if censoring hides which of the two survives longer.
 
     Raises
     ------
@@ -76,12 +76,13 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
     a = _check_survival(a)
     b = _check_survival(b)
     longest = max(float(a.times.max()), float(b.times.max()))
-    until = min(a.follow_up, b.follow_up, longest)
+    # Both curves are defined up to this time.
+    end_time = min(a.follow_up, b.follow_up, longest)
     low = high = nan
     if min(a.times.size, b.times.size) > 1:
         generator = np.random.default_rng(SEED)
-        means_a = restricted_mean(a, until, _resampled_counts(a.times.size, generator))
-        means_b = restricted_mean(b, until, _resampled_counts(b.times.size, generator))
+        means_a = restricted_mean(a, end_time, _resampled_counts(a.times.size, generator))
+        means_b = restricted_mean(b, end_time, _resampled_counts(b.times.size, generator))
         low, high = percentile_interval(means_a - means_b)
     statistic, p = log_rank(a, b)
     return Comparison(
@@ -89,12 +90,13 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
         n_b=b.times.size,
         median_a=median(a),
         median_b=median(b),
-        effect=float(restricted_mean(a, until) - restricted_mean(b, until)),
+        effect=float(restricted_mean(a, end_time) - restricted_mean(b, end_time)),
         low=low,
         high=high,
         u=statistic,
         p=p,
-        a12=(1 + float(_outlives(a, b).mean()) - float(_outlives(b, a).mean())) / 2,
+        a12=(1 + float(_certainly_outlives(a, b).mean()) - float(_certainly_outlives(b, a).mean()))
+        / 2,
     )
 
 
@@ -141,13 +143,13 @@ def median(sample: Survival) -> float:
         equals 1/2. NaN if the curve does not fall below 1/2.
     """
     times, alive = _curve(sample, np.ones(sample.times.size))
-    at_most_half = times[alive < 0.5 + ROUNDING]
-    below_half = times[alive < 0.5 - ROUNDING]
+    at_most_half = times[alive < 0.5 + ROUNDING_TOLERANCE]
+    below_half = times[alive < 0.5 - ROUNDING_TOLERANCE]
     return float(at_most_half[0] + below_half[0]) / 2 if below_half.size else nan
 
 
 def restricted_mean(
-    sample: Survival, until: float, counts: npt.NDArray[np.int64] | None = None
+    sample: Survival, end_time: float, counts: npt.NDArray[np.int64] | None = None
 ) -> Sample:
     """Compute the area under the Kaplan-Meier curve up to a time.
 
@@ -155,7 +157,7 @@ def restricted_mean(
     ----------
     sample
         The sample, at least one run.
-    until
+    end_time
         The time, in the unit of the sample.
     counts
         The number of times that each resample contains each run, [..., run]. By default, each run
@@ -167,7 +169,7 @@ def restricted_mean(
         The area of each resample, [...], in the unit of the times.
     """
     times, alive = _curve(sample, np.ones(sample.times.size) if counts is None else counts)
-    durations = np.diff(np.minimum(times, until), prepend=0, append=until)
+    durations = np.diff(np.minimum(times, end_time), prepend=0, append=end_time)
     return np.asarray(durations[0] + alive @ durations[1:], np.float64)
 
 
@@ -188,7 +190,7 @@ def _resampled_counts(size: int, generator: np.random.Generator) -> npt.NDArray[
     return generator.multinomial(size, np.full(size, 1 / size), RESAMPLES)
 
 
-def _outlives(a: Survival, b: Survival) -> npt.NDArray[np.bool_]:
+def _certainly_outlives(a: Survival, b: Survival) -> npt.NDArray[np.bool_]:
     """Return the pairs [a, b] in which a certainly survives longer than b."""
     is_longer = a.times[:, None] > b.times
     is_censored_later = (a.times[:, None] == b.times) & a.censored[:, None]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.analysis.assays.criteria import NO, YES
-from baldwinlab.analysis.gallery.analysis import EFFECTS, Clock, Size, System
+from baldwinlab.analysis.gallery.analysis import EFFECTS, Size, System, TimeToLevel
 from baldwinlab.analysis.gallery.figures import draw_effect_sizes
 from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
@@ -55,7 +55,7 @@ def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], Non
     write_atomically(folder / RECORD, f"{text}\n".encode())
     log("drawing the figure")
     figures = folder / "figures"
-    clocks = render("gallery/clocks.html", rows=list(_list_clocks(entries)))
+    clocks = render("gallery/clocks.html", rows=list(_list_times_to_level(entries)))
     claims = render("gallery/claims.html", entries=entries, verdicts=(HOLDS, UNDECIDED, FAILS))
     sections = [
         Section("answers", "Effects by system", _render_answers(entries, figures, last)),
@@ -106,7 +106,7 @@ def _summarize_phases(systems: Sequence[System]) -> Iterator[str]:
 
 
 def _summarize_guidance(systems: Sequence[System]) -> str:
-    answers = [system.answers["guidance"] for system in systems if system.control]
+    answers = [system.effects["guidance"] for system in systems if system.control]
     higher = sum(answer.verdict == YES for answer in answers)
     lower = sum(
         answer.verdict == NO and answer.size is not None and answer.size.median < 0
@@ -186,7 +186,7 @@ def _draw_figure(papers: dict[str, tuple[System, ...]], last: int) -> ReportFigu
     ]
     meanings = "; ".join(f"{effect.title}: {effect.meaning}" for effect in EFFECTS)
     headlines = "; ".join(
-        f"{paper}, {system.condition}: {system.headline}"
+        f"{paper}, {system.condition}: {system.phases_sentence}"
         for paper, systems in papers.items()
         for system in systems
     )
@@ -203,7 +203,7 @@ def _draw_figure(papers: dict[str, tuple[System, ...]], last: int) -> ReportFigu
 
 
 def _tabulate_answers(paper: str, system: System) -> Iterator[dict[str, Any]]:
-    for criterion, answer in system.answers.items():
+    for criterion, answer in system.effects.items():
         if answer.size:
             yield {
                 "paper": paper,
@@ -214,28 +214,28 @@ def _tabulate_answers(paper: str, system: System) -> Iterator[dict[str, Any]]:
             }
 
 
-def _list_clocks(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
+def _list_times_to_level(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
     for entry in entries:
         for system in entry.systems:
-            if system.clock:
+            if system.time_to_level:
                 yield {
                     "paper": entry.name,
                     "system": system,
-                    "clock": system.clock,
-                    "sooner": _describe_sooner(system.clock),
+                    "time": system.time_to_level,
+                    "sooner": _describe_sooner(system.time_to_level),
                 }
 
 
-def _describe_sooner(clock: Clock) -> str:
+def _describe_sooner(time: TimeToLevel) -> str:
     """Return which of the two conditions reaches the level sooner, by either count."""
-    is_reached = not isnan(clock.generations)
-    is_reached_without = not isnan(clock.generations_without)
+    is_reached = not isnan(time.generations)
+    is_reached_without = not isnan(time.control_generations)
     if not is_reached:
         return "only without learning" if is_reached_without else "neither"
     if not is_reached_without:
         return "only with learning"
-    by_generations = _name_smaller(clock.generations, clock.generations_without)
-    by_evaluations = _name_smaller(clock.evaluations, clock.evaluations_without)
+    by_generations = _name_smaller(time.generations, time.control_generations)
+    by_evaluations = _name_smaller(time.evaluations, time.control_evaluations)
     if by_generations == by_evaluations:
         return f"{by_generations} by both"
     return f"{by_generations} by generations, {by_evaluations} by evaluations"
@@ -262,23 +262,29 @@ def _entry_record(entry: Entry) -> dict[str, Any]:
 
 
 def _system_record(system: System) -> dict[str, Any]:
-    clock = system.clock._asdict() if system.clock else {}
     return {
         "condition": system.condition,
         "control": system.control or None,
-        "headline": system.headline,
+        "headline": system.phases_sentence,
         "phase_1": system.phases[0],
         "phase_2": system.phases[1],
         "answers": {
             name: {"verdict": answer.verdict, **_size_record(answer.size)}
-            for name, answer in system.answers.items()
+            for name, answer in system.effects.items()
         },
         "correlation": _size_record(system.correlation) or None,
-        "clock": {
-            name: finite_or_none(value) if isinstance(value, float) else value
-            for name, value in clock.items()
-        }
-        or None,
+        "clock": _time_record(system.time_to_level) if system.time_to_level else None,
+    }
+
+
+def _time_record(time: TimeToLevel) -> dict[str, Any]:
+    return {
+        "level": finite_or_none(time.level),
+        "generations": finite_or_none(time.generations),
+        "generations_without": finite_or_none(time.control_generations),
+        "evaluations": finite_or_none(time.evaluations),
+        "evaluations_without": finite_or_none(time.control_evaluations),
+        "counted": time.evaluation_unit,
     }
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction_norms import Panel, reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, final_values
+from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
@@ -58,7 +58,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
         return answer
     if data is None or data["condition"].values.tolist() != names:
         data = open_conditions(study, names)
-    data = fitness.with_curves(data)
+    data = fitness.cache_measures(data)
     # Without food, the lab does not say that agents eat.
     answer["food"] = "food_eaten" in data
     answer["generation"] = data["generation"].values.tolist()
@@ -127,7 +127,7 @@ def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "
     if study.kind == SWEEP:
         return compare_points(study, finals, last, baseline)
     factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
-    return compare_finals(finals, factors, last, baseline)
+    return compare_final_values(finals, factors, last, baseline)
 
 
 def require_baseline(study: StudyStore, baseline: str) -> None:

@@ -83,7 +83,7 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         return _publish_sweep(plan, log)
     study = plan.study
     study.require_runs()
-    data = fitness.with_curves(open_conditions(study, list(study.experiments)))
+    data = fitness.cache_measures(open_conditions(study, list(study.experiments)))
     samples = Samples(data, plan.last, plan.paper) if plan.paper else None
     results = evaluate_samples(samples) if samples else []
     contrasts = compare_conditions(data, plan.last, plan.baseline)

@@ -7,7 +7,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from baldwinlab.analysis.statistics.contrasts import COLUMNS, MEASURES, Contrasts
+from baldwinlab.analysis.statistics.contrasts import (
+    COMPARED_MEASURES,
+    COMPARISON_COLUMNS,
+    Contrasts,
+)
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.section import write_sweep_report
@@ -55,7 +59,7 @@ def publish_sweep(
     analysis.write_responses(measured, study.directory)
     contrasts = _compare(study, measured, last, baseline)
     rows = [contrast.row() for contrast in contrasts.rows]
-    write_atomically(study.directory / "statistics.csv", to_csv(COLUMNS, rows))
+    write_atomically(study.directory / "statistics.csv", to_csv(COMPARISON_COLUMNS, rows))
     log("drawing the figures")
     write_sweep_report(study.directory, measured, provenance(study), out, last, contrasts=contrasts)
     return contrasts
@@ -64,6 +68,6 @@ def publish_sweep(
 def _compare(study: StudyStore, measured: xr.Dataset, last: int, baseline: str) -> Contrasts:
     if not has_comparisons(study):
         return Contrasts("", last, ())
-    finals = measured[list(MEASURES)].rename(point="condition").reset_coords(drop=True)
+    finals = measured[list(COMPARED_MEASURES)].rename(point="condition").reset_coords(drop=True)
     finals = finals.assign_coords(condition=list(study.experiments))
     return compare_points(study, finals, last, baseline)

@@ -6,7 +6,7 @@ from typing import Final
 
 import xarray as xr
 
-from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_finals, planned_designs
+from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, planned_tests
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
@@ -43,7 +43,7 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
     factors = {str(point): Factors() for point in range(points)}
     if not are_compared(sweep, points):
         return ""
-    return describe_too_few(planned_designs(factors, sweep.runs))
+    return describe_too_few(planned_tests(factors, sweep.runs))
 
 
 def has_comparisons(study: StudyStore) -> bool:
@@ -81,7 +81,7 @@ def compare_points(
     """
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]
-    return compare_finals(
+    return compare_final_values(
         finals.assign_coords(condition=names),
         dict.fromkeys(names, Factors()),
         last,

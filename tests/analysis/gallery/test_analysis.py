@@ -1,4 +1,4 @@
-"""Effect sizes and clocks of the gallery, evaluated on artificial assays and runs."""
+"""Effect sizes and times of the gallery, evaluated on artificial assays and runs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def evaluate(
 
 
 def size(system: System, criterion: str) -> float:
-    answer = system.answers[criterion]
+    answer = system.effects[criterion]
     assert answer.size is not None
     return answer.size.median
 
@@ -60,8 +60,8 @@ def test_sizes_are_shares_of_the_last_fitness_with_learning() -> None:
     assert size(system, "guidance") == pytest.approx(-0.2), (
         "30 are innate, and evolution alone reaches 50"
     )
-    assert system.answers["guidance"].verdict == "no" and system.control == CONTROL
-    assert system.answers["cost"].size is None, "no lifetime had frozen weights"
+    assert system.effects["guidance"].verdict == "no" and system.control == CONTROL
+    assert system.effects["cost"].size is None, "no lifetime had frozen weights"
 
 
 def test_innate_fitness_rises_as_much_as_the_gain_falls() -> None:
@@ -95,23 +95,24 @@ def test_innate_and_learned_fitness_correlate_unless_learning_equalizes_or_rever
 
 def test_the_half_way_point_has_generations_and_evaluations() -> None:
     study = runs(learner=np.minimum(STEP * 10.0, 100), control=STEP * 1.0)
-    clock = evaluate(off=constant(1), on=constant(2), without=constant(1), study=study).clock
-    assert clock is not None and clock.level == pytest.approx(50), (
+    system = evaluate(off=constant(1), on=constant(2), without=constant(1), study=study)
+    time = system.time_to_level
+    assert time is not None and time.level == pytest.approx(50), (
         "between the founders' 0 and the best, 100"
     )
-    assert clock.generations == 5 and clock.evaluations == 6 * AGENTS, (
+    assert time.generations == 5 and time.evaluations == 6 * AGENTS, (
         "six generations with one lifetime per agent"
     )
-    assert math.isnan(clock.generations_without), "evolution alone reaches 39"
+    assert math.isnan(time.control_generations), "evolution alone reaches 39"
 
 
-def test_a_condition_without_a_control_has_no_clock_and_no_guidance() -> None:
+def test_a_condition_without_a_control_has_no_time_to_level_and_no_guidance() -> None:
     data = innate(LEARNER, off=constant(1), on=constant(2))
     study = runs(STEP * 1.0, STEP * 1.0).sel(condition=[LEARNER])
     (system,) = evaluate_systems(
         study, {"innate": {LEARNER: data}}, {LEARNER: load(LEARNER)}, [], 10
     )
-    assert system.clock is None and system.answers["guidance"] == ("not measured", None)
+    assert system.time_to_level is None and system.effects["guidance"] == ("not measured", None)
 
 
 def test_only_requested_conditions_are_evaluated() -> None:

@@ -6,10 +6,10 @@ import pytest
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics.contrasts import (
-    COLUMNS,
+    COMPARISON_COLUMNS,
     compare_conditions,
-    planned_designs,
-    references,
+    find_references,
+    planned_tests,
 )
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.experiment.factors import Factors
@@ -54,7 +54,7 @@ def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
 def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(
     names: list[str], pairs: dict[str, str]
 ) -> None:
-    assert references(factors(*names)) == pairs
+    assert find_references(factors(*names)) == pairs
 
 
 def test_a_multiverse_is_compared_within_each_variant() -> None:
@@ -63,7 +63,7 @@ def test_a_multiverse_is_compared_within_each_variant() -> None:
         for variant in ("R1", "R2")
         for learner in ("evo", "drift")
     }
-    assert references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
+    assert find_references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
 
 
 def test_all_conditions_are_compared_with_a_given_baseline() -> None:
@@ -107,7 +107,7 @@ def test_a_row_contains_the_fields_of_the_comparison() -> None:
     (mean, _) = compare_conditions(study({"a/A": LOW, "b/A": MIXED})).rows
     row = mean.row()
     expected = statistics.compare(MIXED, LOW)
-    assert set(row) == set(COLUMNS)
+    assert set(row) == set(COMPARISON_COLUMNS)
     assert [row[name] for name in expected._fields] == list(expected)
 
 
@@ -130,7 +130,7 @@ def test_the_verdict_is_too_few_runs_if_no_data_could_be_significant() -> None:
 
 def test_planned_designs_give_the_same_warning_as_the_report() -> None:
     eaten = {"evo/A": LOW[:4], "evo+drift/A": HIGH[:4], "own": LOW[:4]}
-    designs = planned_designs(factors(*eaten), 4)
+    designs = planned_tests(factors(*eaten), 4)
     assert describe_too_few(designs) == compare_conditions(study(eaten)).too_few != ""
 
 

@@ -137,7 +137,7 @@ def test_the_typical_run_is_nearest_to_the_median() -> None:
 
 def test_stored_curves_equal_computed_ones() -> None:
     two = make_dataset([[[[1, 4], [2, 2]]], [[[3, NAN], [NAN, NAN]]]])
-    stored = fitness.with_curves(two)
+    stored = fitness.cache_measures(two)
     for measure, compute in fitness.MEASURES.items():
         xr.testing.assert_equal(compute(stored), compute(two))
         assert (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.analysis.assays.analysis import evaluate_assays, planned_designs
-from baldwinlab.analysis.statistics.sample_sizes import Design
+from baldwinlab.analysis.assays.analysis import evaluate_assays, planned_tests
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core.errors import RefusedError
@@ -34,13 +34,13 @@ def test_the_disk_space_of_assays_is_estimated_within_a_tenth(study: StudyStore)
 def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: StudyStore) -> None:
     """The plan is an upper bound: questions without defined values have no test."""
     applicable = PlannedStudy(study.experiments, study.factors).select_applicable(tuple(ASSAYS))
-    planned = planned_designs(study.experiments, applicable, 3)
+    planned = planned_tests(study.experiments, applicable, 3)
     answers = evaluate_assays(open_assays(study))
     tested = sum(
         answer.numbers is not None for result in answers.results for answer in result.answers
     )
     assert tested <= len(planned) <= tested + len(answers.results)
-    assert set(planned) == {Design(3, 3, "Wilcoxon")}
+    assert set(planned) == {PlannedTest(3, 3, "Wilcoxon")}
 
 
 def test_stored_assays_need_no_memory_or_disk(study: StudyStore) -> None:
