@@ -17,6 +17,7 @@ from baldwinlab._version import __version__
 
 if TYPE_CHECKING:
     from baldwinlab.api.checks import check_part
+    from baldwinlab.api.freezer import freeze
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.integrations.gymnasium import single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
@@ -57,6 +58,7 @@ __all__ = [
     "__version__",
     "check_part",
     "compare_papers",
+    "freeze",
     "load",
     "make_problem",
     "open_assay",
@@ -91,6 +93,7 @@ _MODULES = {
     "StudyError": "studies.records",
     "check_part": "api.checks",
     "compare_papers": "api.gallery",
+    "freeze": "api.freezer",
     "load": "api.load",
     "make_problem": "api.integrations.optimizers",
     "open_assay": "studies.assays.results",

@@ -12,10 +12,11 @@ import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import read_genomes
+from baldwinlab.api.load import load_installed
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.output_paths import FREEZE, is_study, require_writable
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.creation import require_available
@@ -57,7 +58,71 @@ class StoredPopulation(NamedTuple):
         return f"{condition}-generation-{self.generation}{run}.nc"
 
 
-def freeze(population: StoredPopulation, agent: int | None = None) -> bytes:
+class FrozenFile(NamedTuple):
+    """A genome file that `freeze` has written.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    sha256 : str
+        SHA-256 of its content, 64 hexadecimal digits.
+    n_runs, n_agents : int
+        Number of runs, and of agents in each.
+    """
+
+    path: Path
+    sha256: str
+    n_runs: int
+    n_agents: int
+
+
+def freeze(
+    reference: str, agent: int | None = None, *, out: str | Path, force: bool = False
+) -> FrozenFile:
+    """Write the genomes of an agent or of a population of a stored study to one file.
+
+    Parameters
+    ----------
+    reference
+        STUDY:CONDITION@GENERATION, with [RUN] at the end for the population of one run. Without it,
+        the file has the populations of all stored runs.
+    agent
+        Number of an agent, from 0; all agents, unless given.
+    out
+        The genome file to write, which ends in .nc. It has the genomes at birth, the experiment and
+        the origin.
+    force
+        Overwrite a file that this function did not write.
+
+    Returns
+    -------
+    FrozenFile
+        The path of the file, its SHA-256, and the numbers of runs and agents.
+
+    Raises
+    ------
+    ArgumentError
+        The reference has another form, or there is no such generation or agent.
+    StudyError
+        There is no such study, condition or run.
+    RefusedError
+        `out` has another ending, or is a file of another program or of a study.
+    PartError
+        A custom part of the study is not loaded.
+    """
+    path = Path(out)
+    if path.suffix != ".nc":
+        raise RefusedError(f"--out {out} must end in .nc")
+    require_writable("--out", path, FREEZE.encode(), force=force)
+    load_installed()
+    content = encode_population(parse_population(reference), agent)
+    write_atomically(path, content)
+    n_runs, n_agents = decode_genomes(content, str(path)).genome.shape[:2]
+    return FrozenFile(path, hashlib.sha256(content).hexdigest(), n_runs, n_agents)
+
+
+def encode_population(population: StoredPopulation, agent: int | None = None) -> bytes:
     """Return the bytes of a genome file with the genomes of a population at birth.
 
     Parameters
@@ -169,7 +234,7 @@ def add_founders(
         if match := REFERENCE.fullmatch(reference):
             population = _make_population(match)
             path = directory / "founders" / population.file_name
-            contents[path] = freeze(population)
+            contents[path] = encode_population(population)
             sha256 = hashlib.sha256(contents[path]).hexdigest()
         elif match := FILE.fullmatch(reference):
             path, sha256 = Path(match["path"]), ""

@@ -42,9 +42,10 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
     "Look": {
         "lab": Command("cli.lab", "lab", "[DIRECTORY]"),
         "replay": Command(
-            "cli.replay", "replay", "DIRECTORY --run RUN --generation GENERATION --out OUT"
+            "cli.replay", "replay", "[DIRECTORY] [--run RUN --generation GENERATION] --out OUT"
         ),
         "export": Command("cli.export", "export", "SOURCE"),
+        "freeze": Command("cli.freeze", "freeze", "REFERENCE --out OUT"),
     },
     "Parts and papers": {
         "list": Command("cli.list", "list_names", "papers|presets|parts"),

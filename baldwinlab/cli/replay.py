@@ -1,22 +1,26 @@
-"""The command `replay`: simulate a stored lifetime again and write it."""
+"""The command `replay`: simulate a lifetime of stored or frozen genomes and write it."""
 
 from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import xarray as xr
 from cyclopts import Parameter
 
 from baldwinlab.api.agents import only_condition
+from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
 from baldwinlab.api.study import Study
 from baldwinlab.cli.options import (
+    DESCRIBED_DEFAULT,
     FLAG,
+    LOCATION,
     OVERWRITE_FORCE,
     RESOURCE_FORCE,
+    Assignments,
     Directory,
-    Integer,
+    OptionalInteger,
     Parts,
     load_parts,
 )
@@ -34,15 +38,55 @@ ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
 
 
 def replay(
-    directory: Directory,
+    directory: Annotated[
+        Directory,
+        DESCRIBED_DEFAULT,
+        Parameter(
+            help=f"{LOCATION} With --genome: a preset or an experiment file, by default the "
+            "experiment of the genome file."
+        ),
+    ] = None,
     /,
     *,
     condition: Annotated[
         str | None,
         Parameter(help="Condition of the run. Default: the only condition of the study."),
     ] = None,
-    run: Annotated[Integer, Parameter(help="Number of a stored run, from 0.")],
-    generation: Annotated[Integer, Parameter(help="Number of a generation, from 0.")],
+    genome: Annotated[
+        Path | None,
+        DESCRIBED_DEFAULT,
+        Parameter(
+            help="Genome file (.nc, .npy) whose agents are simulated. By default the agents are "
+            "those of the study."
+        ),
+    ] = None,
+    run: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(
+            help="Number of a stored run, from 0. It is required for a study, and for a genome "
+            "file of several runs. Default of other genome files: the run of the genomes."
+        ),
+    ] = None,
+    generation: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(
+            help="Number of a generation, from 0. It is required for a study. Default of a genome "
+            "file: the generation of the genomes."
+        ),
+    ] = None,
+    seed: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
+    ] = None,
+    map: Annotated[
+        str | None,
+        DESCRIBED_DEFAULT,
+        Parameter(help="With --genome: name of a map. Default: the map of the experiment."),
+    ] = None,
+    assignments: Assignments = None,
     out: Annotated[
         Path,
         Parameter(help="File to write: a movie (.mp4, .gif), a picture (.png) or a trace (.nc)."),
@@ -50,32 +94,73 @@ def replay(
     part: Parts = None,
     force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
 ) -> None:
-    """Simulate one stored lifetime again, and write it as a movie, a picture or a trace.
+    """Simulate one lifetime again, and write it as a movie, a picture or a trace.
 
-    A trace is a netCDF file with the state of every agent in every step.
+    The agents are those of a stored study or of a genome file. A trace is a netCDF file with the
+    state of every agent in every step.
 
     For example:
 
         baldwinlab replay results/evo-A --run 0 --generation 99 --out life.gif
+        baldwinlab replay --genome agent.nc --map B --out life.gif
     """
     if out.suffix not in ENDINGS:
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
     require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
-    store = StudyStore(directory)
-    condition = only_condition(store, condition)
-    experiment = store.experiment(condition)
-    if out.suffix == ".nc" and isinstance(experiment, Experiment):
-        require_storable(TRACE, dimension_sizes(experiment), f"a life of {condition}")
-        require(
-            f"--out {out}", Need(disk=estimate_replay(experiment).disk), out.parent, force=force
+    if genome is None:
+        _require_study_options(directory, run, generation, (seed, map, assignments))
+        trace, experiment = _replay_stored(
+            StudyStore(directory), condition, (run or 0, generation or 0), out, force
         )
-    trace = Study(store).replay(condition, run=run, generation=generation, force=force)
+    else:
+        if condition is not None:
+            raise RefusedError(f"--condition {condition} applies to a study, not to --genome")
+        name = None if directory is None else str(directory)
+        frozen = read_frozen(genome, name, map, assignments or [])
+        experiment = frozen.experiment
+        if isinstance(experiment, Experiment):
+            _require_room(experiment, out, force)
+        trace = replay_frozen(frozen, seed=seed, run=run, generation=generation, force=force)
     _write_trace(trace, experiment, out)
     console.info(
         f"{out}: {experiment.lifetime.steps} steps, {experiment.population.size} agents, "
         f"{int(trace.eaten.sum())} items eaten"
     )
+
+
+def _require_study_options(
+    directory: Any, run: int | None, generation: int | None, genome_options: tuple[Any, ...]
+) -> None:
+    """Raise RefusedError for missing options of a study, and for options of a genome file."""
+    if directory is None:
+        raise RefusedError("give the directory of a study, or a genome file with --genome FILE")
+    if run is None or generation is None:
+        raise RefusedError(f"{directory}: add --run RUN and --generation GENERATION")
+    if any(option is not None for option in genome_options):
+        raise RefusedError("--seed, --map and --set apply to --genome FILE, not to a study")
+
+
+def _replay_stored(
+    store: StudyStore, condition: str | None, life: tuple[int, int], out: Path, force: bool
+) -> tuple[xr.Dataset, Experiment]:
+    """Return the trace and the experiment of a stored lifetime; `life` is (run, generation)."""
+    condition = only_condition(store, condition)
+    experiment = store.experiment(condition)
+    if isinstance(experiment, Experiment):
+        _require_room(experiment, out, force)
+    run, generation = life
+    trace = Study(store).replay(condition, run=run, generation=generation, force=force)
+    return trace, experiment
+
+
+def _require_room(experiment: Experiment, out: Path, force: bool) -> None:
+    """Raise RefusedError if a trace is too large for its format or for the disk."""
+    if out.suffix == ".nc":
+        require_storable(TRACE, dimension_sizes(experiment), f"a life of {experiment.name}")
+        require(
+            f"--out {out}", Need(disk=estimate_replay(experiment).disk), out.parent, force=force
+        )
 
 
 def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:

@@ -9,10 +9,11 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import STUDY
 
 # Marks in the files that the commands write: traces, pictures and movies; reports; pages that
-# simulate.
+# simulate; genome files.
 REPLAY: Final = "baldwinlab replay"
 REPORT: Final = "baldwinlab report"
 EXPORT: Final = "baldwinlab export"
+FREEZE: Final = "baldwinlab freeze"
 _STUDY_ENTRIES: Final = ("runs", "parts", "founders", "assays", "paper", STUDY, "sessions.jsonl")
 _MARK_RANGE: Final = 65536  # bytes at each end of a file that may hold the mark
 

@@ -30,17 +30,9 @@ def require_finite(
     RefusedError
         If a gene was not written or is not finite.
     """
-    if np.isfinite(genome).all():
-        return
-    faulty = ~np.isfinite(genome)
-    allowed = list(
-        experiment.part(
-            "network.kind" if isinstance(experiment, Experiment) else "model"
-        ).infinite_genes
-    )
-    faulty[..., allowed] = np.isnan(genome[..., allowed])
-    if faulty.any():
-        agent, module, gene = (int(index) for index in np.argwhere(faulty)[0])
+    position = find_faulty_gene(experiment, genome)
+    if position:
+        agent, module, gene = position
         parts = " and ".join(f"{path} = {_names(experiment, path)}" for path in paths)
         raise RefusedError(
             f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent "
@@ -48,6 +40,23 @@ def require_finite(
             f"{key.generation} of run {key.run}; every gene must be a finite number, so correct "
             "the part, or choose smaller rates"
         )
+
+
+def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, ...]:
+    """Return the position of the first gene that is not finite and not declared; () if none is.
+
+    The position has one number for each dimension of `genome` [..., module, weight].
+    """
+    if np.isfinite(genome).all():
+        return ()
+    faulty = ~np.isfinite(genome)
+    allowed = list(
+        experiment.part(
+            "network.kind" if isinstance(experiment, Experiment) else "model"
+        ).infinite_genes
+    )
+    faulty[..., allowed] = np.isnan(genome[..., allowed])
+    return tuple(int(index) for index in next(iter(np.argwhere(faulty)), ()))
 
 
 def _names(experiment: BaseExperiment, path: str) -> str:

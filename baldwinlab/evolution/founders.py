@@ -17,7 +17,7 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.finite import require_finite
-from baldwinlab.evolution.genome_file import read_genomes, require_fit
+from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
@@ -96,7 +96,8 @@ def _sample_genomes(
     entry = experiment.evolution.founders[index]
     stored = read_genomes(entry)
     require_fit(stored, entry.path, experiment, key.run + 1)
-    population = stored.genome[key.run if len(stored.genome) > 1 else 0]
+    genomes = arrange_genomes(stored, entry.path, experiment)
+    population = genomes[key.run if len(genomes) > 1 else 0]
     if count == len(population):
         return np.array(population)
     uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), index + 1))[:, index, 0]

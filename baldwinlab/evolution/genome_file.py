@@ -2,16 +2,19 @@
 
 A genome file is netCDF 3 with a checksum. Its variable `genome` has the dimensions run, agent,
 module and weight, and its attributes name the experiment and the layout of the genomes. A file of
-NumPy (.npy) with an array [agent, module, weight] or [run, agent, module, weight] can be read too.
-It states no layout, so only its shape is checked.
+NumPy (.npy) can be read too. Its array is [weight], [agent, weight], [agent, module, weight] or
+[run, agent, module, weight]. The first two have the weights of all modules in a row, as external
+optimizers do. Such a file states no layout, so only its shape is checked.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Mapping
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -20,6 +23,7 @@ import xarray as xr
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify
+from baldwinlab.core.output_paths import FREEZE
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.toml import to_toml
@@ -36,10 +40,14 @@ class StoredGenomes(NamedTuple):
         The genomes.
     layout : Mapping[str, Any]
         The layout of the genomes, see `describe_layout`; empty if the file does not state it.
+    origin : Mapping[str, Any]
+        The other attributes: the experiment as TOML, and the origin of the genomes; empty if the
+        file does not state them.
     """
 
     genome: npt.NDArray[np.float32]
     layout: Mapping[str, Any]
+    origin: Mapping[str, Any] = MappingProxyType({})
 
 
 def describe_layout(experiment: BaseExperiment) -> dict[str, Any]:
@@ -94,6 +102,7 @@ def encode_genomes(
     attributes = {
         "experiment": to_toml(experiment),
         "layout": json.dumps(describe_layout(experiment)),
+        "made_by": FREEZE,
     }
     data = xr.Dataset(
         {"genome": (GENOME_DIMENSIONS, np.asarray(genome, np.float32))},
@@ -140,7 +149,7 @@ def decode_genomes(content: bytes, path: str) -> StoredGenomes:
             f"{path} is no genome file: it has no variable genome ({', '.join(GENOME_DIMENSIONS)})"
         )
     layout = json.loads(str(data.attrs.get("layout", "{}")))
-    return StoredGenomes(np.asarray(data["genome"].values, np.float32), layout)
+    return StoredGenomes(np.asarray(data["genome"].values, np.float32), layout, data.attrs)
 
 
 def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
@@ -149,11 +158,14 @@ def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
     except (OSError, ValueError, EOFError) as error:
         raise RefusedError(f"{path} is no genome file: {error}") from None
     is_number = isinstance(array, np.ndarray) and array.dtype.kind in "fiu"
-    if not is_number or array.ndim not in (3, 4) or 0 in array.shape:
+    if not is_number or array.ndim not in (1, 2, 3, 4) or 0 in array.shape:
         raise RefusedError(
-            f"{path} is no genome file: it needs an array of numbers [agent, module, weight] or "
-            "[run, agent, module, weight]"
+            f"{path} is no genome file: it needs an array of numbers [weight], [agent, weight], "
+            "[agent, module, weight] or [run, agent, module, weight]"
         )
+    if array.ndim < 3:
+        # The weights of all modules are in a row.
+        array = np.atleast_2d(array)[:, None]
     return np.asarray(array if array.ndim == 4 else array[None], np.float32)
 
 
@@ -176,6 +188,39 @@ def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, ru
     RefusedError
         The layouts differ, or runs are missing. The message names the first difference.
     """
+    arrange_genomes(stored, path, experiment)
+    if 1 < len(stored.genome) < runs:
+        raise RefusedError(
+            f"{path} has the genomes of {len(stored.genome)} runs, and {runs} runs of "
+            f"{experiment.name} need a population each: choose at most {len(stored.genome)} runs, "
+            "or the population of one run"
+        )
+
+
+def arrange_genomes(
+    stored: StoredGenomes, path: str, experiment: BaseExperiment
+) -> npt.NDArray[np.float32]:
+    """Return the genomes of a file as an experiment has them.
+
+    Parameters
+    ----------
+    stored : StoredGenomes
+        The content of the file.
+    path : str
+        The path of the file, for the message.
+    experiment : BaseExperiment
+        The experiment that gets the genomes.
+
+    Returns
+    -------
+    array, float32 [run, agent, module, weight]
+        The genomes. Weights of all modules in a row are split into modules.
+
+    Raises
+    ------
+    RefusedError
+        The layouts differ. The message names the first difference.
+    """
     expected = describe_layout(experiment)
     for name, value in expected.items():
         given = stored.layout.get(name, value)
@@ -185,15 +230,13 @@ def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, ru
                 f"and {experiment.name} has {name} = {value}"
             )
     shape = (len(experiment.modules), experiment.genome_length)
+    runs, agents, *stored_shape = stored.genome.shape
+    if stored_shape == [1, math.prod(shape)]:
+        return stored.genome.reshape(runs, agents, *shape)
     if stored.genome.shape[2:] != shape:
         raise RefusedError(
             f"the genomes of {path} do not fit {experiment.name}: they have "
             f"{stored.genome.shape[2]} x {stored.genome.shape[3]} modules and genes, and "
             f"{experiment.name} has {shape[0]} x {shape[1]}"
         )
-    if 1 < len(stored.genome) < runs:
-        raise RefusedError(
-            f"{path} has the genomes of {len(stored.genome)} runs, and {runs} runs of "
-            f"{experiment.name} need a population each: choose at most {len(stored.genome)} runs, "
-            "or the population of one run"
-        )
+    return stored.genome

@@ -70,11 +70,7 @@ def replay(
         The model has no world, the experiment has no such generation, or too little memory is free.
     """
     check_seed(seed, run)
-    if not isinstance(experiment, Experiment):
-        raise RefusedError(
-            f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
-            "only the model miniworld has one"
-        )
+    _require_world(experiment)
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(
             f"generation = {generation} must be at least 0 and less than "
@@ -85,7 +81,63 @@ def replay(
         _need(experiment, 0 if energy is not None else generation),
         force=force,
     )
-    genome = recompute_genomes(experiment, GenerationKey(seed, run, generation), energy)
+    key = GenerationKey(seed, run, generation)
+    return _trace_lifetime(experiment, recompute_genomes(experiment, key, energy), key)
+
+
+def replay_genomes(
+    experiment: Experiment,
+    genome: Genome,
+    *,
+    seed: int = 0,
+    run: int = 0,
+    generation: int = 0,
+    force: bool = False,
+) -> xr.Dataset:
+    """Simulate one lifetime of given genomes, and record every step.
+
+    Parameters
+    ----------
+    experiment
+        The settings.
+    genome
+        The genomes of all agents, [agent, module, weight].
+    seed, run, generation
+        The key of the random numbers, each 0 to 2**31 - 1.
+    force
+        Run even if less memory is free than the estimate.
+
+    Returns
+    -------
+    xarray.Dataset
+        The trace, as of `replay`.
+
+    Raises
+    ------
+    ArgumentError
+        The seed or the number of the run or of the generation is out of range.
+    RefusedError
+        The model has no world, or too little memory is free.
+    """
+    check_seed(seed, run)
+    check_seed(generation)
+    _require_world(experiment)
+    key = GenerationKey(seed, run, generation)
+    require(f"a lifetime of {experiment.name}", _need(experiment, 0), force=force)
+    return _trace_lifetime(experiment, genome, key)
+
+
+def _require_world(experiment: BaseExperiment) -> None:
+    if not isinstance(experiment, Experiment):
+        raise RefusedError(
+            f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
+            "only the model miniworld has one"
+        )
+
+
+def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) -> xr.Dataset:
+    """Simulate the lifetime of `genome` [agent, module, weight] and return its trace."""
+    seed, run, generation = key
     current = experiment.at(generation)
     genome = np.ascontiguousarray(genome[:, : len(current.modules)])
     batch = CpuBatch(current, seed, [run])

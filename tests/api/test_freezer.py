@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.freezer import freeze, parse_population
+from baldwinlab.api.freezer import encode_population, parse_population
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 from baldwinlab.evolution.genome_file import decode_genomes
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies.store import StudyStore
+from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 
 SETTINGS = {"evolution.generations": 2, "lifetime.steps": 100}
@@ -37,13 +40,57 @@ def test_another_text_is_refused(reference: str) -> None:
 
 def test_a_frozen_population_has_the_genomes_of_the_study(source: StudyStore) -> None:
     population = parse_population(f"{source.directory}:evo/A@1")
-    genomes = decode_genomes(freeze(population), "file.nc").genome
+    genomes = decode_genomes(encode_population(population), "file.nc").genome
     study = bl.open_study(source.directory)
     for run in range(2):
         expected = study.genomes(run, 1, condition="evo/A").values
         np.testing.assert_array_equal(genomes[run], expected)
-    agent = decode_genomes(freeze(population, agent=3), "file.nc").genome
+    agent = decode_genomes(encode_population(population, agent=3), "file.nc").genome
     np.testing.assert_array_equal(agent, genomes[:, 3:4])
+
+
+def test_freeze_writes_a_file_with_the_experiment_and_the_origin(
+    source: StudyStore, tmp_path: Path
+) -> None:
+    frozen = bl.freeze(f"{source.directory}:evo/A@1[1]", 3, out=tmp_path / "agent.nc")
+    content = (tmp_path / "agent.nc").read_bytes()
+    assert frozen.sha256 == hashlib.sha256(content).hexdigest()
+    assert (frozen.n_runs, frozen.n_agents) == (1, 1)
+    origin = decode_genomes(content, "agent.nc").origin
+    expected = {"condition": "evo/A", "seed": 5, "generation": 1, "runs": 1, "agent": 3}
+    assert {name: origin[name] for name in expected} == expected
+    assert from_toml(origin["experiment"], "agent.nc") == source.experiment("evo/A")
+
+
+@pytest.mark.parametrize(
+    ("reference", "agent", "out", "sentence"),
+    [
+        ("{study}:evo/A@9", None, "a.nc", "generation = 9 must be a whole number from 0 to 2"),
+        ("{study}:evo/A@1", 99, "a.nc", "agent = 99 must be a whole number from 0 to 19"),
+        ("{study}:evo/A@1[7]", None, "a.nc", "7"),
+        ("{study}:evo/C@1", None, "a.nc", "has no condition"),
+        ("{study}", None, "a.nc", "must be STUDY:CONDITION@GENERATION"),
+        ("{study}:evo/A@1", None, "a.npy", "must end in .nc"),
+        ("{study}:evo/A@1", None, "other.nc", "was not written by this command"),
+    ],
+)
+def test_a_bad_request_to_freeze_is_refused_before_anything_is_written(
+    source: StudyStore, tmp_path: Path, reference: str, agent: int | None, out: str, sentence: str
+) -> None:
+    (tmp_path / "other.nc").write_text("another program")
+    with pytest.raises(BaldwinLabError, match=sentence):
+        bl.freeze(reference.format(study=source.directory), agent, out=tmp_path / out)
+    assert [path.name for path in tmp_path.iterdir()] == ["other.nc"]
+
+
+def test_the_command_freeze_prints_the_hash_and_overwrites_only_its_files(
+    command: Command, source: StudyStore, tmp_path: Path
+) -> None:
+    reference = f"{source.directory}:evo/A@1"
+    for _ in range(2):
+        outcome = command("freeze", reference, "--out", "all.nc")
+        digest = hashlib.sha256((tmp_path / "all.nc").read_bytes()).hexdigest()
+        assert outcome.out == f"all.nc: 20 agents of 2 runs, SHA-256 {digest}\n", outcome.err
 
 
 def test_a_study_begins_with_the_population_of_another_on_another_map(

@@ -245,8 +245,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (
             ["replay", "mine", "--run", "0", "--generation", "0"],
-            "--out needs a value; usage: baldwinlab replay DIRECTORY --run RUN "
-            "--generation GENERATION --out OUT; baldwinlab replay --help lists",
+            "--out needs a value; usage: baldwinlab replay [DIRECTORY] --out OUT; "
+            "baldwinlab replay --help lists",
         ),
         (
             ["run", "evo/A", "--part", "nothing.py"],

@@ -1,0 +1,219 @@
+"""Genome files with the experiment in which their agents are simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.api.load import load_installed
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import DATA_FILE, read_bytes
+from baldwinlab.core.suggestions import suggest
+from baldwinlab.evolution import Genome
+from baldwinlab.evolution.finite import find_faulty_gene
+from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes, decode_genomes
+from baldwinlab.experiment import BaseExperiment, Experiment, assign
+from baldwinlab.experiment.toml import from_toml
+from baldwinlab.papers.presets import factors, load
+from baldwinlab.simulation.replay import replay_genomes
+
+
+class Origin(NamedTuple):
+    """The random numbers of a lifetime. Those of a .npy file are 0.
+
+    Attributes
+    ----------
+    seed : int
+        Seed of the study.
+    generation : int
+        Number of the generation.
+    runs : tuple of int
+        Number of the run of each population of the file.
+    """
+
+    seed: int
+    generation: int
+    runs: tuple[int, ...]
+
+
+class FrozenGenomes(NamedTuple):
+    """The genomes of a file and the experiment in which they are simulated.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    genome : Genome
+        Genomes, [run, agent, module, weight].
+    experiment : Experiment
+        The experiment. Its population has the size of the file, and it has no founders.
+    origin : Origin
+        The origin of the genomes.
+    """
+
+    path: Path
+    genome: Genome
+    experiment: BaseExperiment
+    origin: Origin
+
+    def population(self, run: int | None) -> tuple[Genome, int]:
+        """Return the genomes [agent, module, weight] of a run and its number.
+
+        The number is that of the only run if `run` is None. A file with one run has its genomes in
+        every run. Raise RefusedError if the file has several runs and none of this number.
+        """
+        runs = self.origin.runs
+        if len(runs) == 1:
+            return self.genome[0], runs[0] if run is None else run
+        if run not in runs:
+            numbers = ", ".join(map(str, runs))
+            given = "choose one with --run" if run is None else f"not of run {run}"
+            raise RefusedError(f"{self.path} has the genomes of the runs {numbers}: {given}")
+        return self.genome[runs.index(run)], run
+
+
+def read_frozen(
+    path: Path,
+    experiment: str | None = None,
+    map_name: str | None = None,
+    assignments: Sequence[str] = (),
+) -> FrozenGenomes:
+    """Read a genome file for a simulation.
+
+    Parameters
+    ----------
+    path
+        A genome file of `freeze` (.nc), or an array of NumPy (.npy).
+    experiment
+        A preset or an experiment file; the experiment of the genome file, unless given.
+    map_name
+        Name of a map, which replaces the world of the experiment.
+    assignments
+        Settings that change, as PATH=VALUE.
+
+    Returns
+    -------
+    FrozenGenomes
+        The genomes and the experiment.
+
+    Raises
+    ------
+    RefusedError
+        The file cannot be read, holds no genomes, or does not fit the experiment; or a .npy file
+        has no experiment.
+    ExperimentError
+        There is no such preset, map or setting.
+    """
+    load_installed()
+    stored = _read(path)
+    chosen = _choose_experiment(stored, path, experiment)
+    if map_name is not None:
+        chosen = chosen.replace(world=_load_world(chosen, map_name))
+    size = stored.genome.shape[1]
+    chosen = chosen.replace(population={"size": size}, evolution={"founders": []})
+    changed = assign(chosen, list(assignments))
+    if changed.population.size != size:
+        raise RefusedError(
+            f"population.size = {changed.population.size} must be {size}, the number of genomes "
+            f"in {path}"
+        )
+    genome = arrange_genomes(stored, str(path), changed)
+    if position := find_faulty_gene(changed, genome):
+        _, agent, module, gene = position
+        raise RefusedError(
+            f"{path}: gene {gene} of the module {changed.modules[module]!r} of agent {agent} is "
+            "not finite"
+        )
+    origin = stored.origin
+    runs = np.atleast_1d(origin.get("runs", np.arange(len(genome))))
+    return FrozenGenomes(
+        path,
+        genome,
+        changed,
+        Origin(int(origin.get("seed", 0)), int(origin.get("generation", 0)), tuple(runs.tolist())),
+    )
+
+
+def _read(path: Path) -> StoredGenomes:
+    try:
+        content = read_bytes(path, DATA_FILE)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RefusedError(f"the genome file {path} cannot be read: {reason}") from None
+    return decode_genomes(content, str(path))
+
+
+def _choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> BaseExperiment:
+    if name is not None:
+        return load(name)
+    if "experiment" not in stored.origin:
+        raise RefusedError(
+            f"{path} names no experiment; give the experiment of its agents, such as "
+            "evo+self-taught/B"
+        )
+    return from_toml(str(stored.origin["experiment"]), f"the experiment of {path}")
+
+
+def _load_world(experiment: BaseExperiment, map_name: str) -> object:
+    """Return the world of a map: that of the experiment's own learner, or of the first preset."""
+    if not isinstance(experiment, Experiment):
+        raise RefusedError(
+            f"--map {map_name}: the model {experiment.model} of {experiment.name} has no maps"
+        )
+    presets = {name: preset.map for name, preset in factors().items() if preset.map}
+    names = [name for name, preset_map in presets.items() if preset_map == map_name]
+    if not names:
+        raise RefusedError(
+            f"there is no map {map_name!r}{suggest(map_name, set(presets.values()))}"
+        )
+    same_learner = f"{experiment.name.rpartition('/')[0]}/{map_name}"
+    return load(same_learner if same_learner in names else names[0]).world
+
+
+def replay_frozen(
+    frozen: FrozenGenomes,
+    *,
+    seed: int | None = None,
+    run: int | None = None,
+    generation: int | None = None,
+    force: bool = False,
+) -> xr.Dataset:
+    """Simulate one lifetime of the genomes of a file, and record every step.
+
+    Parameters
+    ----------
+    frozen
+        The genomes and their experiment.
+    seed, run, generation
+        The random numbers of the lifetime; those of the origin of the genomes, unless given. Of a
+        file with several runs, `run` is required.
+    force
+        Run even if less memory is free than the estimate.
+
+    Returns
+    -------
+    xarray.Dataset
+        The trace, as of `baldwinlab.simulation.replay.replay`. It is bit-identical to the stored
+        lifetime if the whole population has the world, the settings and the numbers of its origin.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    RefusedError
+        The model has no world, `run` is missing, or too little memory is free.
+    """
+    genome, number = frozen.population(run)
+    origin = frozen.origin
+    return replay_genomes(
+        frozen.experiment,
+        genome,
+        seed=origin.seed if seed is None else seed,
+        run=number,
+        generation=origin.generation if generation is None else generation,
+        force=force,
+    )

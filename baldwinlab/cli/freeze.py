@@ -1,0 +1,56 @@
+"""The command `freeze`: write an agent or a population as a genome file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab.api.freezer import freeze as write_genome_file
+from baldwinlab.cli.options import (
+    DESCRIBED_DEFAULT,
+    FLAG,
+    OVERWRITE_FORCE,
+    OptionalInteger,
+    Parts,
+    load_parts,
+)
+from baldwinlab.core import console
+
+
+def freeze(
+    reference: Annotated[
+        str,
+        Parameter(
+            help="STUDY:CONDITION@GENERATION, with [RUN] at the end for the population of one run. "
+            "Numbers start from 0."
+        ),
+    ],
+    /,
+    *,
+    agent: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(help="Number of an agent, from 0. Default: all agents."),
+    ] = None,
+    out: Annotated[Path, Parameter(help="Genome file to write (.nc).")],
+    part: Parts = None,
+    force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
+) -> None:
+    """Write the genomes of an agent or of a population to one small file.
+
+    The file has the genomes at birth, the experiment and the origin. The command prints its
+    SHA-256. The file can be the founders of a study (run --founders) and can be replayed (replay
+    --genome).
+
+    For example:
+
+        baldwinlab freeze results/evo-A:evo/A@99[0] --out population.nc
+        baldwinlab freeze results/evo-A:evo/A@99[0] --agent 3 --out agent.nc
+    """
+    load_parts(part)
+    frozen = write_genome_file(reference, agent, out=out, force=force)
+    agents = "1 agent" if frozen.n_agents == 1 else f"{frozen.n_agents} agents"
+    runs = "1 run" if frozen.n_runs == 1 else f"{frozen.n_runs} runs"
+    console.info(f"{frozen.path}: {agents} of {runs}, SHA-256 {frozen.sha256}")
