@@ -1,4 +1,4 @@
-"""Breeding: selection and variation, which make the next generation."""
+"""Breeding: selection of parents and variation of their genomes make the next generation."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def make_generation(
     key : GenerationKey
         The run and the generation of the children.
     genome : Genome
-        Inherited genomes of the generation before.
+        Inherited genomes of the parents' generation.
     fitness : Fitness
-        Fitness of the generation before.
+        Fitness of the parents' generation.
 
     Returns
     -------
@@ -42,26 +42,30 @@ def make_generation(
     Raises
     ------
     ValueError
-        If selection cannot work with a fitness, or selects an agent that does not exist.
+        If a fitness is not valid for the selection, or a selected agent does not exist.
     RefusedError
         If a gene is not finite.
     """
-    parental = experiment.at(key.generation - 1)
-    # Look for the part that is responsible only if a gene is not finite: the look costs time.
+    parent_settings = experiment.at(key.generation - 1)
+    # The error names the responsible parts. The search for them takes time, so a test precedes it.
     if not np.isfinite(genome).all():
-        require_finite(experiment, key.before(), genome, *_makers_in_life(parental))
-    if parental.part("evolution.inheritance").resamples_genomes:
+        fields = _fields_that_change_genomes(parent_settings)
+        require_finite(experiment, key.previous(), genome, *fields)
+    if parent_settings.part("evolution.inheritance").resamples_genomes:
         return draw_genomes(experiment, key), np.full((len(genome), 2), -1, np.int32)
-    return breed(parental, genome, fitness, key)
+    return breed(parent_settings, genome, fitness, key)
 
 
-def _makers_in_life(experiment: BaseExperiment) -> list[str]:
-    """Return the fields that choose the parts which change genomes in life."""
+def _fields_that_change_genomes(experiment: BaseExperiment) -> list[str]:
+    """Return the fields that choose the parts which change genomes during a lifetime."""
     if not isinstance(experiment, Experiment):
         return ["model", "evolution.inheritance"]
-    births = ["world.features", "evolution.variation"] if experiment.births_in_life else []
-    inherits = experiment.part("evolution.inheritance").wants_learned(experiment)
-    return births + (["learning.rule", "evolution.inheritance"] if inherits else [])
+    fields = []
+    if experiment.births_in_life:
+        fields += ["world.features", "evolution.variation"]
+    if experiment.part("evolution.inheritance").wants_learned(experiment):
+        fields += ["learning.rule", "evolution.inheritance"]
+    return fields
 
 
 def breed(
@@ -69,8 +73,8 @@ def breed(
 ) -> tuple[Genome, Parents]:
     """Select parents and make their children.
 
-    A survivor is its own child: both of its parents are the survivor. `key` is the key of the
-    children. Errors are those of `make_generation`.
+    A survivor is the only parent of itself: both entries of `parents` are the survivor. `key` is
+    the key of the children's generation. The function raises the errors of `make_generation`.
     """
     agents, modules, weights = genome.shape
     parents = select(experiment, fitness, key.uniforms(rng.SELECTION, (agents, 2)), genome)

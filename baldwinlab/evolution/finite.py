@@ -1,4 +1,4 @@
-"""Check that all genes of new genomes are written and finite, once per generation and run."""
+"""Check of new genomes, once per generation and run: all genes are written and finite."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def require_finite(
     experiment : BaseExperiment
         The experiment whose parts made the genomes.
     key : GenerationKey
-        The run, and the generation of the agents.
+        The run and generation of the agents.
     genome : Genome
         The genomes [agent, module, weight].
     *paths : str
@@ -33,7 +33,7 @@ def require_finite(
     position = find_faulty_gene(experiment, genome)
     if position:
         agent, module, gene = position
-        parts = " and ".join(f"{path} = {_names(experiment, path)}" for path in paths)
+        parts = " and ".join(f"{path} = {_name_parts(experiment, path)}" for path in paths)
         raise RefusedError(
             f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent "
             f"{agent} unwritten or not finite ({genome[agent, module, gene]:g}), in generation "
@@ -43,23 +43,22 @@ def require_finite(
 
 
 def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, ...]:
-    """Return the position of the first gene that is not finite and not declared; () if none is.
+    """Return the position of the first gene that is not finite and not declared, or ().
 
     The position has one number for each dimension of `genome` [..., module, weight].
     """
     if np.isfinite(genome).all():
         return ()
     faulty = ~np.isfinite(genome)
-    allowed = list(
-        experiment.part(
-            "network.kind" if isinstance(experiment, Experiment) else "model"
-        ).infinite_genes
-    )
-    faulty[..., allowed] = np.isnan(genome[..., allowed])
+    # The part that defines the format of genomes declares which genes may be infinite.
+    genome_field = "network.kind" if isinstance(experiment, Experiment) else "model"
+    infinite_genes = list(experiment.part(genome_field).infinite_genes)
+    faulty[..., infinite_genes] = np.isnan(genome[..., infinite_genes])
     return tuple(int(index) for index in next(iter(np.argwhere(faulty)), ()))
 
 
-def _names(experiment: BaseExperiment, path: str) -> str:
+def _name_parts(experiment: BaseExperiment, path: str) -> str:
+    """Return the value of a field: the names of its parts, or the paths of the genome files."""
     if path == "model":
         names = [experiment.model]
     elif path == "evolution.founders":

@@ -1,4 +1,4 @@
-"""Fitness of agents, from the energy that they gained and the cost of learning."""
+"""Fitness of agents from their energy and the cost of learning."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from baldwinlab.parts.fitness import evaluate
 
 
 class Energy(FitnessPart, name="energy"):
-    """The energy gained in life minus the cost of learning, and at least 0.
+    """Energy gained during the lifetime, minus the cost of learning; negative values become 0.
 
-    Selection `roulette` needs values of 0 or more.
-    Selection therefore does not distinguish agents below 0; a custom fitness can.
+    The selection `roulette` needs values of 0 or more.
+    Agents whose cost exceeds their energy have equal fitness. A custom fitness can separate them.
 
     References
     ----------
@@ -58,14 +58,14 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     ValueError
         If the part gives NaN, or no value, for an agent.
     """
-    values_of_agents = np.full(len(energy), np.nan)
-    values, code = breeding_part(experiment, "fitness")
-    cached_jit(evaluate_agents, code)(values, energy, cost, values_of_agents)
-    if np.isnan(values_of_agents).any():
+    agent_fitness = np.full(len(energy), np.nan)
+    part, code = breeding_part(experiment, "fitness")
+    cached_jit(evaluate_agents, code)(part, energy, cost, agent_fitness)
+    if np.isnan(agent_fitness).any():
         raise ValueError(
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
         )
-    return values_of_agents
+    return agent_fitness
 
 
 def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:
@@ -74,7 +74,10 @@ def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness)
 
 
 def sum_energy(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
-    """Return the energy [agent] of `eaten` items [agent, region]; one gives `energies` [region]."""
+    """Return the energy [agent] from `eaten` [agent, region], the numbers of eaten items.
+
+    `energies` [region] is the energy of one item of each region.
+    """
     energy = poison.empty(len(eaten))
     sum_region_energy(energies, np.ascontiguousarray(eaten), energy)
     return energy
@@ -97,8 +100,9 @@ def compute_learning_cost(
 ) -> Fitness:
     """Compute the cost of learning of each agent, in units of energy.
 
-    The cost has two terms: one per learning step, and one per distance between the weights at birth
-    and at death (`learned`, [agent, weight], of the action module).
+    The cost has two terms. The first is proportional to the number of learning steps. The second is
+    proportional to the distance between the action modules at birth and at death. `learned` [agent,
+    weight] is the action module at death.
 
     References
     ----------
@@ -115,7 +119,7 @@ def compute_learning_cost(
 
 @jit_entry_point
 def add_change_cost(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
-    """Add the cost of the distance between the action modules at birth and at death to `cost`."""
+    """Add to `cost` the cost of the distance between the action modules at birth and at death."""
     for agent in range(cost.size):
         squared_distance = 0.0
         for weight in range(learned.shape[1]):

@@ -1,4 +1,4 @@
-"""Genomes without parents: drawn from N(0, 1), or read from genome files.
+"""Genomes without parents, drawn from N(0, 1) or read from genome files.
 
 The hook `init_founders` of a variation may change drawn genomes.
 
@@ -29,7 +29,9 @@ WEIGHTS_OF_MODULE: Final = {
 
 
 def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """Return the genomes of the first generation: those of `evolution.founders`, or drawn ones.
+    """Return the genomes of the first generation, from genome files or drawn at random.
+
+    The setting `evolution.founders` names the genome files.
 
     Parameters
     ----------
@@ -54,7 +56,9 @@ def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     if not founders:
         return draw_genomes(experiment, key)
     size = experiment.population.size
-    bounds = np.round(np.cumsum([0, *(entry.share for entry in founders)]) * size).astype(int)
+    shares = [entry.share for entry in founders]
+    # Agents `bounds[i]` to `bounds[i + 1] - 1` are from genome file i.
+    bounds = np.round(np.cumsum([0, *shares]) * size).astype(int)
     samples = [
         _sample_genomes(experiment, key, index, int(count))
         for index, count in enumerate(np.diff(bounds))
@@ -88,16 +92,17 @@ def require_founders(experiment: BaseExperiment, runs: int) -> None:
 def _sample_genomes(
     experiment: BaseExperiment, key: GenerationKey, index: int, count: int
 ) -> Genome:
-    """Return `count` genomes of a genome file.
+    """Return `count` genomes of genome file `index`.
 
-    A whole population keeps its order. Otherwise agents are drawn without replacement, and again
-    from the start if the file has fewer.
+    If `count` is the size of the stored population, the result is this population in its order.
+    Otherwise the agents are in random order. If the file has fewer than `count`, the order repeats.
     """
     entry = experiment.evolution.founders[index]
     stored = read_genomes(entry)
     require_fit(stored, entry.path, experiment, key.run + 1)
     genomes = arrange_genomes(stored, entry.path, experiment)
-    population = genomes[key.run if len(genomes) > 1 else 0]
+    has_runs = len(genomes) > 1
+    population = genomes[key.run if has_runs else 0]
     if count == len(population):
         return np.array(population)
     uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), index + 1))[:, index, 0]
@@ -106,7 +111,7 @@ def _sample_genomes(
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """Draw the genomes of a generation without parents; raise RefusedError if not finite."""
+    """Draw the genomes of a generation without parents; raise RefusedError if one is not finite."""
     if not isinstance(experiment, Experiment):
         founders = np.ascontiguousarray(
             experiment.of_model.founders(experiment.population.size, key), np.float32
@@ -116,7 +121,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     genome = poison.empty(
         (experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32
     )
-    for module, purpose in enumerate(purposes(experiment)):
+    for module, purpose in enumerate(list_module_purposes(experiment)):
         draw_normal(key, purpose, genome, module)
     variation = breeding_part(experiment, "variation")[0]
     type(variation).part.init_founders(variation, genome)
@@ -124,8 +129,8 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     return genome
 
 
-def purposes(experiment: Experiment) -> list[int]:
-    """Return the purpose of the random numbers of each module, a constant of `engine.rng`."""
+def list_module_purposes(experiment: Experiment) -> list[int]:
+    """Return for each module the purpose of its random numbers, a constant of `engine.rng`."""
     return [
         WEIGHTS_OF_MODULE.get(name, rng.MODULE_WEIGHTS + number)
         for number, name in enumerate(experiment.modules)
@@ -134,7 +139,10 @@ def purposes(experiment: Experiment) -> list[int]:
 
 @jit_entry_point
 def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
-    """Fill one module of `genome` from N(0, 1). One draw of the generator gives four weights."""
+    """Fill one module of `genome` from N(0, 1).
+
+    One call of the random number generator returns the words of four weights.
+    """
     for agent in range(genome.shape[0]):
         for first in range(0, genome.shape[2], 4):
             words = rng.philox(first // 4, agent, key.generation, purpose, key.seed, key.run)

@@ -1,10 +1,10 @@
-"""Genome files: the genomes of an agent or of populations, with their layout and their origin.
+"""Genome files with the genomes of an agent or of populations, their layout and their origin.
 
 A genome file is netCDF 3 with a checksum. Its variable `genome` has the dimensions run, agent,
-module and weight, and its attributes name the experiment and the layout of the genomes. A file of
-NumPy (.npy) can be read too. Its array is [weight], [agent, weight], [agent, module, weight] or
-[run, agent, module, weight]. The first two have the weights of all modules in a row, as external
-optimizers do. Such a file states no layout, so only its shape is checked.
+module and weight. Its attributes contain the experiment and the layout of the genomes. A NumPy file
+(.npy) can be read, too. Its array is [weight], [agent, weight], [agent, module, weight] or [run,
+agent, module, weight]. The first two have the weights of all modules in a row, as external
+optimizers do. Such a file has no layout, so only its shape is checked.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class StoredGenomes(NamedTuple):
     genome : array, float32 [run, agent, module, weight]
         The genomes.
     layout : Mapping[str, Any]
-        The layout of the genomes, see `describe_layout`; empty if the file does not state it.
+        The layout of the genomes, see `describe_layout`. Empty if the file has no layout.
     origin : Mapping[str, Any]
-        The other attributes: the experiment as TOML, and the origin of the genomes; empty if the
-        file does not state them.
+        The other attributes: the experiment as TOML, and the origin of the genomes. Empty if the
+        file has no attributes.
     """
 
     genome: npt.NDArray[np.float32]
@@ -51,7 +51,7 @@ class StoredGenomes(NamedTuple):
 
 
 def describe_layout(experiment: BaseExperiment) -> dict[str, Any]:
-    """Return the properties of an experiment that decide the meaning of each gene.
+    """Return the properties of an experiment that determine the meaning of each gene.
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ def encode_genomes(
     experiment : BaseExperiment
         The experiment of the agents.
     origin : mapping
-        Further attributes: numbers and texts.
+        Further attributes of the file: numbers and texts.
 
     Returns
     -------
     bytes
-        The same bytes for the same arguments.
+        The content of the file. Equal arguments give equal bytes.
     """
     attributes = {
         "experiment": to_toml(experiment),
@@ -189,6 +189,7 @@ def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, ru
         The layouts differ, or runs are missing. The message names the first difference.
     """
     arrange_genomes(stored, path, experiment)
+    # The population of a file with a single run is used in all runs.
     if 1 < len(stored.genome) < runs:
         raise RefusedError(
             f"{path} has the genomes of {len(stored.genome)} runs, and {runs} runs of "
@@ -200,7 +201,7 @@ def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, ru
 def arrange_genomes(
     stored: StoredGenomes, path: str, experiment: BaseExperiment
 ) -> npt.NDArray[np.float32]:
-    """Return the genomes of a file as an experiment has them.
+    """Return the genomes of a file in the modules of an experiment.
 
     Parameters
     ----------
@@ -221,13 +222,12 @@ def arrange_genomes(
     RefusedError
         The layouts differ. The message names the first difference.
     """
-    expected = describe_layout(experiment)
-    for name, value in expected.items():
-        given = stored.layout.get(name, value)
-        if given != value:
+    for name, value in describe_layout(experiment).items():
+        stored_value = stored.layout.get(name, value)
+        if stored_value != value:
             raise RefusedError(
-                f"the genomes of {path} do not fit {experiment.name}: their {name} = {given}, "
-                f"and {experiment.name} has {name} = {value}"
+                f"the genomes of {path} do not fit {experiment.name}: "
+                f"their {name} = {stored_value}, and {experiment.name} has {name} = {value}"
             )
     shape = (len(experiment.modules), experiment.genome_length)
     runs, agents, *stored_shape = stored.genome.shape

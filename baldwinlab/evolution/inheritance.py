@@ -1,4 +1,4 @@
-"""Inheritance of genomes and learned weights, and the control `learning.teacher`."""
+"""Inheritance of genomes and learned weights, and the control of teachers (`learning.teacher`)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Weights = npt.NDArray[np.float32]  # [weight], of the action module
 class Darwinian(Inheritance, name="darwinian"):
     """The genome at birth is inherited.
 
-    With `evolution.lamarckian_share`, this share of the learned change is inherited in addition.
+    The share `evolution.lamarckian_share` of the change by learning is inherited in addition.
 
     References
     ----------
@@ -59,19 +59,22 @@ class NoInheritance(Inheritance, name="none"):
 
 
 def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
-    """Return the genomes that are inherited, from those at birth and `learned` [agent, weight]."""
+    """Return the inherited genomes, from the genomes at birth and `learned`.
+
+    `learned` [agent, weight] is the action module at death, or None if it is not needed.
+    """
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
         return genome
-    # Inheritance changes the first modules: action, and reinforcement if there is one.
-    modules = 2 if "reinforcement" in experiment.modules else 1
-    innate = np.ascontiguousarray(genome[:, :modules])
-    changed = innate.copy()
+    # Inheritance changes the action module and, if the genome has one, the reinforcement module.
+    n_changed = 2 if "reinforcement" in experiment.modules else 1
+    innate_modules = np.ascontiguousarray(genome[:, :n_changed])
+    inherited_modules = innate_modules.copy()
+    poison.fill(inherited_modules[:, 0, : learned.shape[1]])
+    compiled_part, code = breeding_part(experiment, "inheritance")
+    cached_jit(inherit_all, code)(compiled_part, innate_modules, learned, inherited_modules)
     inherited = genome.copy()
-    poison.fill(changed[:, 0, : learned.shape[1]])
-    values, code = breeding_part(experiment, "inheritance")
-    cached_jit(inherit_all, code)(values, innate, learned, changed)
-    inherited[:, :modules] = changed
+    inherited[:, :n_changed] = inherited_modules
     return inherited
 
 
@@ -85,21 +88,22 @@ def needs_simulation(experiment: BaseExperiment) -> bool:
 
 @jit_entry_point
 def remap_parents(origin: Parents, parents: Parents) -> None:
-    """Replace `parents` [child, 2] that were born during life by their ancestors at its beginning.
+    """Replace parents that were born during a lifetime by their ancestors at its beginning.
 
-    `origin` [agent, 2] holds these ancestors. A survivor, which is both of its own parents, gets
-    its own two ancestors.
+    `parents` is [child, 2]. `origin` [agent, 2] has the two ancestors of each agent. Both parents
+    of a survivor are the survivor itself. They are replaced by its two ancestors.
     """
     for child in range(parents.shape[0]):
         first = parents[child, 0]
         second = parents[child, 1]
         if first >= 0 and second >= 0:
             parents[child, 0] = origin[first, 0]
-            parents[child, 1] = origin[second, 1 if first == second else 0]
+            is_survivor = first == second
+            parents[child, 1] = origin[second, 1 if is_survivor else 0]
 
 
 def inherit_all(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
-    """Fill the action modules of `inherited`, and its reinforcement modules if it has any."""
+    """Fill the action modules of `inherited`, and its reinforcement modules if it has them."""
     for agent in range(learned.shape[0]):
         inherit(part, genome[agent, 0], learned[agent], inherited[agent, 0])
         if genome.shape[1] > 1:
@@ -126,7 +130,7 @@ def shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
 
 
 def _teacher_order(children: int, key: GenerationKey) -> Order:
-    """Return a random permutation: the child whose teacher each child gets."""
+    """Return a random permutation of the children: child `i` gets the teacher of `order[i]`."""
     order = poison.empty(children, np.int64)
     draws = key.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
     sort_by(draws, draws, order)
@@ -142,7 +146,10 @@ def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
 
 @jit_entry_point
 def permute_teachers(genome: Genome, order: Order, permuted: Genome) -> None:
-    """Copy `genome`, with the reinforcement module (the second) of the child in `order`."""
+    """Copy `genome` to `permuted`; child `i` gets the reinforcement module of child `order[i]`.
+
+    The reinforcement module is module 1.
+    """
     for child in range(genome.shape[0]):
         for module in range(genome.shape[1]):
             for weight in range(genome.shape[2]):
@@ -152,25 +159,21 @@ def permute_teachers(genome: Genome, order: Order, permuted: Genome) -> None:
 
 def has_parent_teachers(experiment: Experiment) -> bool:
     """Return whether reinforcement modules come from learned weights of the parents."""
-    return (
-        "reinforcement" in experiment.modules
-        and type(experiment.part("evolution.inheritance")).assign_teachers
-        is not assign_teachers.default
-    )
+    inheritance = type(experiment.part("evolution.inheritance"))
+    assigns_teachers = inheritance.assign_teachers is not assign_teachers.default
+    return "reinforcement" in experiment.modules and assigns_teachers
 
 
 def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) -> Parents | None:
-    """Return the agents [child, 2] of the generation before whose learned weights teach each child.
+    """Return the agents [child, 2] of the previous generation that teach each child.
 
     None if teachers do not come from learned weights. `key` is the key of the children.
     """
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None
-    return (
-        parents[_teacher_order(len(parents), key)]
-        if experiment.learning.teacher == "shuffled"
-        else parents
-    )
+    if experiment.learning.teacher == "shuffled":
+        return parents[_teacher_order(len(parents), key)]
+    return parents
 
 
 TEACHERS: Final[Mapping[str, Callable[[Genome, GenerationKey], Genome]]] = {

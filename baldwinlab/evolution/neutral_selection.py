@@ -1,4 +1,4 @@
-"""Selection independent of fitness: the neutral control."""
+"""The neutral control: selection independent of fitness."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Neutral(Selection, name="neutral"):
     def mark_survivors(
         part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents
     ) -> None:
-        # Survivors are random too.
+        # Random numbers replace fitness, so that survivors are random, too.
         mark_fittest(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Selection that depends on the order of fitness alone.
+"""Selection schemes that depend on the order of the agents' fitness, not on its values.
 
 References
 ----------
@@ -55,7 +55,7 @@ class Tournament(Selection, name="tournament"):
 
 
 class LargerTournament(Selection, name="larger-tournament"):
-    """The fittest of `size` randomly drawn agents. Of equal agents, the one drawn first.
+    """The fittest of `size` randomly drawn agents. Of equal agents, the first drawn is chosen.
 
     References
     ----------
@@ -87,7 +87,7 @@ class LargerTournament(Selection, name="larger-tournament"):
             agents = [int(draw * len(fitness)) for draw in draws[: part.size]]
             return max(agents, key=lambda agent: fitness[agent])
 
-        return [[winner(draws) for draws in of_child[:2]] for of_child in uniforms]
+        return [[winner(draws) for draws in child_draws[:2]] for child_draws in uniforms]
 
 
 class Truncation(Selection, name="truncation"):
@@ -120,10 +120,10 @@ class Truncation(Selection, name="truncation"):
 
 
 class BestCopies(Selection, name="best-copies"):
-    """The best agents, with the same number of children each and one parent per child.
+    """The best agents are parents and have equal numbers of children; a child has one parent.
 
-    If the number is not even, the fittest agents have one child more.
-    The share `two_parent_share` of the children has a second parent among the best.
+    If the children cannot be divided equally, the fittest agents have one child more.
+    The share `two_parent_share` of the children has a second parent among the best agents.
 
     References
     ----------
@@ -152,15 +152,15 @@ class BestCopies(Selection, name="best-copies"):
         order: Order,
         parents: Parents,
     ) -> None:
-        best = max(1, int(part.parent_share * fitness.size + 0.5))
+        n_best = max(1, int(part.parent_share * fitness.size + 0.5))
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
         # Equal agents are in random order.
         sort_by(shares, uniforms[:, 1, 0], order)
         for child in range(parents.shape[0]):
-            parents[child, 0] = parents[child, 1] = order[child % best]
+            parents[child, 0] = parents[child, 1] = order[child % n_best]
             if uniforms[child, 0, 0] < part.two_parent_share:
-                parents[child, 1] = order[int(uniforms[child, 0, 1] * best)]
+                parents[child, 1] = order[int(uniforms[child, 0, 1] * n_best)]
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
@@ -194,6 +194,7 @@ class Rank(Selection, name="rank"):
         first = 0
         for end in range(1, fitness.size + 1):
             if end == fitness.size or fitness[order[end]] != fitness[order[first]]:
+                # Ranks start at 1, so the equal agents have the ranks first + 1 to end.
                 for equal in range(first, end):
                     shares[order[equal]] = 0.5 * (first + 1 + end)
                 first = end

@@ -1,4 +1,4 @@
-"""Selection with a probability proportional to fitness.
+"""Selection schemes with a probability proportional to fitness.
 
 References
 ----------
@@ -59,7 +59,7 @@ class Roulette(Selection, name="roulette"):
 
 
 class ExpectedOffspring(Selection, name="expected-offspring"):
-    """Roulette with low variance: an agent is a parent as often as expected, rounded up or down.
+    """Roulette with low variance: an agent is a parent the expected number of times, rounded.
 
     References
     ----------
@@ -88,6 +88,7 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
             while agent < last and shares[agent] <= pointer:
                 agent += 1
             parents[index // 2, index % 2] = agent
+        # Fisher-Yates shuffle. Child c has the parents with the indices 2 c and 2 c + 1.
         for index in range(n_parents - 1, 0, -1):
             swapped = int(uniforms[index // 2, 0, index % 2] * (index + 1))
             moved = parents[swapped // 2, swapped % 2]
@@ -111,7 +112,7 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
 
 
 class Outcrossing(Selection, name="outcrossing"):
-    """Roulette in which the second parent is another agent than the first.
+    """Roulette in which the two parents of a child are different agents.
 
     References
     ----------
@@ -134,15 +135,16 @@ class Outcrossing(Selection, name="outcrossing"):
         total, _ = sum_shares(shares)
         for child in range(parents.shape[0]):
             first = find_first_above(shares, uniforms[child, 0, 0] * total)
-            before = shares[first - 1] if first > 0 else 0.0
-            rest = before + (total - shares[first])
-            if rest > 0.0:
-                pointer = uniforms[child, 0, 1] * rest
-                second = find_first_above(
-                    shares, pointer if pointer < before else shares[first] + (pointer - before)
-                )
+            share_before = shares[first - 1] if first > 0 else 0.0
+            share_of_others = share_before + (total - shares[first])
+            if share_of_others > 0.0:
+                pointer = uniforms[child, 0, 1] * share_of_others
+                # The pointer skips the share of the first parent.
+                if pointer >= share_before:
+                    pointer = shares[first] + (pointer - share_before)
+                second = find_first_above(shares, pointer)
             elif fitness.size > 1:
-                # No other agent has any fitness.
+                # All other agents have the fitness 0, so all have the same probability.
                 second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
                 second += np.int64(second >= first)
             else:
@@ -152,15 +154,19 @@ class Outcrossing(Selection, name="outcrossing"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def drawn(shares: Any, draw: float) -> int:
+        def draw_agent(shares: Any, draw: float) -> int:
             sums = list(accumulate(shares))
             return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
 
         shares = list(fitness) if any(fitness) else [1.0 for _ in fitness]
         pairs = []
         for first_draw, second_draw, *_ in (draws[0] for draws in uniforms):
-            first = drawn(shares, first_draw)
-            other_shares = [share * (agent != first) for agent, share in enumerate(shares)]
-            alike = [float(agent != first or len(shares) == 1) for agent in range(len(shares))]
-            pairs.append([first, drawn(other_shares if any(other_shares) else alike, second_draw)])
+            first = draw_agent(shares, first_draw)
+            second_shares = [share * (agent != first) for agent, share in enumerate(shares)]
+            if not any(second_shares):
+                # Only a single agent can be its own mate.
+                second_shares = [
+                    float(agent != first or len(shares) == 1) for agent in range(len(shares))
+                ]
+            pairs.append([first, draw_agent(second_shares, second_draw)])
         return pairs

@@ -1,4 +1,4 @@
-"""The key of the random numbers of a generation, and the types of the arrays of evolution."""
+"""The key of the random numbers of a generation, and the types of arrays in evolution."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ Parents = npt.NDArray[np.int32]  # [child, 2], the fitter parent first
 
 
 class GenerationKey(NamedTuple):
-    """Seed, run and generation: the key of random numbers. Compiled functions accept it."""
+    """Seed, run and generation, which determine the random numbers of a generation.
+
+    Compiled functions accept a key.
+    """
 
     seed: int
     run: int
     generation: int
 
-    def before(self) -> GenerationKey:
-        """Return the generation before, of the same run."""
+    def previous(self) -> GenerationKey:
+        """Return the key of the previous generation of the same run."""
         return self._replace(generation=self.generation - 1)
 
     def uniforms(self, purpose: int, shape: tuple[int, int]) -> Uniforms:
-        """Return uniform numbers in (0, 1), [index, draw, 4], of a `shape` [index, draw]."""
+        """Return uniform numbers in (0, 1), of shape (*shape, 4): [index, draw, 4]."""
         return rng.uniforms(*self, purpose, shape)

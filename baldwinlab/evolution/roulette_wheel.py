@@ -1,4 +1,4 @@
-"""Roulette wheel: draw agents with probability proportional to their shares."""
+"""Roulette wheel, which draws agents with a probability proportional to their shares."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ def sum_shares(shares: Keys) -> Any:
 
 @compiled
 def spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
-    """Draw `parents` with probability proportional to `shares`, as `sum_shares` changes them."""
+    """Fill `parents` with agents drawn with a probability proportional to `shares`.
+
+    `sum_shares` replaces `shares` by cumulative sums.
+    """
     total, _ = sum_shares(shares)
     for child in range(parents.shape[0]):
         for parent in range(2):
@@ -50,7 +53,7 @@ def spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
 
 @compiled
 def find_first_above(sums: Keys, value: float) -> Any:
-    """Return the first index of ascending `sums` with more than `value`, or the last index."""
+    """Return the first index at which `sums`, in ascending order, is above `value`, or the last."""
     low = np.int64(0)
     high = np.int64(sums.size - 1)
     while low < high:
@@ -63,7 +66,7 @@ def find_first_above(sums: Keys, value: float) -> Any:
 
 
 def sum_shares_oracle(shares: Sequence[float]) -> list[float]:
-    """Return the cumulative shares, which are equal if all are 0."""
+    """Return the cumulative sums of `shares`. If all shares are 0, all agents have equal shares."""
     return list(accumulate(shares if any(shares) else [1.0 for _ in shares]))
 
 
@@ -71,7 +74,7 @@ def spin_oracle(shares: Any, uniforms: Any) -> list[list[int]]:
     """Return the parents that a roulette wheel selects."""
     sums = sum_shares_oracle(shares)
 
-    def drawn(draw: float) -> int:
+    def draw_agent(draw: float) -> int:
         return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
 
-    return [[drawn(draw) for draw in draws[0][:2]] for draws in uniforms]
+    return [[draw_agent(draw) for draw in draws[0][:2]] for draws in uniforms]

@@ -1,4 +1,4 @@
-"""Selection of parents.
+"""Selection of the parents of each child by a selection scheme.
 
 A scheme fills `parents` int32 [child, 2] from `fitness` float64 [agent] and `uniforms` float64
 [child, 2, 4] in (0, 1). Parents are drawn independently and with replacement. `shares` float64
@@ -45,25 +45,25 @@ def select(
     Returns
     -------
     Parents
-        Agents, [child, 2]. Of two equal parents the first drawn comes first. A survivor has
-        `ITSELF` as its second parent.
+        Agents, [child, 2]. If the two parents are equally fit, the order of the draws remains. A
+        survivor has `ITSELF` as its second parent.
 
     Raises
     ------
     ValueError
-        If the scheme cannot work with a fitness, or selects an agent that does not exist.
+        If a fitness is not valid for the scheme, or a selected agent does not exist.
     """
     scheme, code = breeding_part(experiment, "selection")
     least = type(scheme).part.least
-    where = f"evolution.selection = {experiment.evolution.selection!r}"
+    setting = f"evolution.selection = {experiment.evolution.selection!r}"
     if (agent := find_invalid_fitness(fitness, least)) >= 0:
-        needed = (
+        allowed = (
             "0 or more: choose rank or tournament, or a fitness that is never negative"
             if least == 0
             else "a finite number"
         )
         raise ValueError(
-            f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}"
+            f"{setting}: the fitness of agent {agent} is {fitness[agent]:g} and must be {allowed}"
         )
     agents = fitness.size
     parents = np.full((len(uniforms), 2), -1, np.int32)
@@ -73,7 +73,7 @@ def select(
         scheme, experiment.evolution.elite, genomes, fitness, uniforms, *scratch, parents
     )
     if has_invalid_parent(parents, agents):
-        raise ValueError(f"{where} chose a parent that is none of the {agents} agents")
+        raise ValueError(f"{setting} chose a parent that is none of the {agents} agents")
     return parents
 
 
@@ -104,7 +104,8 @@ def has_invalid_parent(parents: Parents, agents: int) -> bool:
     for child in range(parents.shape[0]):
         first = parents[child, 0]
         second = parents[child, 1]
-        is_valid = 0 <= first < agents and (second == ITSELF or 0 <= second < agents)
+        is_second_valid = second == ITSELF or 0 <= second < agents
+        is_valid = 0 <= first < agents and is_second_valid
         is_invalid = is_invalid or not is_valid
     return is_invalid
 
@@ -113,6 +114,7 @@ def has_invalid_parent(parents: Parents, agents: int) -> bool:
 def find_invalid_fitness(fitness: Fitness, least: float) -> int:
     """Return the first agent whose fitness is not finite or is below `least`, or -1."""
     for agent in range(fitness.size):
-        if not (least <= fitness[agent] < math.inf and fitness[agent] > -math.inf):
+        is_finite = -math.inf < fitness[agent] < math.inf
+        if not (is_finite and fitness[agent] >= least):
             return agent
     return -1

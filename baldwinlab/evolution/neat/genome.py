@@ -1,4 +1,4 @@
-"""Genomes that are graphs: networks of any topology, with a gene for each link.
+"""Format of genomes that are graphs: networks of any topology, with a gene for each link.
 
 A genome is a float32 array [entry]: a head of `HEAD_SIZE` entries and a gene of `GENE_SIZE` entries
 for each link. Genes are in the order of their innovation numbers (historical marks). An innovation
@@ -24,8 +24,9 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 
-# Entries of the head: numbers that all genomes of a run share (nodes and the last innovation and
-# species numbers), then the status of the species and of the population.
+# Entries of the head. All genomes of a run share the numbers of inputs and outputs, and the last
+# innovation and species numbers. The other entries are the species of the genome, and the status of
+# the species and of the population: best fitness, and generations without improvement.
 (
     INPUTS,
     OUTPUTS,
@@ -38,7 +39,7 @@ from baldwinlab.engine.jit import compiled
     POPULATION_STALE,
 ) = range(9)
 HEAD_SIZE: Final = 9
-# Entries that are minus infinity until a species is evaluated.
+# Entries that are minus infinity before a species is evaluated.
 INFINITE_GENES: Final = (BEST, POPULATION_BEST)
 # Entries of a gene.
 INNOVATION, SOURCE, TARGET, WEIGHT, ENABLED = range(5)
@@ -48,21 +49,24 @@ GENE_SIZE: Final = 5
 Graph = npt.NDArray[np.float32]
 ZERO = np.float32(0)
 ONE = np.float32(1)
-# Value of a node before its update. No output of a node has this value.
+# Value of a node before its update. The sigmoid never has this value.
 NOT_COMPUTED = np.float32(-1)
 
 
-def require_neat(experiment: Any, holder: str) -> None:
-    """Raise ValueError if the variation is not `neat`, so that genomes would not be graphs."""
+def require_neat(experiment: Any, subject: str) -> None:
+    """Raise ValueError if the variation is not `neat`, because other variations destroy graphs.
+
+    `subject` is the setting that needs graphs, for the message.
+    """
     evolution = experiment.evolution
     if evolution.variation != "neat" and evolution.inheritance != "none":
         raise ValueError(
-            f"{holder} is bred by evolution.variation = 'neat', and not {evolution.variation!r}"
+            f"{subject} is bred by evolution.variation = 'neat', and not {evolution.variation!r}"
         )
 
 
 def count_entries(links: int) -> int:
-    """Return the number of entries of a genome with a maximum number of links."""
+    """Return the number of entries of a genome that can store a number of links."""
     return HEAD_SIZE + GENE_SIZE * links
 
 
@@ -71,7 +75,7 @@ def make_minimal_graphs(
 ) -> npt.NDArray[np.float32]:
     """Return networks [agent, entry] without hidden nodes, with all links from inputs to outputs.
 
-    `weights` [agent, link] are the weights of these links.
+    `weights` [agent, link] are the weights of the links.
     """
     graphs = np.zeros((len(weights), count_entries(max_links)), np.float32)
     graphs[:, : inputs * outputs] = weights
@@ -132,7 +136,7 @@ def count_links(graph: Graph) -> int:
 
 @compiled
 def defines_node(graph: Graph, link: int) -> bool:
-    """Return whether a link has the number of its target, which is a hidden node."""
+    """Return whether the target of a link is the hidden node with the number of the link."""
     return bool(graph[gene_offset(link) + INNOVATION] == graph[gene_offset(link) + TARGET])
 
 
@@ -141,10 +145,11 @@ def has_link(graph: Graph, source: Any, target: Any) -> bool:
     """Return whether a link from `source` to `target` exists, enabled or disabled."""
     exists = False
     for link in range(count_links(graph)):
-        exists = exists or (
+        joins_nodes = (
             graph[gene_offset(link) + SOURCE] == source
             and graph[gene_offset(link) + TARGET] == target
         )
+        exists = exists or joins_nodes
     return exists
 
 
@@ -176,7 +181,7 @@ def node_number(graph: Graph, index: int) -> Any:
 
 @compiled
 def has_path(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
-    """Return whether `target` is `source`, or can be reached from it by enabled or disabled links.
+    """Return whether enabled or disabled links lead from `source` to `target`, or both are equal.
 
     `marks` [link] is scratch.
     """
@@ -198,10 +203,11 @@ def has_path(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
 @compiled
 def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) -> bool:
     """Return whether the source of a link is `source` or the target of a marked link."""
-    begin = graph[gene_offset(link) + SOURCE]
-    reached = bool(begin == source)
-    for marked in range(links):
-        reached = reached or (marks[marked] > 0.0 and graph[gene_offset(marked) + TARGET] == begin)
+    link_source = graph[gene_offset(link) + SOURCE]
+    reached = bool(link_source == source)
+    for other_link in range(links):
+        is_marked = marks[other_link] > 0.0
+        reached = reached or (is_marked and graph[gene_offset(other_link) + TARGET] == link_source)
     return reached
 
 
@@ -209,7 +215,7 @@ def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) ->
 def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: Any) -> None:
     """Compute the values of all nodes of a network without loops.
 
-    The value of a node is sigmoid(steepness x total). `total` is the weighted sum of its inputs.
+    The value of a node is sigmoid(steepness * total), where `total` is its weighted input.
 
     Parameters
     ----------
@@ -222,16 +228,16 @@ def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: An
     steepness : float32
         Slope of the sigmoid.
     values : array of shape (rows,)
-        The rows are the inputs, one row for each possible link, and the outputs. The row of a link
-        is that of the hidden node with its number, or 0 if there is none. The values of the inputs
-        must be set.
+        The first rows are the inputs, whose values must be set. Then follow a row for each possible
+        link, and the outputs. The row of a link has the value of the hidden node with the number of
+        the link. Without such a node, the value is 0.
     """
     first_output = values.size - outputs
     links = min(count_links(graph), first_output - inputs)
     for row in range(inputs, values.size):
-        is_node = row >= first_output or (
-            row - inputs < links and defines_node(graph, row - inputs)
-        )
+        link = row - inputs
+        is_hidden_node = link < links and defines_node(graph, link)
+        is_node = row >= first_output or is_hidden_node
         values[row] = NOT_COMPUTED if is_node else ZERO
     has_changed = True
     while has_changed:
@@ -246,7 +252,7 @@ def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: An
 
 @compiled
 def _sum_inputs(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row: int) -> Any:
-    """Return whether all sources of a node have values, and the weighted sum of these values.
+    """Return whether all sources of a node have values, and the weighted sum of the sources.
 
     The terms are added in the order of the links.
     """
@@ -260,17 +266,18 @@ def _sum_inputs(graph: Graph, inputs: int, outputs: int, links: int, values: Any
         ):
             source = node_row(graph, inputs, outputs, links, graph[gene + SOURCE], values.size)
             value = ONE if source < 0 else values[source]
-            # An input may have the value UNKNOWN.
-            is_complete = is_complete and (source < inputs or value != NOT_COMPUTED)
+            # An input always has a value, which may be equal to NOT_COMPUTED.
+            has_value = source < inputs or value != NOT_COMPUTED
+            is_complete = is_complete and has_value
             total += graph[gene + WEIGHT] * value
     return is_complete, total
 
 
 @compiled
 def list_links(graph: Graph, inputs: int, outputs: int, units: int, listed: Any) -> int:
-    """Fill `listed` [link, (source row, target row, weight)] with enabled links.
+    """List the enabled links, and return their number.
 
-    Return the number of these links.
+    The function fills `listed` [link, (source row, target row, weight)].
     """
     links = min(count_links(graph), units - inputs - outputs)
     count = 0
@@ -286,7 +293,7 @@ def list_links(graph: Graph, inputs: int, outputs: int, units: int, listed: Any)
 
 @compiled
 def node_row(graph: Graph, inputs: int, outputs: int, links: int, number: Any, units: int) -> Any:
-    """Return the row of the node with a number, or -1 for the bias."""
+    """Return the row in `values` of the node with a number, or -1 for the bias."""
     node = int(number)
     if node <= inputs:
         return node if node < inputs else -1
@@ -294,6 +301,6 @@ def node_row(graph: Graph, inputs: int, outputs: int, links: int, number: Any, u
         return units - outputs + node - inputs - 1
     row = -1
     for link in range(links):
-        if graph[gene_offset(link)] == number:
+        if graph[gene_offset(link) + INNOVATION] == number:
             row = inputs + link
     return row

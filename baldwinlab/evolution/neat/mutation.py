@@ -1,8 +1,8 @@
-"""Children of networks: crossover by historical marks, weight mutation, new nodes and new links.
+"""Variation of networks: crossover by historical marks, weight mutation, new nodes and links.
 
-New structures get the next innovation number of the run, which each genome stores. If the same
-structure arises twice in a generation, it gets the same number. To find this number, the earlier
-children of the generation are searched.
+A new link gets the next innovation number of the run. All genomes store the last number. If the
+same structure arises twice in a generation, it gets the same number. The number is found by a
+search of the earlier children of the generation.
 
 The paper leaves some rules open. Our choices are as follows. Any enabled link that does not come
 from the bias can be split, as in the authors' program, from memory. A new link can join any two
@@ -44,9 +44,11 @@ from baldwinlab.evolution.neat.genome import (
 from baldwinlab.evolution.rng_key import Genome
 from baldwinlab.evolution.variation import Draws
 
-# First row of `draws` for links. Its columns are: parent of the weight, enabled again, perturbed or
-# drawn again, size. Row 0 is for the child: weights mutate, new node, new link, split link. Row 1
-# is: pair of linked nodes, weight, random parent, unused.
+# First row of `draws` for links. The columns of each row decide the following.
+# Row 0: whether weights mutate, whether a node is added, whether a link is added, the split link.
+# Row 1: the pair of nodes that a new link joins, its weight, the random parent, unused.
+# Rows of links: parent of the weight, whether a disabled link is enabled, whether the weight is
+# perturbed or drawn again, size of the change.
 FIRST_LINK_ROW = 2
 
 
@@ -60,6 +62,7 @@ def cross(part: Any, mate: Graph, draws: Draws, child: Graph) -> None:
     mate_links = count_links(mate)
     for link in range(count_links(child)):
         gene = gene_offset(link)
+        # Skip the genes of the mate that the child does not have.
         while (
             mate_link < mate_links
             and mate[gene_offset(mate_link) + INNOVATION] < child[gene + INNOVATION]
@@ -96,28 +99,27 @@ def mutate_weights(part: Any, draws: Draws, child: Graph) -> None:
 
 @compiled
 def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int, last: int) -> Any:
-    """Split a link of child `number`: disable it and insert a node. Return the last number given.
+    """Split a link of child `number` by a new node, and return the last innovation number.
 
-    `first` is the first innovation number of this generation. The link to the node has the weight
-    1. The link from the node has the weight of the old link.
+    The old link is disabled. The link to the new node has the weight 1. The link from the new node
+    has the weight of the old link. `first` is the first innovation number of this generation, and
+    `last` the last one before the call.
     """
     child = children[number, 0]
-    splittable = 0
+    n_splittable = 0
     for link in range(count_links(child)):
-        splittable += int(_can_be_split(child, link))
-    if (
-        draws[0, 1] >= part.add_node_rate
-        or splittable == 0
-        or count_links(child) + 2 > link_capacity(child)
-    ):
+        n_splittable += int(_can_be_split(child, link))
+    has_capacity = count_links(child) + 2 <= link_capacity(child)
+    if draws[0, 1] >= part.add_node_rate or n_splittable == 0 or not has_capacity:
         return last
-    chosen = int(draws[0, 3] * splittable)
+    # Number of splittable links before the split one.
+    n_before = int(draws[0, 3] * n_splittable)
     gene = 0
     for link in range(count_links(child)):
         if _can_be_split(child, link):
-            if chosen == 0:
+            if n_before == 0:
                 gene = gene_offset(link)
-            chosen -= 1
+            n_before -= 1
     source = child[gene + SOURCE]
     target = child[gene + TARGET]
     weight = child[gene + WEIGHT]
@@ -144,31 +146,31 @@ def _can_be_split(graph: Graph, link: int) -> bool:
 def add_link(
     part: Any, draws: Draws, children: Genome, number: int, first: int, last: int, marks: Any
 ) -> Any:
-    """Join two nodes of child `number` that have no link. Return the last number given."""
+    """Join two nodes of child `number` that have no link; return the last innovation number.
+
+    `first` and `last` are as in `add_node`. `marks` [link] is scratch.
+    """
     child = children[number, 0]
-    if draws[0, 2] >= part.add_link_rate or count_links(child) + 1 > link_capacity(child):
+    has_capacity = count_links(child) + 1 <= link_capacity(child)
+    if draws[0, 2] >= part.add_link_rate or not has_capacity:
         return last
-    pairs = _find_open_pair(child, part.loops, -1, marks)[0]
-    if pairs == 0:
+    # The first call only counts the pairs.
+    n_pairs, _, _ = _find_open_pair(child, part.loops, -1, marks)
+    if n_pairs == 0:
         return last
-    _, source, target = _find_open_pair(child, part.loops, int(draws[1, 0] * pairs), marks)
+    _, source, target = _find_open_pair(child, part.loops, int(draws[1, 0] * n_pairs), marks)
     link = np.float32(_find_equal_link(children, number, first, source, target))
     if link == ZERO:
         link = np.float32(last + 1)
         last = last + 1
-    _insert(
-        child,
-        link,
-        source,
-        target,
-        np.float32((2.0 * draws[1, 1] - 1.0) * np.float64(part.weight_range)),
-    )
+    weight = np.float32((2.0 * draws[1, 1] - 1.0) * np.float64(part.weight_range))
+    _insert(child, link, source, target, weight)
     return last
 
 
 @compiled
-def _find_open_pair(graph: Graph, loops: bool, chosen: int, marks: Any) -> Any:
-    """Return the number of node pairs that a new link can join, and the pair number `chosen`."""
+def _find_open_pair(graph: Graph, loops: bool, index: int, marks: Any) -> Any:
+    """Return the number of node pairs that a new link can join, and the pair with an index."""
     count = 0
     nodes = count_nodes(graph)
     source = ZERO
@@ -177,19 +179,19 @@ def _find_open_pair(graph: Graph, loops: bool, chosen: int, marks: Any) -> Any:
         for end in range(int(graph[INPUTS]), nodes):
             first = node_number(graph, begin)
             second = node_number(graph, end)
-            if not has_link(graph, first, second) and (
-                loops or not has_path(graph, second, first, marks)
-            ):
-                if count == chosen:
-                    source = first
-                    target = second
-                count += 1
+            if not has_link(graph, first, second):
+                is_allowed = loops or not has_path(graph, second, first, marks)
+                if is_allowed:
+                    if count == index:
+                        source = first
+                        target = second
+                    count += 1
     return count, source, target
 
 
 @compiled
 def _find_equal_node(children: Genome, number: int, first: int, source: Any, target: Any) -> Any:
-    """Return the node by which an earlier child split such a link, or 0 if there is none."""
+    """Return the node by which an earlier child split the same link in this generation, or 0."""
     equal_node = ZERO
     for earlier in range(number):
         child = children[earlier, 0]
@@ -207,13 +209,13 @@ def _find_equal_node(children: Genome, number: int, first: int, source: Any, tar
 
 @compiled
 def _find_equal_link(children: Genome, number: int, first: int, source: Any, target: Any) -> Any:
-    """Return the number of such a link in an earlier child, or 0 if there is none."""
-    number_of_link = ZERO
+    """Return the number of the same new link in an earlier child of this generation, or 0."""
+    equal_link = ZERO
     for earlier in range(number):
         link = _link_number(children[earlier, 0], source, target)
         if link >= first:
-            number_of_link = link
-    return number_of_link
+            equal_link = link
+    return equal_link
 
 
 @compiled

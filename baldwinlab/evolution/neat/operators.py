@@ -1,12 +1,12 @@
-"""The variation `neat` and the selection `species`, which together are NEAT.
+"""The selection `species` and the variation `neat`, which together are NEAT.
 
-Both work with other parts, too. `neat` with another selection is NEAT without species.
+Each works with other parts, too. `neat` with another selection is NEAT without species.
 
 All numbers are from section 4.1 of the paper, unless a description says that they are our choice.
 The paper leaves some rules open. Our choices are as follows. If two parents have the same fitness,
-the structure is that of a random parent. One more member of a species reproduces than the given
-share, as in the authors' program, from memory. A parent from another species is any agent of the
-population. All children can mutate.
+the structure is that of a random parent. The number of members of a species that reproduce is the
+given share plus one, as in the authors' program, from memory. A parent from another species is any
+agent of the population. All children can mutate.
 
 References
 ----------
@@ -56,11 +56,11 @@ def _genome_part(experiment: Any) -> Any:
     )
 
 
-def require_graphs(experiment: Any, what: str) -> None:
-    """Raise ValueError if genomes are not graphs."""
+def require_graphs(experiment: Any, setting: str) -> None:
+    """Raise ValueError if genomes are not graphs. `setting` needs graphs; it is in the message."""
     if not getattr(_genome_part(experiment), "graphs", False):
         raise ValueError(
-            f"{what} needs genomes that are graphs: those of network.kind = 'neat', or of the "
+            f"{setting} needs genomes that are graphs: those of network.kind = 'neat', or of the "
             "models neat-xor, neat-poles and neat-poles-without-velocities"
         )
 
@@ -135,23 +135,25 @@ class Species(Selection, name="species"):
             shares[agent] = -genome[agent, 0, SPECIES]
         # The order is by species, the oldest last, then by fitness, the fittest last.
         sort_by(shares, fitness, order)
-        total, all_breed, equal_shares = _total_of_means(part, genome, fitness)
-        children = parents.shape[0]
-        cumulative = 0.0
-        first = 0
+        total, all_reproduce, has_equal_shares = _sum_species_means(part, genome, fitness)
+        n_children = parents.shape[0]
+        cumulative_share = 0.0
+        first_child = 0
+        # The members of the current species are order[end - size : end].
         end = fitness.size
         species = next_species(genome, 0)
         while species > ZERO:
             size, mean, _, _, _ = species_status(genome, fitness, species)
-            if all_breed or can_reproduce(part, genome, fitness, species):
-                cumulative += 1.0 if equal_shares else mean
-                until = int(cumulative * children / total + 0.5)
-                for child in range(first, until):
+            if all_reproduce or can_reproduce(part, genome, fitness, species):
+                cumulative_share += 1.0 if has_equal_shares else mean
+                end_child = int(cumulative_share * n_children / total + 0.5)
+                for child in range(first_child, end_child):
                     _choose_parents(part, uniforms, order, end - size, end, child, parents)
-                if size > part.champion_species_size and until > first:
-                    parents[first, 0] = order[end - 1]
-                    parents[first, 1] = ITSELF
-                first = until
+                if size > part.champion_species_size and end_child > first_child:
+                    champion = order[end - 1]
+                    parents[first_child, 0] = champion
+                    parents[first_child, 1] = ITSELF
+                first_child = end_child
             species = next_species(genome, species)
             end = end - size
 
@@ -161,30 +163,32 @@ class Species(Selection, name="species"):
 
 
 @compiled
-def _total_of_means(part: Any, genome: Genome, fitness: Fitness) -> Any:
-    """Return the total of the mean fitness of reproducing species, and two flags.
+def _sum_species_means(part: Any, genome: Genome, fitness: Fitness) -> Any:
+    """Return the sum of the mean fitness of reproducing species, and two flags.
 
-    The flags are whether all species reproduce, and whether all have equal shares of the children,
-    because no agent has any fitness.
+    The first flag is whether all species reproduce. The second flag is whether all species have
+    equal shares of the children, because the sum of the means is 0. Then the returned sum is the
+    number of reproducing species. If no species can reproduce, all species do.
     """
-    breeding = 0
+    n_reproducing = 0
     total = 0.0
-    all_species = 0
+    n_species = 0
     total_of_all = 0.0
     species = next_species(genome, 0)
     while species > ZERO:
         mean = species_status(genome, fitness, species)[1]
-        all_species = all_species + 1
+        n_species = n_species + 1
         total_of_all = total_of_all + mean
         if can_reproduce(part, genome, fitness, species):
-            breeding = breeding + 1
+            n_reproducing = n_reproducing + 1
             total = total + mean
         species = next_species(genome, species)
-    if breeding == 0:
-        breeding = all_species
+    if n_reproducing == 0:
+        n_reproducing = n_species
         total = total_of_all
-    all_breed = breeding == all_species
-    return (total if total > 0.0 else float(breeding)), all_breed, total == 0.0
+    all_reproduce = n_reproducing == n_species
+    has_equal_shares = total == 0.0
+    return (total if total > 0.0 else float(n_reproducing)), all_reproduce, has_equal_shares
 
 
 @compiled
@@ -197,9 +201,10 @@ def _choose_parents(
     population, or the first parent itself.
     """
     draws = uniforms[child]
-    survivors = min(end - begin, int(np.float64(part.survival_threshold) * (end - begin)) + 1)
-    first = order[end - 1 - int(draws[0, 0] * survivors)]
-    second = order[end - 1 - int(draws[0, 3] * survivors)]
+    size = end - begin
+    n_best = min(size, int(np.float64(part.survival_threshold) * size) + 1)
+    first = order[end - 1 - int(draws[0, 0] * n_best)]
+    second = order[end - 1 - int(draws[0, 3] * n_best)]
     if draws[0, 2] < part.interspecies_mating_rate:
         second = order[int(draws[0, 3] * order.size)]
     if draws[0, 1] < part.single_parent_share:
@@ -218,11 +223,11 @@ class Neat(Variation, name="neat"):
 
     settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {
-        # Under neutral selection, no parent is the fitter one.
+        # Whether fitness has no effect: under neutral selection, no parent is the fitter one.
         "blind": lambda part, experiment: experiment.evolution.selection == "neutral",
         # Whether new links may close loops.
         "loops": lambda part, experiment: bool(getattr(_genome_part(experiment), "loops", False)),
-        # The inputs of foragers, with the bias.
+        # Number of inputs of an agent of MiniWorld, bias included.
         "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }
@@ -301,7 +306,8 @@ class Neat(Variation, name="neat"):
         first = int(genome[0, 0, LAST_INNOVATION]) + 1
         last = first - 1
         links = link_capacity(genome[0, 0])
-        used = draws[: FIRST_LINK_ROW + links]
+        # The rows of `draws` that need no random numbers are scratch for `marks`.
+        child_draws = draws[: FIRST_LINK_ROW + links]
         marks = draws[FIRST_LINK_ROW + links :, 0]
         for child in range(children.shape[0]):
             first_parent = parents[child, 0]
@@ -309,17 +315,18 @@ class Neat(Variation, name="neat"):
             copy_genome(genome[first_parent], children[child])
             if second_parent == ITSELF:
                 continue
-            rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, used)
+            rng.draw_uniforms(
+                key.seed, key.run, key.generation, rng.INHERITANCE, child, child_draws
+            )
             if first_parent != second_parent:
-                if (part.blind or fitness[first_parent] == fitness[second_parent]) and used[
-                    1, 2
-                ] < 0.5:
+                is_fitter_unknown = part.blind or fitness[first_parent] == fitness[second_parent]
+                if is_fitter_unknown and child_draws[1, 2] < 0.5:
                     first_parent, second_parent = second_parent, first_parent
                     copy_genome(genome[first_parent], children[child])
-                cross(part, genome[second_parent, 0], used, children[child, 0])
-            mutate_weights(part, used, children[child, 0])
-            last = add_node(part, used, children, child, first, last)
-            last = add_link(part, used, children, child, first, last, marks)
+                cross(part, genome[second_parent, 0], child_draws, children[child, 0])
+            mutate_weights(part, child_draws, children[child, 0])
+            last = add_node(part, child_draws, children, child, first, last)
+            last = add_link(part, child_draws, children, child, first, last, marks)
         for child in range(children.shape[0]):
             children[child, 0, LAST_INNOVATION] = last
         assign_species(part, key, genome, fitness, children)

@@ -25,7 +25,7 @@ from baldwinlab.evolution.neat.genome import (
     SPECIES,
     STALE,
 )  # fmt: skip
-from baldwinlab.evolution.neat.species import SMALL_NETWORK
+from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION
 from baldwinlab.parts.breeding import ITSELF
 
 # By innovation number: source, target, weight, enabled.
@@ -49,7 +49,7 @@ def distance(part: Any, first: Genes, second: Genes) -> float:
     excess = sum(number > last for number in unmatched)
     shared = [abs(first[number][2] - second[number][2]) for number in set(first) & set(second)]
     size = max(len(first), len(second))
-    size = 1 if size < SMALL_NETWORK else size
+    size = 1 if size < MIN_LINKS_FOR_DIVISION else size
     mean = sum(shared) / len(shared) if shared else 0.0
     return float(
         part.excess_coefficient * excess / size

@@ -1,12 +1,14 @@
-"""Species: compatibility distance, species of children, status of species, and reproduction.
+"""Species of networks: compatibility distance, assignment, status and permission to reproduce.
 
-A species is represented by a random member of the generation of the parents. A child belongs to the
-first species, the oldest first, whose representative is nearer than a threshold. If there is none,
-the child founds a new species. The head of each genome stores the species number and the number of
-generations without improvement. Therefore, a generation follows from the previous one only.
+The representative of a species is a random member in the parents' generation. A child belongs to
+the oldest species whose representative is nearer than a threshold. If no representative is near,
+the child is the first member of a new species. The head of each genome stores the species number
+and the number of generations without improvement. Therefore, each generation depends on the
+previous generation only.
 
-The paper does not define for how long only the two best species reproduce. As in the authors'
-program, from memory, this lasts for one generation. Then the count starts again.
+If the population stagnates, only the two best species reproduce. The paper does not define for how
+long. As in the authors' program, from memory, they do so for one generation. Then the count of
+generations without improvement starts again.
 
 References
 ----------
@@ -38,45 +40,47 @@ from baldwinlab.evolution.neat.genome import (
 )
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome
 
-# The distance of networks with fewer links is not divided by their size.
-SMALL_NETWORK: Final = 20
+# The distance of networks with fewer links than this number is not divided by the number of links.
+MIN_LINKS_FOR_DIVISION: Final = 20
 
 
 @compiled
 def distance(part: Any, first: Graph, second: Graph) -> float:
     """Compute the compatibility distance c1 E / N + c2 D / N + c3 W.
 
-    E and D are the numbers of excess and disjoint genes, N is the larger number of genes, and W is
-    the mean difference of the weights of matching genes.
+    E and D are the numbers of excess and disjoint genes. N is the larger of the two numbers of
+    genes. W is the mean absolute difference of the weights of matching genes.
     """
     first_link = 0
     second_link = 0
     first_links = count_links(first)
     second_links = count_links(second)
-    disjoint = 0
-    matching = 0
-    difference = 0.0
+    n_disjoint = 0
+    n_matching = 0
+    total_difference = 0.0
     while first_link < first_links and second_link < second_links:
-        a = gene_offset(first_link)
-        b = gene_offset(second_link)
-        if first[a + INNOVATION] == second[b + INNOVATION]:
-            difference += abs(np.float64(first[a + WEIGHT]) - np.float64(second[b + WEIGHT]))
-            matching += 1
+        first_gene = gene_offset(first_link)
+        second_gene = gene_offset(second_link)
+        if first[first_gene + INNOVATION] == second[second_gene + INNOVATION]:
+            total_difference += abs(
+                np.float64(first[first_gene + WEIGHT]) - np.float64(second[second_gene + WEIGHT])
+            )
+            n_matching += 1
         else:
-            disjoint += 1
-        advances_first = first[a + INNOVATION] <= second[b + INNOVATION]
-        advances_second = first[a + INNOVATION] >= second[b + INNOVATION]
+            n_disjoint += 1
+        advances_first = first[first_gene + INNOVATION] <= second[second_gene + INNOVATION]
+        advances_second = first[first_gene + INNOVATION] >= second[second_gene + INNOVATION]
         first_link += int(advances_first)
         second_link += int(advances_second)
-    excess = first_links - first_link + second_links - second_link
+    n_excess = first_links - first_link + second_links - second_link
     size = max(first_links, second_links)
-    genes = (
-        np.float64(part.excess_coefficient) * excess
-        + np.float64(part.disjoint_coefficient) * disjoint
+    unmatched_genes = (
+        np.float64(part.excess_coefficient) * n_excess
+        + np.float64(part.disjoint_coefficient) * n_disjoint
     )
-    return genes / (size if size >= SMALL_NETWORK else 1) + np.float64(part.weight_coefficient) * (
-        difference / max(1, matching)
-    )
+    divisor = size if size >= MIN_LINKS_FOR_DIVISION else 1
+    mean_difference = total_difference / max(1, n_matching)
+    return unmatched_genes / divisor + np.float64(part.weight_coefficient) * mean_difference
 
 
 @compiled
@@ -105,21 +109,23 @@ def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
     best_ever : float
         Best fitness in all generations.
     stale : int
-        Number of generations without an increase of `best_ever`.
+        Number of successive generations without an increase of `best_ever`, up to this one.
     """
     size = 0
     total = 0.0
     best = -math.inf
-    before = -math.inf
+    previous_best = -math.inf
     stale = 0
     for agent in range(fitness.size):
         if genome[agent, 0, SPECIES] == species:
             size = size + 1
             total = total + fitness[agent]
             best = max(best, np.float64(np.float32(fitness[agent])))
-            before = np.float64(genome[agent, 0, BEST])
+            previous_best = np.float64(genome[agent, 0, BEST])
             stale = int(genome[agent, 0, STALE])
-    return size, total / max(1, size), best, max(best, before), 0 if best > before else stale + 1
+    best_ever = max(best, previous_best)
+    stale = 0 if best > previous_best else stale + 1
+    return size, total / max(1, size), best, best_ever, stale
 
 
 @compiled
@@ -128,37 +134,40 @@ def population_status(genome: Genome, fitness: Fitness) -> Any:
     best = -math.inf
     for agent in range(fitness.size):
         best = max(best, np.float64(np.float32(fitness[agent])))
-    before = np.float64(genome[0, 0, POPULATION_BEST])
-    return max(best, before), 0 if best > before else int(genome[0, 0, POPULATION_STALE]) + 1
+    previous_best = np.float64(genome[0, 0, POPULATION_BEST])
+    stale = 0 if best > previous_best else int(genome[0, 0, POPULATION_STALE]) + 1
+    return max(best, previous_best), stale
 
 
 @compiled
 def can_reproduce(part: Any, genome: Genome, fitness: Fitness, species: Any) -> bool:
     """Return whether a species has children.
 
-    A species has none after a long time without improvement. If the population does not improve,
-    only the two best species have children.
+    A species has no children after `stagnation_generations` without improvement. After a period in
+    which the population does not improve, only the two best species have children.
     """
-    _, stale_of_all = population_status(genome, fitness)
+    _, population_stale = population_status(genome, fitness)
     period = part.population_stagnation_generations + 1
-    if stale_of_all > 0 and stale_of_all % period == 0:
+    is_end_of_period = population_stale > 0 and population_stale % period == 0
+    if is_end_of_period:
         return _count_better_species(genome, fitness, species) < 2
     stale = species_status(genome, fitness, species)[4]
     # The count starts again after a generation in which only the two best species reproduced.
-    if stale_of_all > period:
-        stale = min(stale, stale_of_all % period)
+    if population_stale > period:
+        stale = min(stale, population_stale % period)
     return bool(stale < part.stagnation_generations)
 
 
 @compiled
 def _count_better_species(genome: Genome, fitness: Fitness, species: Any) -> int:
-    """Return the number of better species. Of equal species, the older is better."""
+    """Return the number of better species. Of two equal species, the older one is better."""
     best_of_species = species_status(genome, fitness, species)[2]
     count = 0
     competitor = next_species(genome, 0)
     while competitor > ZERO:
         best = species_status(genome, fitness, competitor)[2]
-        count += int(best > best_of_species or (best == best_of_species and competitor < species))
+        is_older_equal = best == best_of_species and competitor < species
+        count += int(best > best_of_species or is_older_equal)
         competitor = next_species(genome, competitor)
     return count
 
@@ -167,30 +176,32 @@ def _count_better_species(genome: Genome, fitness: Fitness, species: Any) -> int
 def assign_species(
     part: Any, key: GenerationKey, genome: Genome, fitness: Fitness, children: Genome
 ) -> None:
-    """Write the species of each child and its status into the heads of the genomes."""
-    best_of_all, stale_of_all = population_status(genome, fitness)
+    """Write the species of each child, with the status of the species, into the genome's head."""
+    population_best, population_stale = population_status(genome, fitness)
     for child in range(children.shape[0]):
         children[child, 0, SPECIES] = ZERO
-        children[child, 0, POPULATION_BEST] = np.float32(best_of_all)
-        children[child, 0, POPULATION_STALE] = np.float32(stale_of_all)
+        children[child, 0, POPULATION_BEST] = np.float32(population_best)
+        children[child, 0, POPULATION_STALE] = np.float32(population_stale)
     species = next_species(genome, 0)
-    count = 0
+    species_index = 0
     while species > ZERO:
         size, _, _, best, stale = species_status(genome, fitness, species)
         draw = rng.uniform(
-            rng.philox(1, count, key.generation, rng.INHERITANCE, key.seed, key.run)[3]
+            rng.philox(1, species_index, key.generation, rng.INHERITANCE, key.seed, key.run)[3]
         )
         representative = genome[_find_member(genome, species, int(draw * size)), 0]
-        _add_children(part, representative, species, np.float32(best), stale, children)
+        _assign_near_children(part, representative, species, np.float32(best), stale, children)
         species = next_species(genome, species)
-        count = count + 1
-    newest = genome[0, 0, LAST_SPECIES]
+        species_index = species_index + 1
+    last_species = genome[0, 0, LAST_SPECIES]
     for child in range(children.shape[0]):
         if children[child, 0, SPECIES] == ZERO:
-            newest += np.float32(1)
-            _add_children(part, children[child, 0], newest, np.float32(-math.inf), 0, children)
+            last_species += np.float32(1)
+            _assign_near_children(
+                part, children[child, 0], last_species, np.float32(-math.inf), 0, children
+            )
     for child in range(children.shape[0]):
-        children[child, 0, LAST_SPECIES] = newest
+        children[child, 0, LAST_SPECIES] = last_species
 
 
 @compiled
@@ -206,10 +217,10 @@ def _find_member(genome: Genome, species: Any, number: int) -> int:
 
 
 @compiled
-def _add_children(
+def _assign_near_children(
     part: Any, representative: Graph, species: Any, best: Any, stale: int, children: Genome
 ) -> None:
-    """Add children without a species to a species if they are near its representative."""
+    """Assign a species to children without a species that are near its representative."""
     for child in range(children.shape[0]):
         graph = children[child, 0]
         if (

@@ -1,8 +1,8 @@
 """Equations of motion of two poles on a cart that a force moves along a track.
 
-A state has the position and velocity of the cart, the angle and angular velocity of the long pole,
-and those of the short pole, in m, rad and s. Track, lengths, masses and steps follow Stanley and
-Miikkulainen 2002, section 4.3.
+A state has six entries, in m, rad and s: position and velocity of the cart, angle and angular
+velocity of the long pole, angle and angular velocity of the short pole. Track, lengths, masses and
+steps follow Stanley and Miikkulainen 2002, section 4.3.
 
 References
 ----------
@@ -37,7 +37,7 @@ MAX_FORCE = 10.0
 GRAVITY = -9.8
 # Friction coefficient of a hinge.
 HINGE_FRICTION = 2e-6
-# Time step, in s. A network is activated after two steps.
+# Time step, in s. The network sets the force once every two steps.
 TIME_STEP: Final = 0.01
 # Coefficients of the Taylor series of sine and cosine, in powers of the squared angle.
 SINE_COEFFICIENTS = tuple(
@@ -57,27 +57,30 @@ def is_balanced(state: Any) -> bool:
 
 
 @compiled
-def move(state: Any, push: float, step: float, friction: float, motion: Any) -> None:
+def move(state: Any, applied_force: float, step: float, friction: float, workspace: Any) -> None:
     """Do one step of the fourth-order Runge-Kutta method.
 
-    `motion` [7, 6] is scratch from row 1 on.
+    `state` is row 0 of `workspace` [7, 6], or another array. The other rows are overwritten.
     """
-    point = motion[1]
-    _slope(state, push, friction, motion[2])
+    point = workspace[1]
+    # The derivatives at the four stages of the method.
+    slopes = workspace[2:6]
+    _compute_slope(state, applied_force, friction, slopes[0])
     for stage in range(1, 4):
-        share = step if stage == 3 else 0.5 * step
-        for part in range(STATE_SIZE):
-            point[part] = state[part] + share * motion[1 + stage, part]
-        _slope(point, push, friction, motion[2 + stage])
-    for part in range(STATE_SIZE):
-        inner = motion[3, part] + motion[4, part]
-        state[part] += step / 6.0 * ((motion[2, part] + motion[5, part]) + 2.0 * inner)
+        stage_step = step if stage == 3 else 0.5 * step
+        for entry in range(STATE_SIZE):
+            point[entry] = state[entry] + stage_step * slopes[stage - 1, entry]
+        _compute_slope(point, applied_force, friction, slopes[stage])
+    for entry in range(STATE_SIZE):
+        midpoint_slopes = slopes[1, entry] + slopes[2, entry]
+        end_slopes = slopes[0, entry] + slopes[3, entry]
+        state[entry] += step / 6.0 * (end_slopes + 2.0 * midpoint_slopes)
 
 
 @compiled
-def _slope(state: Any, push: float, friction: float, slope: Any) -> None:
-    """Fill the time derivative of a state (Wieland 1991)."""
-    force = push
+def _compute_slope(state: Any, applied_force: float, friction: float, slope: Any) -> None:
+    """Fill `slope` with the time derivative of a state (Wieland 1991)."""
+    force = applied_force
     mass = CART_MASS
     for pole in range(2):
         angle = state[2 + 2 * pole]
@@ -108,7 +111,8 @@ def _slope(state: Any, push: float, friction: float, slope: Any) -> None:
 def compute_sine(angle: float) -> float:
     """Compute the sine of an angle in [-1.5, 1.5], with an error below 1e-15.
 
-    Products alone give the same bits on all machines.
+    The function uses only products and sums, because the sine of the C library differs between
+    machines.
     """
     return angle * polynomial(angle * angle, SINE_COEFFICIENTS)
 

@@ -1,12 +1,12 @@
-"""Double pole balancing with velocities, the second task of NEAT.
+"""The model of double pole balancing with velocities, the second task of NEAT.
 
     baldwinlab run neat-poles --set evolution.generations=5 neat_poles.max_steps=500 --runs 2
 
 A cart on a track carries two poles of different lengths on hinges. A network senses the positions
 and the velocities of the cart and the poles. Every 0.02 s, its output sets the force on the cart,
-from -10 to 10 N. Fitness is the number of such steps in which the cart stays on its track and both
-poles stay within 36 degrees of upright. A network that reaches the maximum number of steps has
-solved the task. This module also has the code that it shares with `double_pole_no_velocities.py`.
+from -10 to 10 N. Fitness is the number of these 0.02 s steps in which the cart stays on its track
+and both poles stay within 36 degrees of upright. A network that reaches the maximum number of steps
+has solved the task. `double_pole_no_velocities.py` shares the code of this module.
 
 Track, lengths, masses and steps follow section 4.3 of Stanley and Miikkulainen 2002 and its tables.
 In the paper, 120 runs evaluate 3,578 networks in 24 generations on average. The scaling of the
@@ -50,12 +50,12 @@ from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Mod
 INPUT_SCALES: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
 # Initial state. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
-# Number of final steps in which the unrest is measured.
+# Number of final steps of a trial over which the unrest is added up.
 N_UNREST_STEPS: Final = 100
 
 
 class Poles(Model):
-    """Common base of the tasks."""
+    """Base class of the models with and without velocities."""
 
     max_steps: int = Field(
         100_000,
@@ -106,21 +106,20 @@ class Poles(Model):
         # The bias is an input.
         inputs = len(self.sensed) + 1
         draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
-        return make_minimal_graphs(
-            inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range
-        )[:, None]
+        weights = (2 * draws - 1) * self.founder_weight_range
+        return make_minimal_graphs(inputs, 1, self.max_links, weights)[:, None]
 
     def balance_networks(
         self, graphs: npt.NDArray[np.float32], starts: Sequence[Sequence[float]], max_steps: int
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-        """Balance with each network from each start state.
+        """Balance the poles with each network from each initial state.
 
         Parameters
         ----------
         graphs : array of shape (runs, agents, entries)
             Networks.
         starts : sequence
-            Start states.
+            Initial states.
         max_steps : int
             Maximum number of steps.
 
@@ -175,7 +174,8 @@ class NeatPoles(Poles, name="neat-poles"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)[0][..., 0]
+        all_steps, _ = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
+        steps = all_steps[..., 0]
         energy = steps.astype(np.float64)
         records = {"solves": (steps == self.max_steps).astype(np.int32), **record_networks(graphs)}
         return LifeResults(energy, np.zeros_like(energy), None, records)
@@ -184,16 +184,16 @@ class NeatPoles(Poles, name="neat-poles"):
 @jit_entry_point
 def balance(
     graphs: Any, starts: Any, sensed: Any, loops: bool, max_steps: int, slope: Any,
-    units: Any, plan: Any, motion: Any, recent: Any, steps: Any, unrest: Any,
+    units: Any, ordered_links: Any, workspace: Any, recent_unrest: Any, steps: Any, unrest: Any,
 ) -> None:  # fmt: skip
-    """Balance with all networks from all start states.
+    """Balance the poles with all networks from all initial states.
 
     Parameters
     ----------
     graphs : array of shape (runs, agents, entries)
         Networks.
     starts : array of shape (starts, 6)
-        Start states.
+        Initial states.
     sensed : array of int
         Indices of the state that are sensed.
     loops : bool
@@ -202,7 +202,13 @@ def balance(
         Maximum number of steps.
     slope : float32
         Slope of the sigmoid.
-    units, plan, motion, recent : arrays of shape (2, units), (2, links, 3), (7, 6) and (LAST,)
+    units : array of shape (2, units)
+        Scratch.
+    ordered_links : array of shape (2, links, 3)
+        Scratch.
+    workspace : array of shape (7, 6)
+        Scratch.
+    recent_unrest : array of shape (N_UNREST_STEPS,)
         Scratch.
     steps : array of shape (runs, agents, starts)
         Output: the number of steps until the cart leaves its track or a pole falls.
@@ -212,59 +218,71 @@ def balance(
     """
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
-            links = order_links(graphs[run, agent], sensed.size, loops, plan[0], plan[1], units[1])
+            links = order_links(
+                graphs[run, agent], sensed.size, loops, ordered_links[0], ordered_links[1], units[1]
+            )
             for start in range(starts.shape[0]):
-                _begin(starts[start], loops, units, motion[0], recent)
+                _init_trial(starts[start], loops, units, workspace[0], recent_unrest)
                 steps[run, agent, start] = _balance_once(
-                    plan[1], links, sensed, loops, max_steps, slope, units, motion, recent
+                    ordered_links[1],
+                    links,
+                    sensed,
+                    loops,
+                    max_steps,
+                    slope,
+                    units,
+                    workspace,
+                    recent_unrest,
                 )
                 total = 0.0
                 for step in range(N_UNREST_STEPS):
-                    total += recent[step]
+                    total += recent_unrest[step]
                 unrest[run, agent, start] = total
 
 
 @compiled
-def _begin(start: Any, loops: bool, units: Any, state: Any, recent: Any) -> None:
+def _init_trial(
+    initial_state: Any, loops: bool, units: Any, state: Any, recent_unrest: Any
+) -> None:
     """Set the initial state and the initial values of nodes.
 
     A node without links has the value 1/2. In recurrent networks, all initial values are 0.
     """
-    for part in range(STATE_SIZE):
-        state[part] = start[part]
+    for entry in range(STATE_SIZE):
+        state[entry] = initial_state[entry]
     for row in range(units.shape[1]):
         units[0, row] = units[1, row] = np.float32(0) if loops else np.float32(0.5)
     for step in range(N_UNREST_STEPS):
-        recent[step] = 0.0
+        recent_unrest[step] = 0.0
 
 
 @compiled
 def _balance_once(
-    plan: Any,
+    ordered_links: Any,
     links: int,
     sensed: Any,
     loops: bool,
     max_steps: int,
     slope: Any,
     units: Any,
-    motion: Any,
-    recent: Any,
+    workspace: Any,
+    recent_unrest: Any,
 ) -> int:
     """Return the number of steps until the cart leaves its track or a pole falls."""
-    state = motion[0]
+    state = workspace[0]
     step = 0
     sources = units[1 if loops else 0]
     values = units[0]
     while step < max_steps and is_balanced(state):
-        output = activate_once(plan, links, slope, sensed, state, sources, values)
-        push = MAX_FORCE * (2.0 * np.float64(output) - 1.0)
+        output = activate_once(ordered_links, links, slope, sensed, state, sources, values)
+        applied_force = MAX_FORCE * (2.0 * np.float64(output) - 1.0)
         if loops:
             for row in range(values.size):
                 sources[row] = values[row]
-        move(state, push, TIME_STEP, HINGE_FRICTION, motion)
-        move(state, push, TIME_STEP, HINGE_FRICTION, motion)
+        move(state, applied_force, TIME_STEP, HINGE_FRICTION, workspace)
+        move(state, applied_force, TIME_STEP, HINGE_FRICTION, workspace)
         if is_balanced(state):
-            recent[step % N_UNREST_STEPS] = (abs(state[0]) + abs(state[1])) + (
+            recent_unrest[step % N_UNREST_STEPS] = (abs(state[0]) + abs(state[1])) + (
                 abs(state[2]) + abs(state[3])
             )
             step += 1
@@ -272,8 +290,10 @@ def _balance_once(
 
 
 @compiled
-def order_links(graph: Any, inputs: int, loops: bool, listed: Any, plan: Any, done: Any) -> int:
-    """Fill `plan` with the enabled links in the order of their evaluation, and return their number.
+def order_links(
+    graph: Any, inputs: int, loops: bool, unordered_links: Any, ordered_links: Any, is_ordered: Any
+) -> int:
+    """Order the enabled links by their evaluation, and return their number.
 
     Without loops, a link is after all links to its source. Links to the same node are adjacent, in
     the order of the genome.
@@ -286,61 +306,63 @@ def order_links(graph: Any, inputs: int, loops: bool, listed: Any, plan: Any, do
         Number of inputs without the bias.
     loops : bool
         Whether networks may be recurrent.
-    listed : array of shape (links, 3)
+    unordered_links : array of shape (links, 3)
         Scratch.
-    plan : array of shape (links, 3)
+    ordered_links : array of shape (links, 3)
         Output: source row, target row and weight of each link.
-    done : array of shape (rows,)
-        Scratch.
+    is_ordered : array of shape (rows,)
+        Scratch: 1 for inputs and for nodes whose links are ordered, else 0.
     """
-    count = list_links(graph, inputs, 1, done.size, listed)
-    planned = 0
+    n_links = list_links(graph, inputs, 1, is_ordered.size, unordered_links)
+    n_ordered = 0
     has_changed = True
-    for row in range(done.size):
-        done[row] = 1.0 if row < inputs else 0.0
+    for row in range(is_ordered.size):
+        is_ordered[row] = 1.0 if row < inputs else 0.0
     while has_changed:
         has_changed = False
-        for row in range(inputs, done.size):
-            if done[row] == 0.0 and (loops or _has_all_inputs(listed, count, row, done)):
-                done[row] = 1.0
+        for row in range(inputs, is_ordered.size):
+            if is_ordered[row] == 0.0 and (
+                loops or _has_all_inputs(unordered_links, n_links, row, is_ordered)
+            ):
+                is_ordered[row] = 1.0
                 has_changed = True
-                for link in range(count):
-                    if listed[link, 1] == row:
+                for link in range(n_links):
+                    if unordered_links[link, 1] == row:
                         for column in range(3):
-                            plan[planned, column] = listed[link, column]
-                        planned += 1
-    return planned
+                            ordered_links[n_ordered, column] = unordered_links[link, column]
+                        n_ordered += 1
+    return n_ordered
 
 
 @compiled
-def _has_all_inputs(listed: Any, count: int, row: int, done: Any) -> bool:
-    """Return whether all source nodes of a node are done."""
-    all_done = True
-    for link in range(count):
-        if listed[link, 1] == row and listed[link, 0] >= 0.0:
-            all_done = all_done and done[int(listed[link, 0])] > 0.0
-    return all_done
+def _has_all_inputs(unordered_links: Any, n_links: int, row: int, is_ordered: Any) -> bool:
+    """Return whether the links to all source nodes of a node are ordered."""
+    all_ordered = True
+    for link in range(n_links):
+        if unordered_links[link, 1] == row and unordered_links[link, 0] >= 0.0:
+            all_ordered = all_ordered and is_ordered[int(unordered_links[link, 0])] > 0.0
+    return all_ordered
 
 
 @compiled
 def activate_once(
-    plan: Any, links: int, slope: Any, sensed: Any, state: Any, sources: Any, values: Any
+    ordered_links: Any, links: int, slope: Any, sensed: Any, state: Any, sources: Any, values: Any
 ) -> Any:
     """Update the values of all nodes with links, and return the output, in (0, 1).
 
-    `sources` [row] has the values that links read. In feed-forward networks it is `values` itself.
-    In recurrent networks it has the values of the last step, and the current inputs. Row -1 is the
-    bias.
+    Links read their inputs from `sources` [row]. In feed-forward networks, `sources` is `values`.
+    In recurrent networks, `sources` has the values of the previous step and the current inputs. The
+    row of the bias is -1.
     """
     for row in range(sensed.size):
         sources[row] = values[row] = np.float32(state[sensed[row]] / INPUT_SCALES[sensed[row]])
     link = 0
     while link < links:
-        target = int(plan[link, 1])
+        target = int(ordered_links[link, 1])
         total = np.float32(0)
-        while link < links and int(plan[link, 1]) == target:
-            source = int(plan[link, 0])
-            total += plan[link, 2] * (np.float32(1) if source < 0 else sources[source])
+        while link < links and int(ordered_links[link, 1]) == target:
+            source = int(ordered_links[link, 0])
+            total += ordered_links[link, 2] * (np.float32(1) if source < 0 else sources[source])
             link += 1
         values[target] = sigmoid(slope * total)
     return values[values.size - 1]

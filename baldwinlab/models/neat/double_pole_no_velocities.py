@@ -1,4 +1,4 @@
-"""Double pole balancing without velocities, the task of NEAT that needs networks with memory.
+"""The model of double pole balancing without velocities, which needs networks with memory.
 
     baldwinlab run stanley-miikkulainen-2002:poles-without-velocities \\
         --set evolution.generations=3 --runs 1
@@ -6,19 +6,22 @@
 Cart, poles and forces are those of `double_pole.py`. A network senses the position of the cart,
 both angles and a bias. It needs memory to know the direction of movement, so networks are
 recurrent. A link may have any source and any target except an input. In each step, all nodes are
-updated at the same time, from the current inputs and from the values of nodes in the last step. The
-initial values are 0. A node without incoming links keeps the value 0.
+updated at the same time, from the current inputs and from the values of nodes in the previous step.
+The initial values are 0. The value of a node without incoming links stays 0.
 
-Fitness is that of Gruau, which rewards rest and not swinging poles: 0.1 t / 1000 + 0.9 f. Here, t
-is the number of balanced steps of 1000. f is 0.75 / the sum over the last 100 steps of |position| +
-|velocity| + |angle| + |angular velocity| of the cart and the long pole. f is 0 if t is below 100.
+Fitness is that of Gruau, which rewards poles at rest: 0.1 t / 1000 + 0.9 f. Here, t is the number
+of balanced steps, up to 1000. f is 0.75 / u, where the unrest u is the sum over the last 100 steps
+of |position| + |velocity| of the cart + |angle| + |angular velocity| of the long pole. f is 0 if t
+is below 100.
+
 The best network of each generation has two further tests. The first test is whether it balances for
-100,000 steps. If so, the second test is the number of 625 start states from which it balances for
-1000 steps. A network with at least 200 start states has solved the task.
+100,000 steps. If it does, the second test counts the start states, of 625, from which the network
+balances for 1000 steps. A network that balances from at least 200 start states has solved the task.
 
 All numbers are from memory. The simultaneous update of nodes follows the authors' program, from
-memory, which before the first step continues until the output has an input. The share of recurrent
-links among new links is not in the paper. Our choice is to draw any pair of nodes.
+memory. Before the first step, that program repeats the update until the output has an input. The
+share of recurrent links among new links is not in the paper. Our choice is to draw any pair of
+nodes.
 
 References
 ----------
@@ -41,9 +44,9 @@ from baldwinlab.models.neat.double_pole import INITIAL_STATE, N_UNREST_STEPS, Po
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import OF_AGENT, Field, LifeResults, Measure, Variable
 
-# Number of start states for a solution.
+# Number of start states from which a solution must balance.
 MIN_BALANCED_STARTS: Final = 200
-# Positions of start states in each of the four ranges, as shares.
+# Values of a start state in each of the four ranges, as shares of the range.
 START_SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Limits of position (m), velocity (m/s), angle (rad) and angular velocity (rad/s) in both
 # directions, of the cart and the long pole.
@@ -115,25 +118,21 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
-        steps, unrest = (
-            values[..., 0]
-            for values in self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
-        )
-        rest = np.divide(
-            0.75, unrest, out=np.zeros_like(unrest), where=(steps >= N_UNREST_STEPS) & (unrest > 0)
-        )
+        trial_results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
+        steps, unrest = (values[..., 0] for values in trial_results)
+        has_rest = (steps >= N_UNREST_STEPS) & (unrest > 0)
+        rest = np.divide(0.75, unrest, out=np.zeros_like(unrest), where=has_rest)
         energy = 0.1 * steps / self.max_steps + 0.9 * rest
         proven, generalises = np.zeros((2, *steps.shape), np.int32)
         for run, best in enumerate(energy.argmax(axis=1)):
             champion = graphs[run : run + 1, best : best + 1]
-            proven[run, best] = self.balance_networks(
+            long_trial_steps, _ = self.balance_networks(
                 champion, [INITIAL_STATE], self.endurance_steps
-            )[0].item()
+            )
+            proven[run, best] = long_trial_steps.item()
             if proven[run, best] == self.endurance_steps:
-                generalises[run, best] = (
-                    self.balance_networks(champion, START_STATES, self.max_steps)[0]
-                    == self.max_steps
-                ).sum()
+                start_steps, _ = self.balance_networks(champion, START_STATES, self.max_steps)
+                generalises[run, best] = (start_steps == self.max_steps).sum()
         records = {
             "balanced": steps.astype(np.int32),
             "proven": proven,

@@ -1,6 +1,6 @@
-"""Records and measures that all models of growing networks share.
+"""Records and measures of all models in which the topology of networks evolves.
 
-The first solution of a run is the first one in the order in which networks are evaluated.
+The first solution of a run is the first network that solves the task, in the order of evaluation.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
     ),
 }
 
-# Function from runs to whether each agent solves the task.
+# Function that returns for each agent of the runs whether it solves the task.
 Solves = Callable[[xr.Dataset], xr.DataArray]
 
 
@@ -57,7 +57,7 @@ def measure_solutions(
     Parameters
     ----------
     solves : callable
-        Function from runs to whether each agent solves the task.
+        Function that returns for each agent of the runs whether it solves the task.
     recorded : mapping of str to str, optional
         Descriptions of further records that are measured in the first solution.
     """
@@ -65,44 +65,46 @@ def measure_solutions(
     def is_solved(runs: xr.Dataset) -> xr.DataArray:
         return solves(runs).any(("generation", "agent")) * 1.0
 
-    def of_first(
+    def measure_first_solution(
         quantity: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]],
     ) -> Callable[[xr.Dataset], xr.DataArray]:
-        """Measure a quantity of the first solution, whose position is its number in its run."""
+        """Measure a quantity of the first solution by its position in the order of evaluation."""
 
         def measure(runs: xr.Dataset) -> xr.DataArray:
-            position = _in_evaluation_order(solves(runs)).argmax(axis=1)
-            return xr.DataArray(quantity(runs, position), {"run": runs["run"]}, "run").where(
-                is_solved(runs) == 1
-            )
+            positions = _order_by_evaluation(solves(runs)).argmax(axis=1)
+            values = xr.DataArray(quantity(runs, positions), {"run": runs["run"]}, "run")
+            return values.where(is_solved(runs) == 1)
 
         return measure
 
-    def of_record(name: str, meaning: str) -> Measure:
-        return Measure(meaning, of_first(lambda runs, position: _values_at(runs[name], position)))
+    def measure_record(name: str, meaning: str) -> Measure:
+        return Measure(
+            meaning,
+            measure_first_solution(lambda runs, positions: _values_at(runs[name], positions)),
+        )
 
     return {
         "solved": Measure("1 if any network solves the task, else 0", is_solved),
         "generations": Measure(
             "generations to the first solution",
-            of_first(lambda runs, position: position // runs.sizes["agent"] + 1),
+            measure_first_solution(lambda runs, positions: positions // runs.sizes["agent"] + 1),
         ),
         "evaluations": Measure(
             "networks evaluated to the first solution",
-            of_first(lambda runs, position: position + 1),
+            measure_first_solution(lambda runs, positions: positions + 1),
         ),
-        "hidden": of_record("hidden", "hidden nodes of the first solution"),
-        "enabled": of_record("enabled", "enabled links of the first solution"),
-        **{name: of_record(name, meaning) for name, meaning in recorded.items()},
+        "hidden": measure_record("hidden", "hidden nodes of the first solution"),
+        "enabled": measure_record("enabled", "enabled links of the first solution"),
+        **{name: measure_record(name, meaning) for name, meaning in recorded.items()},
     }
 
 
-def _in_evaluation_order(record: xr.DataArray) -> npt.NDArray[Any]:
+def _order_by_evaluation(record: xr.DataArray) -> npt.NDArray[Any]:
     """Return a record as [run, network], ordered by generation, then by agent."""
     return record.transpose("run", "generation", "agent").values.reshape(record.sizes["run"], -1)
 
 
-def _values_at(record: xr.DataArray, position: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
-    """Return the record of one network of each run, by its position."""
-    values: npt.NDArray[Any] = _in_evaluation_order(record)[np.arange(len(position)), position]
+def _values_at(record: xr.DataArray, positions: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
+    """Return the values of a record for one network of each run, at `positions` [run]."""
+    values: npt.NDArray[Any] = _order_by_evaluation(record)[np.arange(len(positions)), positions]
     return values

@@ -1,10 +1,10 @@
-"""The exclusive or (XOR), the first task of NEAT, which needs at least one hidden node.
+"""The model of the exclusive or (XOR), the first task of NEAT, which needs a hidden node.
 
     baldwinlab reproduce stanley-miikkulainen-2002
 
 A network has two inputs and a bias. The output must be above 1/2 if exactly one input is 1, and
-below 1/2 otherwise. A lifetime has the four questions. Fitness is the square of 4 minus the sum of
-the distances from the correct answers.
+below 1/2 otherwise. The questions of a lifetime are the four combinations of the two inputs.
+Fitness is (4 - e)^2, where e is the sum of |answer - correct answer| over the four questions.
 
 References
 ----------
@@ -86,9 +86,8 @@ class NeatXor(Model, name="neat-xor"):
         # The bias is an input.
         inputs = len(QUESTIONS[0]) + 1
         draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
-        return make_minimal_graphs(
-            inputs, 1, self.max_links, (2 * draws - 1) * self.founder_weight_range
-        )[:, None]
+        weights = (2 * draws - 1) * self.founder_weight_range
+        return make_minimal_graphs(inputs, 1, self.max_links, weights)[:, None]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -99,9 +98,11 @@ class NeatXor(Model, name="neat-xor"):
         answer_questions(
             graphs, np.array(QUESTIONS, np.float32), np.float32(self.sigmoid_slope), units, answers
         )
-        wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
-        right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
-        energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
+        errors = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
+        right = (errors < 0.5).sum(axis=-1, dtype=np.int32)
+        # The parentheses fix the order of the additions, on which rounding depends.
+        total_error = (errors[..., 0] + errors[..., 1]) + (errors[..., 2] + errors[..., 3])
+        energy = (4 - total_error) ** 2
         return LifeResults(
             energy, np.zeros_like(energy), None, {"right": right, **record_networks(graphs)}
         )
@@ -111,10 +112,8 @@ class NeatXor(Model, name="neat-xor"):
         answers = [
             oracle.activate(graph, self.sigmoid_slope, (*question, 1))[0] for question in QUESTIONS
         ]
-        return float(
-            (4 - sum(abs(answer - right) for answer, right in zip(answers, ANSWERS, strict=True)))
-            ** 2
-        )
+        errors = [abs(answer - right) for answer, right in zip(answers, ANSWERS, strict=True)]
+        return float((4 - sum(errors)) ** 2)
 
 
 @jit_entry_point

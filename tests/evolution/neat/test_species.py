@@ -19,7 +19,7 @@ from baldwinlab.evolution.neat.genome import (
     SPECIES,
     STALE,
 )
-from baldwinlab.evolution.neat.species import SMALL_NETWORK, distance
+from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION, distance
 from baldwinlab.parts.breeding import ITSELF
 from tests.evolution.neat.grown import (
     evolved,
@@ -89,10 +89,10 @@ def test_the_distance_of_large_networks_is_relative_to_the_number_of_genes() -> 
             graph[HEAD_SIZE + 5 * link : HEAD_SIZE + 5 * link + 5] = 4 + link, 0, 3, 1, 1
         return graph
 
-    assert distance(NEAT, large(SMALL_NETWORK - 1), large(SMALL_NETWORK - 3)) == 2
-    assert distance(NEAT, large(SMALL_NETWORK), large(SMALL_NETWORK - 3)) == pytest.approx(
-        3 / SMALL_NETWORK
-    )
+    assert distance(NEAT, large(MIN_LINKS_FOR_DIVISION - 1), large(MIN_LINKS_FOR_DIVISION - 3)) == 2
+    assert distance(
+        NEAT, large(MIN_LINKS_FOR_DIVISION), large(MIN_LINKS_FOR_DIVISION - 3)
+    ) == pytest.approx(3 / MIN_LINKS_FOR_DIVISION)
 
 
 def test_distances_equal_the_oracle() -> None:

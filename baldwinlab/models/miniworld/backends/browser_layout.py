@@ -14,7 +14,7 @@ import numpy as np
 from numba import typeof
 
 from baldwinlab.engine import wasm
-from baldwinlab.evolution.founders import purposes
+from baldwinlab.evolution.founders import list_module_purposes
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import key_of
@@ -290,7 +290,7 @@ class ModuleLayout:
         leaves = number_leaves(self.population, {**POPULATION_SOURCES, **breeding_sources})
         for name, (kind, shape) in POPULATION_ARRAYS.items():
             leaves[name] = {"type": kind, "shape": shape, "fill": 0}
-        leaves["purposes"] = {"type": "i8", "values": purposes(experiment)}
+        leaves["purposes"] = {"type": "i8", "values": list_module_purposes(experiment)}
         leaves["minimum_fitness"] = {
             "type": "f8",
             "values": ["-Infinity" if least == -math.inf else least for least in minimum_fitness],
