@@ -38,7 +38,7 @@ class Roulette(Selection, name="roulette"):
     Le 2019.
     """
 
-    least: ClassVar[float] = 0.0
+    minimum_fitness: ClassVar[float] = 0.0
 
     @staticmethod
     def select(
@@ -66,7 +66,7 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
     Baker 1987 (stochastic universal sampling).
     """
 
-    least: ClassVar[float] = 0.0
+    minimum_fitness: ClassVar[float] = 0.0
 
     @staticmethod
     def select(
@@ -119,7 +119,7 @@ class Outcrossing(Selection, name="outcrossing"):
     Hinton and Nowlan 1987.
     """
 
-    least: ClassVar[float] = 0.0
+    minimum_fitness: ClassVar[float] = 0.0
 
     @staticmethod
     def select(

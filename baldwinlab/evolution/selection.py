@@ -54,12 +54,12 @@ def select(
         If a fitness is not valid for the scheme, or a selected agent does not exist.
     """
     scheme, code = breeding_part(experiment, "selection")
-    least = type(scheme).part.least
+    minimum = type(scheme).part.minimum_fitness
     setting = f"evolution.selection = {experiment.evolution.selection!r}"
-    if (agent := find_invalid_fitness(fitness, least)) >= 0:
+    if (agent := find_invalid_fitness(fitness, minimum)) >= 0:
         allowed = (
             "0 or more: choose rank or tournament, or a fitness that is never negative"
-            if least == 0
+            if minimum == 0
             else "a finite number"
         )
         raise ValueError(
@@ -111,10 +111,10 @@ def has_invalid_parent(parents: Parents, agents: int) -> bool:
 
 
 @jit_entry_point
-def find_invalid_fitness(fitness: Fitness, least: float) -> int:
-    """Return the first agent whose fitness is not finite or is below `least`, or -1."""
+def find_invalid_fitness(fitness: Fitness, minimum: float) -> int:
+    """Return the first agent whose fitness is not finite or is below `minimum`, or -1."""
     for agent in range(fitness.size):
         is_finite = -math.inf < fitness[agent] < math.inf
-        if not (is_finite and fitness[agent] >= least):
+        if not (is_finite and fitness[agent] >= minimum):
             return agent
     return -1

@@ -30,7 +30,11 @@ RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
         "marks": "map_shapes",
         "bears": "allows_births",
     },
-    "selection": {"pair": "select_with_genomes", "keep": "mark_survivors"},
+    "selection": {
+        "pair": "select_with_genomes",
+        "keep": "mark_survivors",
+        "least": "minimum_fitness",
+    },
     "variation": {"vary_all": "vary_population", "found": "init_founders"},
     "inheritance": {
         "pass_on": "inherit",

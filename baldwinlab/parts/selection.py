@@ -141,7 +141,7 @@ class Selection(Part):
 
     Attributes
     ----------
-    least : float
+    minimum_fitness : float
         Lowest fitness that the selection accepts.
     has_groups : bool
         True if both parents of a child come from the group of the child, such as one half of the
@@ -149,7 +149,7 @@ class Selection(Part):
     """
 
     kind: ClassVar[str] = "selection"
-    least: ClassVar[float] = -math.inf
+    minimum_fitness: ClassVar[float] = -math.inf
     has_groups: ClassVar[bool] = False
 
     select: ClassVar[Any] = staticmethod(select.default)

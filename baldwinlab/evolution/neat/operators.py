@@ -76,7 +76,7 @@ class Species(Selection, name="species"):
     Stanley and Miikkulainen 2002.
     """
 
-    least: ClassVar[float] = 0.0
+    minimum_fitness: ClassVar[float] = 0.0
     survival_threshold: float = Field(
         0.2,
         ge=0,

@@ -273,7 +273,7 @@ class ModuleLayout:
     def _population_leaves(self) -> dict[str, Any]:
         experiment = self.experiment
         scheme_names = [variant.evolution.selection for variant in self.scheme_experiments]
-        minimum_fitness = [type(scheme).part.least for scheme in self.population.schemes]
+        minimum_fitness = [type(scheme).part.minimum_fitness for scheme in self.population.schemes]
         inheritance = experiment.part("evolution.inheritance")
         resamples_genomes = inheritance.resamples_genomes
         wants_learned = inheritance.wants_learned(experiment)
@@ -293,7 +293,9 @@ class ModuleLayout:
         leaves["purposes"] = {"type": "i8", "values": list_module_purposes(experiment)}
         leaves["minimum_fitness"] = {
             "type": "f8",
-            "values": ["-Infinity" if least == -math.inf else least for least in minimum_fitness],
+            "values": [
+                "-Infinity" if minimum == -math.inf else minimum for minimum in minimum_fitness
+            ],
         }
         for number, variant in enumerate(self.scheme_experiments):
             scheme = variant.part("evolution.selection")
