@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomlkit
 
@@ -23,6 +23,9 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import Loaded, factors, load_with_origin
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 def run(
     experiments: str | Path | BaseExperiment | Sequence[str | Path | BaseExperiment],
@@ -36,6 +39,7 @@ def run(
     set: Mapping[str, Any] | None = None,
     founders: str | Sequence[str] = (),
     schedule: Mapping[int, Mapping[str, Any]] = MappingProxyType({}),
+    callback: Callable[[xr.Dataset], None] | None = None,
     force: bool = False,
 ) -> Study:
     """Run one or several experiments as one study.
@@ -69,6 +73,10 @@ def run(
         the first generation that gets these genomes. By default the genomes are random.
     schedule
         Settings that change during a run, by generation: {50: {"learning.rule": "none"}}.
+    callback
+        Called after each generation of each run, with the dataset of the run so far. Its attributes
+        `condition` and `run` name the run. One call runs at a time. Only with the executor
+        "threads".
     force
         Run even if less memory or disk is free than the estimate.
 
@@ -97,7 +105,7 @@ def run(
         raise RefusedError("a study needs at least one experiment")
     load_installed_parts()
     loaded = [_load(source) for source in sources]
-    options = RunOptions(workers, backend, executor, force)
+    options = RunOptions(workers, backend, executor, force, callback=callback)
     references = [founders] if isinstance(founders, str) else founders
     return run_loaded(
         loaded,

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from threading import Lock
+from typing import TYPE_CHECKING
 
-from baldwinlab.core.errors import require_positive
+from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.resources import Need
 from baldwinlab.studies import executors
 from baldwinlab.studies.executors import THREADS, Executor
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -27,6 +33,9 @@ class RunOptions:
     checkpoint
         Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
         "100".
+    callback
+        Called after each generation of a run with the dataset of the run; only with the executor
+        "threads".
     """
 
     workers: int | None = None
@@ -34,6 +43,7 @@ class RunOptions:
     executor: str = "threads"
     force: bool = False
     checkpoint: str = "60s"
+    callback: Callable[[xr.Dataset], None] | None = None
 
     def make_executor(self) -> Executor:
         """Return the executor.
@@ -47,9 +57,30 @@ class RunOptions:
         ------
         ArgumentError
             The number of workers is below 1, or the executor does not exist.
+        RefusedError
+            There is a callback, and the executor uses other machines.
         """
         require_positive("workers", self.workers)
-        return executors.choose(self.executor, self.workers)
+        executor = executors.choose(self.executor, self.workers)
+        if self.callback and executor.name != THREADS.name:
+            raise RefusedError(
+                "a callback runs on this machine only: leave it out, or use 'threads', "
+                f"not {self.executor!r}"
+            )
+        return executor
+
+    def make_callback(self) -> Callable[[xr.Dataset], None] | None:
+        """Return the callback, of which one call runs at a time."""
+        callback = self.callback
+        if callback is None:
+            return None
+        lock = Lock()
+
+        def call(dataset: xr.Dataset) -> None:
+            with lock:
+                callback(dataset)
+
+        return call
 
 
 def exclude_remote_memory(need: Need, executor: Executor) -> Need:

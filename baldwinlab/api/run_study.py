@@ -133,6 +133,7 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
             backend=execution.backend,
             executor=execution.executor,
             checkpoint_interval=execution.checkpoint_interval,
+            callback=options.make_callback(),
         )
     return study
 

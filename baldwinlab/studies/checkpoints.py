@@ -66,12 +66,19 @@ EVERY_MINUTE: Final = Interval(seconds=60)
 
 
 class Checkpointer:
-    """Write a checkpoint of each run of a batch after every interval."""
+    """Write a checkpoint of each run of a batch after every interval.
+
+    Attributes
+    ----------
+    has_saved : bool
+        Whether a checkpoint has been written.
+    """
 
     def __init__(self, directory: Path, interval: Interval) -> None:
         self._directory = directory
         self._interval = interval
         self._written_at = time.monotonic()
+        self.has_saved = False
 
     def save(self, histories: Sequence[History]) -> None:
         """Write the checkpoints of incomplete runs, if the interval has passed.
@@ -89,6 +96,7 @@ class Checkpointer:
             path = checkpoint_path(self._directory, history.experiment.name, history.run)
             write_in_study(self._directory, path, encode(history.record()))
         self._written_at = time.monotonic()
+        self.has_saved = True
 
     def _is_due(self, n_generations: int) -> bool:
         if self._interval.generations:

@@ -9,6 +9,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import xarray as xr
+
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
@@ -41,6 +43,9 @@ MAX_TASKS: Final = 20_000
 
 Progress = AbstractContextManager[Callable[[int], None]]
 
+# Called after each generation of a run with the dataset of the run.
+Callback = Callable[[xr.Dataset], None]
+
 
 class RunTask(NamedTuple):
     """Task that simulates runs of one condition and stores each run when it ends."""
@@ -50,6 +55,7 @@ class RunTask(NamedTuple):
     # Number of stored generations of each run that are not simulated again.
     n_stored: int = 0
     checkpoint_interval: Interval = EVERY_MINUTE
+    callback: Callback | None = None
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -58,8 +64,9 @@ class RunTask(NamedTuple):
     @property
     def agent_steps(self) -> int:
         generations = self.experiment.evolution.generations
-        share_left = generations - self.n_stored
-        return len(self.runs) * count_agent_steps(self.experiment) // generations * share_left
+        missing_generations = generations - self.n_stored
+        per_generation = count_agent_steps(self.experiment) // generations
+        return len(self.runs) * per_generation * missing_generations
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
@@ -77,13 +84,18 @@ class RunTask(NamedTuple):
 
         def after_generation(histories: Sequence[History]) -> None:
             checkpointer.save(histories)
+            if self.callback:
+                for history in histories:
+                    # The dataset shares its arrays with the history, which goes on.
+                    self.callback(history.dataset().copy(deep=True))
             report_progress(steps * len(histories))
 
         for histories in self._begin_histories(seed, directory):
             continue_histories(histories, backend, after_generation)
             for history in histories:
                 write_record(directory, self.experiment.name, history.run, history.record())
-                remove_checkpoint(directory, self.experiment.name, history.run)
+                if self.n_stored or checkpointer.has_saved:
+                    remove_checkpoint(directory, self.experiment.name, history.run)
 
     def _begin_histories(self, seed: int, directory: Path) -> list[list[History]]:
         """Return the histories of the runs, those with equal numbers of generations together."""
@@ -151,6 +163,7 @@ def plan_tasks(
     workers: int,
     worlds: int = CPU.worlds,
     checkpoint_interval: Interval = EVERY_MINUTE,
+    callback: Callback | None = None,
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
@@ -169,6 +182,8 @@ def plan_tasks(
         Number of worlds in a batch.
     checkpoint_interval : Interval
         Interval between the checkpoints of a run.
+    callback : Callback, optional
+        Called after each generation of a run, in the thread of its task.
 
     Returns
     -------
@@ -184,6 +199,7 @@ def plan_tasks(
             tuple(runs[first : first + size]),
             n_stored,
             checkpoint_interval,
+            callback,
         )
         for condition, all_runs in missing.items()
         for n_stored, runs in _group_by_stored(study, condition, all_runs).items()
@@ -218,6 +234,7 @@ def run_study(
     backend: Backend = CPU,
     executor: Executor = THREADS,
     checkpoint_interval: Interval = EVERY_MINUTE,
+    callback: Callback | None = None,
 ) -> None:
     """Simulate the missing runs of a study, and store the session.
 
@@ -240,6 +257,8 @@ def run_study(
         Executor of the tasks.
     checkpoint_interval : Interval
         Interval between the checkpoints of a run.
+    callback : Callback, optional
+        Called after each generation of a run, in the thread of its task.
 
     Raises
     ------
@@ -248,7 +267,7 @@ def run_study(
     """
     study.require_parts()
     study.sweep()
-    tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval)
+    tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
     compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start = time.perf_counter()

@@ -187,3 +187,33 @@ def test_a_schedule_changes_settings_by_generation(tmp_path: Path) -> None:
     assert [change.generation for change in experiment.schedule] == [1, 2]
     assert (experiment.at(1).learns, experiment.at(2).learns) == (True, False)
     assert experiment.at(2).motor.noise == 0.5
+
+
+def test_a_callback_gets_each_generation_of_each_run(tmp_path: Path) -> None:
+    calls: list[tuple[int, int]] = []
+
+    def count_generations(data: xr.Dataset) -> None:
+        calls.append((int(data.attrs["run"]), data.sizes["generation"]))
+
+    experiment = shorten_preset("evo/A")
+    study = bl.run(experiment, runs=3, seed=5, out=tmp_path / "a", callback=count_generations)
+    assert sorted(calls) == [(run, count) for run in range(3) for count in (1, 2, 3)]
+    make_small_study(tmp_path / "b", [experiment], runs=3)
+    assert read_records(study.directory) == read_records(tmp_path / "b")
+
+
+def test_a_callback_cannot_change_a_run(tmp_path: Path) -> None:
+    def clear(data: xr.Dataset) -> None:
+        for name in data.data_vars:
+            data[name].values[:] = 0
+
+    experiment = shorten_preset("evo/A")
+    study = bl.run(experiment, runs=1, seed=5, out=tmp_path / "a", callback=clear)
+    make_small_study(tmp_path / "b", [experiment], runs=1)
+    assert read_records(study.directory) == read_records(tmp_path / "b")
+
+
+def test_a_callback_is_refused_where_it_would_run_on_another_machine(tmp_path: Path) -> None:
+    with pytest.raises(BaldwinLabError, match="a callback runs on this machine only"):
+        bl.run("evo/A", runs=1, out=tmp_path / "a", executor="slurm", workers=2, callback=print)
+    assert not (tmp_path / "a").exists()
