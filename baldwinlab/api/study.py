@@ -62,7 +62,7 @@ class Study(StudyExports):
     ) -> None:
         """Run the study further, with more generations, more runs, or both.
 
-        The stored generations do not change. The result is bit-identical to the result of one long run.
+        The stored generations do not change. The result is bit-identical to that of one long run.
 
         Parameters
         ----------
