@@ -26,7 +26,7 @@ from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.items import eat_items
 from baldwinlab.models.miniworld.lookup import compute_outputs
 from baldwinlab.models.miniworld.map import move_agents
-from baldwinlab.models.miniworld.senses.sight import (
+from baldwinlab.models.miniworld.senses.perception import (
     list_near_agents,
     mark_agents_near_regions,
     perceive,

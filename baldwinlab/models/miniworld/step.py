@@ -21,7 +21,7 @@ from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
 from baldwinlab.models.miniworld.lookup import compute_outputs
 from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise, move_agents
-from baldwinlab.models.miniworld.senses.sight import (
+from baldwinlab.models.miniworld.senses.perception import (
     list_near_agents,
     mark_agents_near_regions,
     perceive,

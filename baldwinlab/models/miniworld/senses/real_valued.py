@@ -1,12 +1,12 @@
 """Real-valued senses: the nearest item, items along rays, their smell, and the agent's energy.
 
-The senses of items sense food, or the kind that their field `target_kind` names.
+Each sense of items senses one kind of items, which its field `target_kind` names: food by default.
 
 Each input is a float32 in [0, 1]. Sensed items are within `senses.visual_radius`.
 Walls block sight but not smell.
 The network computes its outputs in every step, because real-valued inputs cannot be looked up.
 
-The implementation of the ideas is our interpretation. Sources:
+The formulas are our interpretation of the sources:
 
 - Angle and distance of the nearest food: S. Nolfi, J. L. Elman and D. Parisi, "Learning and
   evolution in neural networks", Adaptive Behavior 3 (1994).
@@ -25,117 +25,27 @@ import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.arithmetic import share_of_turn
-from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, hook, per_agent
-from baldwinlab.engine.simd import (
-    Lane,
-    Value,
-    any_of,
-    get,
-    lanes_in_block,
-    simd_block,
-    square_root,
-)
-from baldwinlab.experiment.registry import key_of
-from baldwinlab.models.miniworld.allocation import item_kinds, item_regions, kind_number
-from baldwinlab.models.miniworld.items import (
-    find_cells_within,
-    find_slots_in_row,
-    position_in_image,
-)
+from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import square_root
+from baldwinlab.models.miniworld.allocation import item_regions
+from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
 from baldwinlab.models.miniworld.senses.sight import select_visible
-from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, MiniWorldModel, State
+from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
 ZERO = np.float32(0)
-HALF = np.float32(0.5)
 ONE = np.float32(1)
-FAR = np.float32(np.inf)
-# Number of rays, and the headings (of 9 degrees) between two rays.
-RAYS = 5
-HEADINGS_PER_RAY = 3
-DEGREES = tuple((ray - RAYS // 2) * HEADINGS_PER_RAY * 360 // HEADING_COUNT for ray in range(RAYS))
+INFINITY = np.float32(np.inf)
+N_RAYS = 5
+# Number of headings (of 9 degrees) between two rays.
+HEADINGS_BETWEEN_RAYS = 3
+# Angle of each ray from the heading, in degrees.
+RAY_DEGREES = tuple(
+    (ray - N_RAYS // 2) * HEADINGS_BETWEEN_RAYS * 360 // HEADING_COUNT for ray in range(N_RAYS)
+)
 
 
-@hook
-def record_item(
-    part: Any,
-    model: MiniWorldModel,
-    state: State,
-    lane: int,
-    x: np.float32,
-    y: np.float32,
-    dx: np.float32,
-    dy: np.float32,
-) -> None:
-    """Per agent, at (x, y): record an item (dx, dy) away, within `model.visual_radius`."""
-
-
-@compiled
-def _squared_distance(state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Value:
-    dx = get(state.slot_x, world, slot) - x
-    dy = get(state.slot_y, world, slot) - y
-    return dx * dx + dy * dy
-
-
-@compiled
-def _record_region_items(
-    part: Any,
-    model: MiniWorldModel,
-    state: State,
-    world: int,
-    region: int,
-    lane: int,
-    x: np.float32,
-    y: np.float32,
-) -> None:
-    """Call `record_item` for each item of a region in range, in the order of slots."""
-    farthest = model.visual_radius * model.visual_radius
-    columns = find_cells_within(model, region, 0, x, model.visual_radius)
-    first_row, last_row = find_cells_within(model, region, 1, y, model.visual_radius)
-    for row in range(first_row, last_row):
-        begin, end = find_slots_in_row(model, state, world, region, row, columns)
-        for first in range(begin, end, lanes_in_block()):
-            if any_of(_squared_distance(state, world, simd_block(first), x, y) <= farthest):
-                for slot in range(first, min(first + lanes_in_block(), end)):
-                    if _squared_distance(state, world, slot, x, y) <= farthest:
-                        dx = state.slot_x[world, slot] - x
-                        dy = state.slot_y[world, slot] - y
-                        record_item(part, model, state, lane, x, y, dx, dy)
-
-
-@compiled
-def record_items(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Per agent: call `record_item` for all items in range of the kind of the part."""
-    lane = world * model.agents + agent
-    for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
-        if model.region_kind[region] == part.number:
-            for number in range(model.images[region]):
-                x, y = position_in_image(
-                    model, region, number, state.positions[0, lane], state.positions[1, lane]
-                )
-                _record_region_items(part, model, state, world, region, lane, x, y)
-
-
-class _ItemSense(Sense):
-    """Base of the senses of items."""
-
-    target_kind: str = Field(FOOD, description="Kind of the sensed items.")
-    only_items: ClassVar[bool] = True
-    is_continuous: ClassVar[bool] = True
-    derived: ClassVar[Mapping[str, Any]] = {
-        "number": lambda part, experiment: kind_number(part.target_kind)(part, experiment)
-    }
-
-    def check(self, experiment: Any) -> None:
-        if self.target_kind not in (kinds := item_kinds(experiment)):
-            raise ValueError(
-                f"senses.{key_of(self.name)}.target_kind = {self.target_kind!r} must be one of the "
-                f"kinds of items: {', '.join(kinds)}"
-            )
-
-
-class Nearest(_ItemSense, name="nearest"):
+class Nearest(ItemSense, name="nearest"):
     """Two real-valued inputs: angle and distance of the nearest item of a kind.
 
     The angle is clockwise from the heading, as a fraction of 360 degrees.
@@ -149,7 +59,7 @@ class Nearest(_ItemSense, name="nearest"):
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
     sectors: ClassVar[tuple[None, ...]] = (None, None)
-    # Squared distance, and its components in x and y.
+    # Squared distance of the nearest item, and the differences in x and y.
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(3)}
 
     @staticmethod
@@ -163,9 +73,10 @@ class Nearest(_ItemSense, name="nearest"):
         dx: np.float32,
         dy: np.float32,
     ) -> None:
-        squared = dx * dx + dy * dy
-        if select_visible(state.features, model, x, y, dx, dy, squared < part.nearest[0, lane]):
-            part.nearest[0, lane] = squared
+        squared_distance = dx * dx + dy * dy
+        is_nearer = squared_distance < part.nearest[0, lane]
+        if select_visible(state.features, model, x, y, dx, dy, is_nearer):
+            part.nearest[0, lane] = squared_distance
             part.nearest[1, lane] = dx
             part.nearest[2, lane] = dy
 
@@ -174,12 +85,12 @@ class Nearest(_ItemSense, name="nearest"):
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
         lane = world * model.agents + agent
-        part.nearest[0, lane] = FAR
+        part.nearest[0, lane] = INFINITY
         record_items(part, model, state, world, agent)
         heading = int(state.heading[0, lane])
         angle = ZERO
         distance = ONE
-        if part.nearest[0, lane] < FAR:
+        if part.nearest[0, lane] < INFINITY:
             dx = part.nearest[1, lane]
             dy = part.nearest[2, lane]
             u = dx * model.cosine[heading] + dy * model.sine[heading]
@@ -208,7 +119,7 @@ class Nearest(_ItemSense, name="nearest"):
         ]
 
 
-class Smell(_ItemSense, name="smell"):
+class Smell(ItemSense, name="smell"):
     """Two real-valued inputs: the smell of all items of a kind at a left and a right nostril.
 
     An input is s / (1 + s).
@@ -225,13 +136,14 @@ class Smell(_ItemSense, name="smell"):
         5.0,
         gt=0,
         le=100_000,
-        description="Distance of degrees nostril from the center, in units of length.",
+        description="Distance of each nostril from the center, in units of length.",
     )
     inputs: ClassVar[tuple[str, ...]] = ("smell left", "smell right")
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
+    # Smell at the left and right nostril: s of the formula.
     arrays: ClassVar[Mapping[str, Array]] = {"strength": per_agent(2)}
     derived: ClassVar[Mapping[str, Any]] = {
-        **_ItemSense.derived,
+        **ItemSense.derived,
         "reach": lambda part, experiment: np.float32(
             experiment.senses.visual_radius - part.nostril_distance
         ),
@@ -260,7 +172,7 @@ class Smell(_ItemSense, name="smell"):
         u = dx * model.cosine[heading] + dy * model.sine[heading]
         v = dy * model.cosine[heading] - dx * model.sine[heading]
         for side in range(2):
-            across = v - part.nostril_distance if side == 1 else v + part.nostril_distance
+            across = v + part.nostril_distance if side == 0 else v - part.nostril_distance
             closeness = ONE - (u * u + across * across) / (part.reach * part.reach)
             if closeness > ZERO:
                 part.strength[side, lane] += closeness * closeness
@@ -284,12 +196,14 @@ class Smell(_ItemSense, name="smell"):
             nostril = copy(agent)
             nostril.heading = agent.heading + side
             naive.advance(nostril, float(part.nostril_distance))
-            shares = [
+            relative_distances = [
                 naive.distance(nostril, item) / float(part.reach)
                 for item in items
                 if item.kind == naive.kinds[part.number]
             ]
-            strength = sum((1 - share**2) ** 2 for share in shares if share < 1)
+            strength = sum(
+                (1 - distance**2) ** 2 for distance in relative_distances if distance < 1
+            )
             smells.append(strength / (1 + strength))
         return smells
 
@@ -321,22 +235,22 @@ class EnergySense(Sense, name="energy"):
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
         lane = world * model.agents + agent
-        gained = ZERO
+        gained_energy = ZERO
         for region in range(part.energies.size):
-            gained += part.energies[region] * np.float32(
+            gained_energy += part.energies[region] * np.float32(
                 state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
             )
-        gained = max(gained, ZERO)
-        state.activations[first, lane] = gained / (gained + part.half_saturation)
+        gained_energy = max(gained_energy, ZERO)
+        state.activations[first, lane] = gained_energy / (gained_energy + part.half_saturation)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        gained = max(0.0, agent.gained_in_life)
-        return [gained / (gained + float(part.half_saturation))]
+        gained_energy = max(0.0, agent.gained_in_life)
+        return [gained_energy / (gained_energy + float(part.half_saturation))]
 
 
-class Rays(_ItemSense, name="rays"):
-    """Five real-valued inputs: the first item on degrees of five rays, 27 degrees apart.
+class Rays(ItemSense, name="rays"):
+    """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
 
     An input is 1 - distance / `senses.visual_radius`, and 0 if the ray meets no item.
     All rays meet an item that contains the agent.
@@ -351,12 +265,13 @@ class Rays(_ItemSense, name="rays"):
     )
     inputs: ClassVar[tuple[str, ...]] = tuple(
         f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead"
-        for degrees in DEGREES
+        for degrees in RAY_DEGREES
     )
     sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(
-        ((degrees - 2) % 360, (degrees + 2) % 360) for degrees in DEGREES
+        ((degrees - 2) % 360, (degrees + 2) % 360) for degrees in RAY_DEGREES
     )
-    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(RAYS)}  # squared distances
+    # Squared distance of the nearest item on each ray.
+    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(N_RAYS)}
 
     @staticmethod
     def record_item(
@@ -369,43 +284,45 @@ class Rays(_ItemSense, name="rays"):
         dx: np.float32,
         dy: np.float32,
     ) -> None:
-        squared = dx * dx + dy * dy
+        squared_distance = dx * dx + dy * dy
         squared_radius = part.item_radius * part.item_radius
-        for ray in range(
-            RAYS if select_visible(state.features, model, x, y, dx, dy, squared < FAR) else 0
-        ):
+        is_visible = select_visible(
+            state.features, model, x, y, dx, dy, squared_distance < INFINITY
+        )
+        first_direction = int(state.heading[0, lane]) - N_RAYS // 2 * HEADINGS_BETWEEN_RAYS
+        for ray in range(N_RAYS if is_visible else 0):
             direction = (
-                int(state.heading[0, lane]) + HEADING_COUNT + (ray - RAYS // 2) * HEADINGS_PER_RAY
+                first_direction + HEADING_COUNT + ray * HEADINGS_BETWEEN_RAYS
             ) % HEADING_COUNT
             u = dx * model.cosine[direction] + dy * model.sine[direction]
             v = dy * model.cosine[direction] - dx * model.sine[direction]
             if (
                 abs(v) <= part.item_radius
-                and (u >= ZERO or squared <= squared_radius)
-                and squared < part.nearest[ray, lane]
+                and (u >= ZERO or squared_distance <= squared_radius)
+                and squared_distance < part.nearest[ray, lane]
             ):
-                part.nearest[ray, lane] = squared
+                part.nearest[ray, lane] = squared_distance
 
     @staticmethod
     def measure(
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
         lane = world * model.agents + agent
-        farthest = model.visual_radius * model.visual_radius
-        for ray in range(RAYS):
-            part.nearest[ray, lane] = farthest
+        squared_range = model.visual_radius * model.visual_radius
+        for ray in range(N_RAYS):
+            part.nearest[ray, lane] = squared_range
         record_items(part, model, state, world, agent)
-        for ray in range(RAYS):
+        for ray in range(N_RAYS):
             distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
             state.activations[first + ray, lane] = max(ONE - distance, ZERO)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        def closeness(ray: float) -> float:
+        def closeness(ray_degrees: float) -> float:
             distances = []
             for item in (item for item in items if item.kind == naive.kinds[part.number]):
                 distance = naive.distance(agent, item)
-                angle = math.radians(naive.bearing(agent, item) - ray)
+                angle = math.radians(naive.bearing(agent, item) - ray_degrees)
                 if abs(distance * math.sin(angle)) <= part.item_radius and (
                     math.cos(angle) >= 0 or distance <= part.item_radius
                 ):
@@ -414,4 +331,4 @@ class Rays(_ItemSense, name="rays"):
                 0.0, 1 - float(min(distances, default=math.inf)) / float(naive.visual_radius)
             )
 
-        return [closeness(degrees) for degrees in DEGREES]
+        return [closeness(degrees) for degrees in RAY_DEGREES]

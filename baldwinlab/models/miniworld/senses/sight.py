@@ -15,14 +15,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baldwinlab.engine.jit import compiled, register
-from baldwinlab.engine.phases import for_each, part_class, select_by_type
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import for_each, select_by_type
 from baldwinlab.engine.simd import (
     Lane,
     Mask,
     Value,
     any_of,
-    choose,
     get,
     lanes_in_block,
     negated,
@@ -34,13 +33,11 @@ from baldwinlab.models.miniworld.items import (
     find_slots,
     find_slots_in_row,
     has_single_cell,
-    nearest_image,
     position_in_image,
 )
-from baldwinlab.models.miniworld.lookup import look_up_outputs
-from baldwinlab.models.miniworld.map import combine_masks, shortest_difference
+from baldwinlab.models.miniworld.map import combine_masks
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
-from baldwinlab.parts.senses import Sense, measure, sense
+from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.world_features import blocks_sight
 
 ZERO = np.float32(0)
@@ -86,30 +83,6 @@ def _exclude_nothing(
 
 is_hidden = for_each(blocks_sight, False, combine_masks)
 select_visible = select_by_type(_exclude_hidden, _exclude_nothing)
-
-
-@compiled
-def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Set `near` of the agents near any region. The others sense no items.
-
-    An agent that was near in the last step senses once more, which clears its inputs.
-    """
-    put(state.near, 0, lane, choose(get(state.near, 0, lane) > HALF, HALF, model.least_near))
-    # The margin covers rounding.
-    reach = max(model.visual_radius, model.alert_radius) + ONE
-    for region in range(model.regions.shape[0]):
-        half_width = model.regions[region, 1] * HALF
-        half_height = model.regions[region, 3] * HALF
-        center_x = model.regions[region, 0] + half_width
-        center_y = model.regions[region, 2] + half_height
-        x = get(state.positions, 0, lane)
-        y = get(state.positions, 1, lane)
-        put(state.image_x, region, lane, nearest_image(x, center_x, model.width))
-        put(state.image_y, region, lane, nearest_image(y, center_y, model.height))
-        dx = shortest_difference(x - center_x, model.width)
-        dy = shortest_difference(y - center_y, model.height)
-        near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
-        put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
 
 
 @compiled
@@ -282,124 +255,3 @@ class Sight(Sense, name="food"):
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         return naive.visible_sectors(agent, [item for item in items if item.kind == FOOD])
-
-
-def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:
-    """Return the bits of all senses. The first sense has the lowest bits."""
-    code = 0
-    first = 0
-    for sense_part in senses:
-        code |= sense(sense_part, model, state, world, agent) << first
-        first += len(type(sense_part).part.inputs)
-    return code
-
-
-def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: Any) -> Any:
-    if len(senses) == 1:
-        return lambda senses, model, state, world, agent: sense(
-            senses[0], model, state, world, agent
-        )
-    count = len(part_class(senses[0]).inputs)
-    return lambda senses, model, state, world, agent: (
-        sense(senses[0], model, state, world, agent)
-        | (sense_all(senses[1:], model, state, world, agent) << count)
-    )
-
-
-sense_all = register(_sense_all, _choose_sense_all)
-
-
-@compiled
-def _write_bits(
-    sense_part: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int
-) -> None:
-    code = sense(sense_part, model, state, world, agent)
-    for k in range(count):
-        state.activations[first + k, world * model.agents + agent] = np.float32((code >> k) & 1)
-
-
-def _write_inputs(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-    """Set the inputs of an agent from the row `first` on."""
-    for sense_part in senses:
-        if type(sense_part).part.is_continuous:
-            measure(sense_part, model, state, world, agent, first)
-        else:
-            _write_bits(
-                sense_part, len(type(sense_part).part.inputs), model, state, world, agent, first
-            )
-        first += len(type(sense_part).part.inputs)
-
-
-def _choose_write_inputs(
-    senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any
-) -> Any:
-    if len(senses) == 0:
-        return lambda senses, model, state, world, agent, first: None
-    part = part_class(senses[0])
-    count = len(part.inputs)
-    is_continuous = part.is_continuous
-
-    def write(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-        if is_continuous:
-            measure(senses[0], model, state, world, agent, first)
-        else:
-            _write_bits(senses[0], count, model, state, world, agent, first)
-        write_inputs(senses[1:], model, state, world, agent, first + count)
-
-    return write
-
-
-write_inputs = register(_write_inputs, _choose_write_inputs)
-
-
-@compiled
-def _set_continuous_inputs(
-    senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
-) -> None:
-    """Set the inputs of an agent, some of them real-valued. Nothing is looked up."""
-    write_inputs(senses, model, state, world, agent, 0)
-    state.code[0, world * model.agents + agent] = 0
-
-
-@compiled
-def _set_binary_inputs(
-    senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
-) -> None:
-    """Set the inputs of an agent, and look up the outputs that follow from them.
-
-    Unchanged inputs are written, too: a mispredicted branch costs more than the write.
-    """
-    lane = world * model.agents + agent
-    code = sense_all(senses, model, state, world, agent)
-    put(state.code, 0, lane, code)
-    for k in range(model.inputs):
-        put(state.activations, k, lane, np.float32(code & 1))
-        code >>= 1
-    look_up_outputs(state.lookup, model, state, lane)
-
-
-_set_inputs = select_by_type(
-    _set_continuous_inputs, _set_binary_inputs, lambda part: bool(part.is_continuous)
-)
-
-
-@compiled
-def list_near_agents(model: MiniWorldModel, state: State, world: int, first: int, last: int) -> int:
-    """List the agents with `near` above 0 in `near_agents`, and return their number.
-
-    The range is `first` to `last` - 1. Every agent is written, and the next one overwrites an agent
-    that is not near: a branch per agent would be mispredicted often.
-    """
-    count = 0
-    for agent in range(first, last):
-        put(state.near_agents, 0, world * model.agents + first + count, agent)
-        count += int(get(state.near, 0, world * model.agents + agent) != ZERO)
-    return count
-
-
-@compiled
-def perceive(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Set the inputs of an agent with its senses."""
-    lane = world * model.agents + agent
-    put(state.alert, 0, lane, model.always_alert)
-    _set_inputs(state.senses, model, state, world, agent)

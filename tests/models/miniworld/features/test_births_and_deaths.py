@@ -16,7 +16,7 @@ from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
-from baldwinlab.models.miniworld.senses.sight import perceive
+from baldwinlab.models.miniworld.senses.perception import perceive
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
