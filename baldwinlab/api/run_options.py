@@ -61,13 +61,12 @@ class RunOptions:
             There is a callback, and the executor uses other machines.
         """
         require_positive("workers", self.workers)
-        executor = executors.choose(self.executor, self.workers)
-        if self.callback and executor.name != THREADS.name:
+        if self.callback and self.executor != THREADS.name:
             raise RefusedError(
                 "a callback runs on this machine only: leave it out, or use 'threads', "
                 f"not {self.executor!r}"
             )
-        return executor
+        return executors.choose(self.executor, self.workers)
 
     def make_callback(self) -> Callable[[xr.Dataset], None] | None:
         """Return the callback, of which one call runs at a time."""

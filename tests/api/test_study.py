@@ -215,5 +215,5 @@ def test_a_callback_cannot_change_a_run(tmp_path: Path) -> None:
 
 def test_a_callback_is_refused_where_it_would_run_on_another_machine(tmp_path: Path) -> None:
     with pytest.raises(BaldwinLabError, match="a callback runs on this machine only"):
-        bl.run("evo/A", runs=1, out=tmp_path / "a", executor="dask:tcp://127.0.0.1:1", callback=print)
+        bl.run("evo/A", runs=1, out=tmp_path / "a", executor="slurm", callback=print)
     assert not (tmp_path / "a").exists()
