@@ -12,7 +12,7 @@ import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.api.agents import read_genomes
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
@@ -115,7 +115,7 @@ def freeze(
     if path.suffix != ".nc":
         raise RefusedError(f"--out {out} must end in .nc")
     require_writable("--out", path, FREEZE.encode(), force=force)
-    load_installed()
+    load_installed_parts()
     content = encode_population(parse_population(reference), agent)
     write_atomically(path, content)
     n_runs, n_agents = decode_genomes(content, str(path)).genome.shape[:2]

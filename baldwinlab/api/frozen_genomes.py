@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.api.load import load_installed
+from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.core.suggestions import suggest
@@ -108,7 +108,7 @@ def read_frozen(
     ExperimentError
         There is no such preset, map or setting.
     """
-    load_installed()
+    load_installed_parts()
     stored = _read(path)
     chosen = _choose_experiment(stored, path, experiment)
     if map_name is not None:
